@@ -163,6 +163,17 @@ void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
   }
 }
 
+std::size_t LevelMap::bytes() const {
+  if (!least_squares_) return sizeof(LevelMap);
+  const auto bytes_of = [](const Matrix& matrix) {
+    return static_cast<std::size_t>(matrix.nonZeros()) * (sizeof(double) + sizeof(Matrix::StorageIndex)) +
+           static_cast<std::size_t>(matrix.outerSize()) * sizeof(Matrix::StorageIndex);
+  };
+  const std::size_t factor_bytes = bytes_of(least_squares_->factor->matrixL().nestedExpression());
+  return sizeof(LevelMap) + sizeof(LeastSquares) + bytes_of(least_squares_->right) +
+         factor_bytes / static_cast<std::size_t>(least_squares_->factor.use_count());
+}
+
 void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
                      const ParallelFor& parallel_for) {
   const std::size_t count = set.levels.size();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 
@@ -25,6 +26,8 @@ class LevelMap {
 
   // Head space. Asserts that there is one entry for each active node. Costs about as much as two iterations of a step.
   void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
+  // Of memory. What all maps to one level share counts with an equal part in each.
+  [[nodiscard]] std::size_t bytes() const;
 
  private:
   struct LeastSquares;

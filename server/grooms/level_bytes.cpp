@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/assert.hpp"
+#include "core/levels/level_map.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -44,6 +45,9 @@ std::size_t level_bytes(const LevelSet& set) {
   HAIRNET_ASSERT(set.levels.front().skin);
   std::size_t bytes = bytes_of(*set.levels.front().skin);
   for (const Level& level : set.levels) bytes += bytes_of(level);
+  for (const auto& maps : set.maps)
+    for (const auto& map : maps)
+      if (map) bytes += map->bytes();
   return bytes;
 }
 

@@ -54,7 +54,7 @@ std::int64_t BadClient::act(std::int64_t now_ns) {
   if (now_ns >= connect_ns_) {
     connect_ns_ = kNever_ns;
     goodbye_.clear();
-    connection_ = context_->connector->connect(*this);
+    connection_ = context_->connector->connect(*this, context_->host_of(number_));
   }
   if (open_ && now_ns >= next_ns_) misbehave(now_ns);
   return std::min(connect_ns_, next_ns_);

@@ -79,7 +79,7 @@ void Client::drive(std::int64_t now_ns) {
   }
   if (!connection_ && protocol_->wants_connection()) {
     protocol_->on_opening(now_ns);
-    connection_ = context_->connector->connect(*this);
+    connection_ = context_->connector->connect(*this, context_->host_of(number_));
   }
   while (connection_) {
     const std::vector<std::uint8_t> packet = protocol_->take_packet(now_ns);
@@ -256,8 +256,8 @@ void Client::watch_other(const FrameSeen& frame, std::int64_t now_ns) {
 void Client::answer(Character& character, const FrameSeen& frame, std::int64_t now_ns) {
   Tally& tally = *context_->tally;
   if (character.join_ns != kNever_ns) tally.record_join(std::exchange(character.join_ns, kNever_ns), now_ns, true);
-  if (character.tick > 0 && frame.tick > character.tick + character.stride)
-    tally.count(now_ns, &Counts::frames_missed, (frame.tick - character.tick) / character.stride - 1);
+  if (character.tick > 0 && frame.tick > character.tick)
+    tally.record_gap(now_ns, frame.tick - character.tick, character.stride);
   character.tick = frame.tick;
   character.stride = std::max(1u, frame.stride);
   const std::int64_t newest = std::min(newest_pose_at(frame.sample_time_local_ns), next_pose_ - 1);

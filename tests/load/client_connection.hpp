@@ -37,8 +37,10 @@ class ClientConnection {
 class Connector {
  public:
   virtual ~Connector() = default;
-  // Always succeeds; failure to connect is on_closed.
-  virtual std::unique_ptr<ClientConnection> connect(ConnectionEvents& events) = 0;
+  // Always succeeds; failure to connect is on_closed. `host`: the last three numbers of the client's own loopback
+  // address, 0x010002 for 127.1.0.2, if the server is on the loopback; 0: the system chooses. The limits of a server
+  // by address need it.
+  virtual std::unique_ptr<ClientConnection> connect(ConnectionEvents& events, std::uint32_t host) = 0;
 };
 
 }  // namespace hairnet::load

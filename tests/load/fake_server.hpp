@@ -17,10 +17,11 @@ class FakeServer final : public Connector {
  public:
   static constexpr std::int64_t kTick_ns = 33'333'333, kPoseDelay_ns = 25'000'000;
 
-  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events) override {
+  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events, std::uint32_t host) override {
     auto line = std::make_unique<FakeClientConnection>(*this, events);
     lines_.push_back(line.get());
     ++connect_count;
+    hosts.push_back(host);
     return line;
   }
   std::unique_ptr<ProtocolClient> make_protocol_client() { return std::make_unique<FakeProtocolClient>(*this); }
@@ -57,6 +58,7 @@ class FakeServer final : public Connector {
 
   bool stalled = false;
   std::size_t connect_count = 0;
+  std::vector<std::uint32_t> hosts;                          // of connections, in order
   std::vector<std::pair<std::int64_t, std::int64_t>> poses;  // captured, pushed
 
  private:

@@ -30,6 +30,7 @@ class FleetTest : public testing::Test {
     context.grooms = &grooms_;
     context.motions = &motions_;
     context.connector = &server_;
+    context.first_host = first_host_;
     context.make_protocol_client = [this](std::uint32_t, std::uint32_t) { return server_.make_protocol_client(); };
     context.tally = &*tally_;
     Fleet fleet(plan_, context, 0);
@@ -50,6 +51,7 @@ class FleetTest : public testing::Test {
 
   Plan plan_;
   FakeServer server_;
+  std::uint32_t first_host_ = 0;
   std::vector<EncodedGroom> grooms_{{"groom", {}, nullptr}};
   MotionBank motions_ = MotionBank::of({make_motion("dance").value(), make_motion("still").value()}, 72);
   std::optional<Tally> tally_;
@@ -63,6 +65,8 @@ TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   EXPECT_NEAR(static_cast<double>(counts.poses_intended), 12 * 72 * 10, 24);
   EXPECT_NEAR(static_cast<double>(counts.frames), 12 * 30 * 10, 24);
   EXPECT_EQ(counts.frames_missed, 0u);
+  EXPECT_EQ(counts.gap_ticks_max, 1u);
+  EXPECT_THAT(server_.hosts, testing::Each(0u));
   EXPECT_EQ(counts.poses_unanswered, 0u);
   EXPECT_EQ(counts.poses_unsent, 0u);
   EXPECT_TRUE(counts.errors.empty());
@@ -92,6 +96,7 @@ TEST_F(FleetTest, stalled_server_delays_no_pose_and_its_stall_counts_as_latency)
   EXPECT_EQ(stage(0).latency.count(), stage(0).counts.poses_answered + stage(0).counts.poses_unanswered);
   EXPECT_GE(stage(0).latency.count() + 10 * 72 / 2, intended);
   EXPECT_NEAR(static_cast<double>(stage(0).counts.frames_missed), 10 * 30, 20);
+  EXPECT_NEAR(static_cast<double>(stage(0).counts.gap_ticks_max), 30, 1);
 }
 
 TEST_F(FleetTest, poses_without_an_answer_count_with_their_waiting_time) {
@@ -159,6 +164,13 @@ TEST_F(FleetTest, generator_that_sleeps_reports_it) {
     last_ns = std::max(last_ns, captured_ns);
   }
   EXPECT_NEAR(static_cast<double>(late), 3 * 72 * 0.3, 6);
+}
+
+TEST_F(FleetTest, clients_come_from_hosts_of_their_own_where_the_run_wants_it) {
+  plan({"steady:2s:clients=3,silent=1"});
+  first_host_ = 0x010001;
+  run();
+  EXPECT_THAT(server_.hosts, testing::UnorderedElementsAre(0x010001u, 0x010002u, 0x010003u, 0x010004u));
 }
 
 TEST_F(FleetTest, the_same_seed_sends_the_same_poses) {

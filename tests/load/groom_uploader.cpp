@@ -5,8 +5,8 @@
 namespace hairnet::load {
 
 GroomUploader::GroomUploader(Connector& connector, std::unique_ptr<ProtocolClient> protocol,
-                             const std::vector<EncodedGroom>& grooms)
-    : protocol_(std::move(protocol)), grooms_(&grooms), connector_(&connector) {
+                             const std::vector<EncodedGroom>& grooms, std::uint32_t host)
+    : protocol_(std::move(protocol)), grooms_(&grooms), connector_(&connector), host_(host) {
   for (const EncodedGroom& groom : grooms) {
     waiting_.insert(groom.hash);
     protocol_->offer(groom);
@@ -22,7 +22,7 @@ void GroomUploader::poll(std::int64_t now_ns) {
   }
   if (!connection_ && protocol_->wants_connection()) {
     protocol_->on_opening(now_ns);
-    connection_ = connector_->connect(*this);
+    connection_ = connector_->connect(*this, host_);
   }
   while (connection_) {
     const std::vector<std::uint8_t> packet = protocol_->take_packet(now_ns);

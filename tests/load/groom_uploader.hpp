@@ -13,12 +13,13 @@
 
 namespace hairnet::load {
 
-// Uploads the grooms before a run and stays connected, so that the server keeps them. It is not measured: a load test
-// does not include the building of levels.
+// Uploads grooms and stays connected, so that the server keeps them. One does so before the run and is not measured: a
+// load test does not include the building of levels.
 class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
  public:
-  GroomUploader(Connector& connector, std::unique_ptr<ProtocolClient> protocol,
-                const std::vector<EncodedGroom>& grooms);
+  GroomUploader(Connector& connector, std::unique_ptr<ProtocolClient> protocol, const std::vector<EncodedGroom>& grooms,
+                std::uint32_t host = 0);
+  [[nodiscard]] bool welcomed() const { return welcomed_; }
   [[nodiscard]] bool done() const { return welcomed_ && waiting_.empty(); }
   [[nodiscard]] const std::string& fault() const { return fault_; }  // one line; empty while all is well
   [[nodiscard]] const wire::Welcome& welcome() const { return welcome_; }
@@ -43,6 +44,7 @@ class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
   wire::Welcome welcome_;
   std::string fault_, last_word_, closed_;
   Connector* connector_;
+  std::uint32_t host_;
   std::unique_ptr<ClientConnection> connection_;
 };
 

@@ -9,6 +9,7 @@
 
 #include "client/files/read_file.hpp"
 #include "client/tools/command_line/in_range.hpp"
+#include "tests/load/attacks.hpp"
 #include "tests/load/stage_figures.hpp"
 
 namespace hairnet::load {
@@ -20,8 +21,9 @@ constexpr const char* kFooter = R"(A stage is KIND:DURATION[:KEY=VALUE,...]
   churn=N                     clients a second that leave and are replaced (half without a goodbye)
   storm=50%                   of the clients lose their connections at half time, and return
   slow= flood= malformed= silent= half_open=   misbehaving clients beside the others: a number, or a share such as 10%
+  attack=WORD                 attackers beside all clients, see --list; the stages before and after it have none
   warm=2s measured=yes|no name=WORD
-A missing key has the value of the stage before, except churn, storm, warm and measured.
+A missing key has the value of the stage before, except churn, storm, attack, warm and measured.
 
 Examples:
   hairnet-load --server 127.0.0.1:7420 --stage ramp:5s:clients=8,characters=8 --stage steady:30s
@@ -52,7 +54,7 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--server-pid", o.server_pid, "a running server's process, for its CPU and memory")
       ->check(CLI::PositiveNumber);
   CLI::Option* plan = app.add_option("--plan", g.plan, "JSON file of the plan, or a report of an earlier run");
-  app.add_option("--preset", g.preset, "a plan of ours: smoke, crowd, rooms8, rooms32")->excludes(plan);
+  app.add_option("--preset", g.preset, "a plan of ours: smoke, crowd, rooms8, rooms32, hostile")->excludes(plan);
   app.add_option("--stage", g.stages, "see below; several, in order; instead of the plan's")->allow_extra_args(false);
   app.add_option("--seed", g.seed, "of arrivals, motions, misdeeds (1)");
   app.add_option("--pose-hz", g.pose_hz, "poses a second of each character (72)")->check(in_range(1, 1000));
@@ -87,13 +89,16 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--html", o.html, "file for the report as a page");
   app.add_flag("!--no-metrics", o.scrape_metrics, "do not ask the server for /metrics");
   app.add_flag("--quiet", o.quiet, "nothing while it runs");
-  app.add_flag("--list", g.list, "the presets and the figures that thresholds may name, and end");
+  app.add_flag("--list", g.list, "the presets, the attacks and the figures that thresholds may name, and end");
   app.add_option("SERVER_ARGUMENTS", o.server_arguments, "after --: of the server that is started");
 }
 
 void print_list() {
   for (const Preset& preset : presets())
     fmt::print("--preset {:<10} {}\n{}\n\n", preset.name, preset.description, preset.plan);
+  for (std::size_t i = 0; i < kAttackNames.size(); ++i)
+    fmt::print("attack={:<11} {}\n", kAttackNames[i], attack_meanings()[i]);
+  fmt::print("\n");
   for (const FigureName& figure : figure_names()) fmt::print("{:<28} {}\n", figure.name, figure.meaning);
 }
 
@@ -146,7 +151,11 @@ Result<void> conclude(Options& o, const Given& g) {
   o.server = std::move(*address);
   if (o.spawn.empty() && !o.server_arguments.empty())
     return Refusal("'" + o.server_arguments.front() + "': arguments after -- are for --spawn, which is not given");
-  std::vector<std::string> texts = g.requirements;
+  auto plan = make_plan(g);
+  if (!plan) return Refusal(plan.error());
+  o.plan = std::move(*plan);
+  std::vector<std::string> texts = o.plan.requirements;
+  texts.insert(texts.end(), g.requirements.begin(), g.requirements.end());
   if (g.find_capacity && texts.empty()) texts = {"latency_p99_ms<100", "frames_missed_share<0.01", "errors==0"};
   for (const std::string& text : texts) {
     auto requirement = parse_requirement(text);
@@ -160,9 +169,6 @@ Result<void> conclude(Options& o, const Given& g) {
     while (o.token.ends_with('\n')) o.token.pop_back();
   }
   if (o.decode_share < o.check_share) return Refusal("--check: only decoded frames can be checked, see --decode-share");
-  auto plan = make_plan(g);
-  if (!plan) return Refusal(plan.error());
-  o.plan = std::move(*plan);
   if (!g.find_capacity) return {};
   if (o.plan.stages.back().clients == 0) return Refusal("--find-capacity: the last stage has no clients");
   for (const Requirement& requirement : o.requirements)

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/load/requirement.hpp"
+
 namespace hairnet::load {
 namespace {
 
@@ -38,6 +40,7 @@ Result<void> read_stages(const Json& value, std::vector<Stage>& to) {
 Result<void> read(const std::string& key, const Json& value, Plan& plan) {
   if (key == "grooms") return read_texts(value, plan.grooms);
   if (key == "motions") return read_texts(value, plan.motions);
+  if (key == "require") return read_texts(value, plan.requirements);
   if (key == "stages") return read_stages(value, plan.stages);
   if (key == "seed") {
     if (!value.is_number_unsigned()) return Refusal("is not a whole number of 0 or more");
@@ -53,7 +56,7 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
     if (!value.is_string()) return Refusal("is not a text");
     plan.observe = value.get<std::string>();
   } else {
-    return Refusal("unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, stages");
+    return Refusal("unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, stages, require");
   }
   return {};
 }
@@ -73,6 +76,10 @@ double Plan::duration_s() const {
   return sum_s;
 }
 
+bool Plan::has_attacks() const {
+  return std::ranges::any_of(stages, [](const Stage& stage) { return stage.attack.has_value(); });
+}
+
 std::int64_t Plan::stage_begin_ns(std::size_t stage) const {
   double sum_s = 0;
   for (std::size_t i = 0; i < stage; ++i) sum_s += stages[i].duration_s;
@@ -85,6 +92,13 @@ std::string settle(Plan& plan) {
   if (plan.grooms.empty() || plan.motions.empty()) return "a plan needs a groom and a motion";
   if (!(plan.pose_hz >= 1 && plan.pose_hz <= 1000)) return "pose_hz is not in 1 to 1000";
   if (!is_observe(plan.observe)) return "observe is neither 'all' nor a number of nearest characters";
+  for (std::size_t i = 0; i < plan.stages.size(); ++i) {
+    const bool calm_about =
+        i > 0 && i + 1 < plan.stages.size() && !plan.stages[i - 1].attack && !plan.stages[i + 1].attack;
+    if (plan.stages[i].attack && !calm_about) return "a stage with an attack needs one without before it and after it";
+  }
+  for (const std::string& text : plan.requirements)
+    if (const auto requirement = parse_requirement(text); !requirement) return requirement.error();
   std::set<std::string> names;
   for (Stage& stage : plan.stages) {
     const std::string base = stage.name;
@@ -110,9 +124,9 @@ Result<Plan> parse_plan(std::string_view json) {
 std::string to_json_text(const Plan& plan) {
   std::vector<std::string> stages;
   for (const Stage& stage : plan.stages) stages.push_back(to_text(stage));
-  const Json json{{"seed", plan.seed},          {"pose_hz", plan.pose_hz},     {"grooms", plan.grooms},
-                  {"motions", plan.motions},    {"room_size", plan.room_size}, {"observe", plan.observe},
-                  {"stages", std::move(stages)}};
+  const Json json{{"seed", plan.seed},           {"pose_hz", plan.pose_hz},     {"grooms", plan.grooms},
+                  {"motions", plan.motions},     {"room_size", plan.room_size}, {"observe", plan.observe},
+                  {"stages", std::move(stages)}, {"require", plan.requirements}};
   return json.dump(1);
 }
 
@@ -131,7 +145,28 @@ const std::vector<Preset>& presets() {
       {"rooms32", "2 rooms of 32 people, then with bad clients among them", R"({
         "room_size": 32,
         "stages": ["ramp:8s:clients=64,characters=1,level=high", "steady:15s",
-                   "steady:15s:name=bad,slow=2,flood=1,malformed=2,silent=2,half_open=2"]})"}};
+                   "steady:15s:name=bad,slow=2,flood=1,malformed=2,silent=2,half_open=2"]})"},
+      {"hostile",
+       "16 people in rooms of 4 as witnesses, while others attack the server, each attack after a calm stage", R"({
+        "room_size": 4,
+        "stages": ["ramp:4s:clients=16,characters=1,level=high",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=zigzag,attack=zigzag",
+                   "steady:10s:name=calm,measured=no", "steady:20s:name=body,attack=body",
+                   "steady:10s:name=calm,measured=no", "steady:20s:name=big,attack=big",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=resume,attack=resume",
+                   "steady:10s:name=calm,measured=no", "steady:20s:name=offers,attack=offers",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=silent,attack=silent",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=hellos,attack=hellos",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=prologue,attack=prologue",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=churn,attack=churn",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=rooms,attack=rooms",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=observe,attack=observe",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=wind,attack=wind",
+                   "steady:10s:name=calm,measured=no", "steady:15s:name=poses,attack=poses",
+                   "steady:10s:name=calm,measured=no"],
+        "require": ["frames_missed_share_over_calm<0.005", "gap_ticks_max<=2", "level_high_share_over_calm>-0.1",
+                    "errors==0", "server_ticks_skipped==0", "server_resident_after_mib_over_calm<64",
+                    "newcomer_welcome_s<2", "newcomer_ready_s<10", "healthz_max_s<2"]})"}};
   return all;
 }
 

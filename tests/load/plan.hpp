@@ -19,8 +19,10 @@ struct Plan {
   std::uint32_t room_size = 0;  // clients of a room; 0: all in one
   std::string observe = "all";  // members that each client sees: all, or a number of nearest; 0: only its own
   std::vector<Stage> stages;
+  std::vector<std::string> requirements;  // thresholds of the plan itself, beside those of the command line
 
   [[nodiscard]] double duration_s() const;
+  [[nodiscard]] bool has_attacks() const;
   // From the plan's begin.
   [[nodiscard]] std::int64_t stage_begin_ns(std::size_t stage) const;  // that of the one past the last is the end
 };
@@ -28,8 +30,8 @@ struct Plan {
 // Empty when it can be run; else one line. Gives stages of one name numbers.
 std::string settle(Plan& plan);
 
-// JSON with comments: keys as the fields, `stages` a list of what parse_stage takes. A report of this program will do:
-// then its `plan` is taken.
+// JSON with comments: keys as the fields (`require`: requirements), `stages` a list of what parse_stage takes. A report
+// of this program will do: then its `plan` is taken.
 Result<Plan> parse_plan(std::string_view json);
 std::string to_json_text(const Plan& plan);
 

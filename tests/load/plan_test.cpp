@@ -10,7 +10,7 @@ using testing::HasSubstr;
 TEST(Stage, has_every_setting_of_its_text) {
   const auto stage = parse_stage(
       "spike:2.5s:name=rush,clients=100,characters=3,level=high+low,churn=2.5,storm=25%,warm=500ms,measured=no,"
-      "slow=2,flood=10%,malformed=1,silent=0,half_open=3",
+      "attack=wind,slow=2,flood=10%,malformed=1,silent=0,half_open=3",
       nullptr);
   ASSERT_TRUE(stage) << stage.error();
   EXPECT_EQ(stage->kind, StageKind::spike);
@@ -23,13 +23,15 @@ TEST(Stage, has_every_setting_of_its_text) {
   EXPECT_DOUBLE_EQ(stage->storm_share, 0.25);
   EXPECT_DOUBLE_EQ(stage->warm_s, 0.5);
   EXPECT_FALSE(stage->measured);
+  EXPECT_EQ(stage->attack, Attack::wind);
   EXPECT_EQ(stage->misbehaving[0].of(stage->clients), 2u);
   EXPECT_EQ(stage->misbehaving[1].of(stage->clients), 10u);
   EXPECT_EQ(stage->misbehaving[4].of(stage->clients), 3u);
 }
 
 TEST(Stage, takes_over_population_but_not_events_of_the_previous_stage) {
-  const auto first = parse_stage("ramp:5s:clients=8,characters=4,level=low,churn=1,storm=0.5,slow=1,warm=1s", nullptr);
+  const auto first =
+      parse_stage("ramp:5s:clients=8,characters=4,level=low,churn=1,storm=0.5,slow=1,attack=big,warm=1s", nullptr);
   ASSERT_TRUE(first) << first.error();
   EXPECT_FALSE(first->measured);
   const auto second = parse_stage("soak:10m", &*first);
@@ -41,13 +43,14 @@ TEST(Stage, takes_over_population_but_not_events_of_the_previous_stage) {
   EXPECT_EQ(second->churn_hz, 0);
   EXPECT_EQ(second->storm_share, 0);
   EXPECT_EQ(second->warm_s, 0);
+  EXPECT_FALSE(second->attack);
   EXPECT_TRUE(second->measured);
   EXPECT_DOUBLE_EQ(second->duration_s, 600);
 }
 
 TEST(Stage, text_reads_back_the_same) {
   const auto stage =
-      parse_stage("steady:1m:clients=7,characters=2,level=medium,churn=0.5,flood=15%,half_open=2", nullptr);
+      parse_stage("steady:1m:clients=7,characters=2,level=medium,churn=0.5,flood=15%,half_open=2,attack=body", nullptr);
   ASSERT_TRUE(stage) << stage.error();
   const auto again = parse_stage(to_text(*stage), nullptr);
   ASSERT_TRUE(again) << again.error();
@@ -77,6 +80,7 @@ TEST(Stage, refuses_invalid_text_with_one_line) {
                                                              {"steady:1s:name=A B", "a name has"},
                                                              {"steady:1s:measured=maybe", "not yes or no"},
                                                              {"steady:1s:slow=x%", "not a number"},
+                                                             {"steady:1s:attack=x", "not one of zigzag"},
                                                              {"steady:1s:warm=1s", "all warm-up"},
                                                              {"steady:1s:colour=red", "unknown key"}};
   for (const auto& [text, why] : bad) {
@@ -89,11 +93,12 @@ TEST(Stage, refuses_invalid_text_with_one_line) {
 
 TEST(Plan, reads_back_what_it_writes) {
   auto plan = parse_plan(R"({"seed": 7, "pose_hz": 90, "grooms": ["made:bob"], "motions": ["made:nod"], "room_size": 8,
-    "observe": "4", /* a comment */ "stages": ["ramp:1s:clients=3", "steady:2s", "steady:2s"]})");
+    "observe": "4", /* a comment */ "stages": ["ramp:1s:clients=3", "steady:2s", "steady:2s"], "require": ["errors==0"]})");
   ASSERT_TRUE(plan) << plan.error();
   EXPECT_EQ(plan->seed, 7u);
   EXPECT_EQ(plan->stages[2].clients, 3u);
   EXPECT_EQ(plan->stages[2].name, "steady2");
+  EXPECT_EQ(plan->requirements, std::vector<std::string>{"errors==0"});
   EXPECT_DOUBLE_EQ(plan->duration_s(), 5);
   EXPECT_EQ(plan->stage_begin_ns(2), 3'000'000'000);
   const auto again = parse_plan(to_json_text(*plan));
@@ -119,6 +124,10 @@ TEST(Plan, refuses_bad_json_and_names_the_key) {
       {R"({"grooms": [], "stages": ["steady:1s"]})", "needs a groom"},
       {R"({"observe": "some", "stages": ["steady:1s"]})", "observe"},
       {R"({"room_size": -2, "stages": ["steady:1s"]})", "room_size"},
+      {R"({"stages": ["steady:1s"], "require": ["errors"]})", "requirement 'errors'"},
+      {R"({"stages": ["steady:1s:attack=big", "steady:1s"]})", "a stage with an attack needs"},
+      {R"({"stages": ["steady:1s", "steady:1s:attack=big", "steady:1s:attack=wind", "steady:1s"]})",
+       "a stage with an attack needs"},
       {R"({"stage": ["steady:1s"]})", "stage: unknown key"}};
   for (const auto& [json, why] : bad) {
     const auto plan = parse_plan(json);
@@ -130,6 +139,20 @@ TEST(Plan, refuses_bad_json_and_names_the_key) {
 TEST(Plan, presets_are_valid) {
   for (const Preset& preset : presets()) EXPECT_TRUE(preset_plan(preset.name)) << preset.name;
   EXPECT_FALSE(preset_plan("nothing"));
+}
+
+TEST(Plan, hostile_preset_has_every_attack_once_and_measures_attacks_alone) {
+  const auto plan = preset_plan("hostile");
+  ASSERT_TRUE(plan) << plan.error();
+  std::vector<std::string> attacks;
+  for (const Stage& stage : plan->stages) {
+    EXPECT_EQ(stage.measured, stage.attack.has_value()) << stage.name;
+    if (!stage.attack) continue;
+    attacks.emplace_back(kAttackNames[static_cast<std::size_t>(*stage.attack)]);
+    EXPECT_EQ(stage.name, attacks.back());
+  }
+  EXPECT_TRUE(std::ranges::equal(attacks, kAttackNames));
+  EXPECT_FALSE(plan->requirements.empty());
 }
 
 }  // namespace

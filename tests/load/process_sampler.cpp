@@ -29,6 +29,11 @@ std::optional<double> field(std::string_view words, int index) {
   return value;
 }
 
+double resident_mib_of(const std::string& folder) {
+  const auto pages = field(content_of(folder + "/statm"), 1);
+  return pages ? *pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20) : 0;
+}
+
 }  // namespace
 
 std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_s) {
@@ -38,9 +43,10 @@ std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_
     return std::nullopt;
   const std::string_view rest = line.substr(close + 2);
   if (rest.starts_with('Z') || rest.starts_with('X')) return std::nullopt;
-  const auto user = field(rest, 11), system = field(rest, 12);  // fields 14 and 15 of proc(5)
-  if (!user || !system) return std::nullopt;
-  return StatLine{std::string(line.substr(open + 1, close - open - 1)), (*user + *system) / ticks_per_s};
+  const auto parent = field(rest, 1), user = field(rest, 11), system = field(rest, 12);  // 4, 14 and 15 of proc(5)
+  if (!parent || !user || !system) return std::nullopt;
+  return StatLine{std::string(line.substr(open + 1, close - open - 1)), static_cast<pid_t>(*parent),
+                  (*user + *system) / ticks_per_s};
 }
 
 std::optional<ProcessUse> sample_process(pid_t pid) {
@@ -50,8 +56,7 @@ std::optional<ProcessUse> sample_process(pid_t pid) {
   if (!whole) return std::nullopt;
   ProcessUse use;
   use.cpu_s = whole->cpu_s;
-  if (const auto pages = field(content_of(folder + "/statm"), 1))
-    use.resident_mib = *pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+  use.resident_mib = resident_mib_of(folder);
   std::error_code fault;
   for (std::filesystem::directory_iterator task(folder + "/task", fault), end; !fault && task != end;
        task.increment(fault)) {
@@ -59,6 +64,19 @@ std::optional<ProcessUse> sample_process(pid_t pid) {
       use.thread_cpu_s[thread->name] += thread->cpu_s;
   }
   return use;
+}
+
+double children_resident_mib(pid_t parent) {
+  double sum_mib = 0;
+  std::error_code fault;
+  for (std::filesystem::directory_iterator process("/proc", fault), end; !fault && process != end;
+       process.increment(fault)) {
+    const std::string name = process->path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const auto stat = parse_stat_line(content_of(process->path() / "stat"), 1);
+    if (stat && stat->parent == parent) sum_mib += resident_mib_of(process->path());
+  }
+  return sum_mib;
 }
 
 ProcessUse use_between(const ProcessUse& from, const ProcessUse& to) {

@@ -20,10 +20,14 @@ struct ProcessUse {
 // None when there is no such process, it has ended (and waits for its parent), or it may not be looked at.
 std::optional<ProcessUse> sample_process(pid_t pid);
 
+// The resident memory of its child processes: the builds of a server's grooms.
+double children_resident_mib(pid_t parent);
+
 // The line of /proc/PID/stat or /proc/PID/task/TID/stat: name and CPU seconds. None when it is not one, or of
 // what has ended.
 struct StatLine {
   std::string name;
+  pid_t parent = 0;
   double cpu_s = 0;
 };
 std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_s);

@@ -9,6 +9,22 @@
 namespace hairnet::load {
 namespace {
 
+// A line for each stage with an attack: whether it passed, and what failed.
+std::string attack_verdicts(const Report& report) {
+  std::string text;
+  for (const StageResult& stage : report.runs.back().stages) {
+    if (!stage.stage.attack) continue;
+    std::string failures;
+    for (const Verdict& verdict : report.verdicts)
+      if (verdict.stage == stage.stage.name && !verdict.met)
+        failures += fmt::format("; {}: {}", verdict.requirement,
+                                verdict.value ? fmt::format("{:.4g}", *verdict.value) : "no such figure");
+    text += failures.empty() ? fmt::format("attack {}: passed\n", stage.stage.name)
+                             : fmt::format("attack {}: FAILED{}\n", stage.stage.name, failures);
+  }
+  return text;
+}
+
 std::string shown(const Figures& figures, const char* name, const char* format) {
   const auto found = figures.find(name);
   return found == figures.end() ? "-" : fmt::format(fmt::runtime(format), found->second);
@@ -69,9 +85,12 @@ std::string to_summary(const Report& report) {
                           point.probe.passed ? "passed" : "failed", point.probe.confirms ? " (confirming)" : "",
                           shown(point.figures, "latency_p99_ms", "{:.1f}"));
   }
+  if (!report.runs.empty()) text += attack_verdicts(report);
+  const bool attacked = !report.runs.empty() && report.runs.back().plan.has_attacks();
   for (const Verdict& verdict : report.verdicts)
-    text += fmt::format("{} {} [{}]: {}\n", verdict.met ? "met   " : "FAILED", verdict.requirement, verdict.stage,
-                        verdict.value ? fmt::format("{:.4g}", *verdict.value) : "no such figure");
+    if (!attacked || !verdict.met)
+      text += fmt::format("{} {} [{}]: {}\n", verdict.met ? "met   " : "FAILED", verdict.requirement, verdict.stage,
+                          verdict.value ? fmt::format("{:.4g}", *verdict.value) : "no such figure");
   return text + report.outcome_text + "\n";
 }
 

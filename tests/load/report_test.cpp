@@ -123,6 +123,17 @@ TEST(JsonReport, contains_figures_and_a_plan_that_can_be_run_again) {
   EXPECT_EQ(to_json_text(*plan), to_json_text(report.runs[0].plan));
 }
 
+TEST(Summary, says_of_each_attack_whether_it_passed) {
+  Report report;
+  RunResult& run = report.runs.emplace_back();
+  run.plan = preset_plan("hostile").value();
+  for (const Stage& stage : run.plan.stages) run.stages.emplace_back().stage = stage;
+  report.verdicts = {{"gap_ticks_max<=2", "wind", 1, true}, {"gap_ticks_max<=2", "poses", 5, false}};
+  const std::string summary = to_summary(report);
+  EXPECT_THAT(summary, HasSubstr("attack wind: passed\n"));
+  EXPECT_THAT(summary, HasSubstr("attack poses: FAILED; gap_ticks_max<=2: 5\n"));
+}
+
 TEST(Chart, ticks_are_round_and_span_the_values) {
   EXPECT_EQ(ticks(0, 10, 5, false), (std::vector<double>{0, 2, 4, 6, 8, 10}));
   EXPECT_EQ(ticks(-1, 1, 4, false), (std::vector<double>{-1, -0.5, 0, 0.5, 1}));

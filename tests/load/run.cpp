@@ -8,11 +8,14 @@
 #include <utility>
 
 #include "schema/channel/monotonic_clock.hpp"
+#include "tests/load/attack_grooms.hpp"
+#include "tests/load/attack_thread.hpp"
 #include "tests/load/fleet.hpp"
 #include "tests/load/frame_check.hpp"
+#include "tests/load/get_page.hpp"
 #include "tests/load/groom_uploader.hpp"
 #include "tests/load/link_protocol_client.hpp"
-#include "tests/load/scrape.hpp"
+#include "tests/load/newcomer.hpp"
 #include "tests/load/stage_figures.hpp"
 
 namespace hairnet::load {
@@ -26,7 +29,11 @@ constexpr std::int64_t kPreparation_ns_max = 700'000'000'000;  // a build alone 
 constexpr std::int64_t kPreparationRound_ns = 20'000'000;
 constexpr std::int64_t kGoodbyeRound_ns = 10'000'000;
 constexpr int kGoodbyeRounds = 50;
-constexpr std::int64_t kScrapeWait_ns = 1'100'000'000;
+constexpr std::chrono::seconds kScrapeWait{1};
+constexpr std::int64_t kScrapeRound_ns = 1'100'000'000;
+constexpr std::int64_t kNewcomerAfter_ns = 2'000'000'000;  // a stage's begin: its attack has set in
+// Loopback addresses of witnesses, and of newcomers: 127.1.0.1 and 127.3.0.1 on.
+constexpr std::uint32_t kFirstWitnessHost = 0x010001, kFirstNewcomerHost = 0x030001;
 
 void run_until(asio::io_context& io, std::int64_t time_ns) {
   io.run_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(time_ns)));
@@ -60,6 +67,10 @@ class Run {
       return make_protocol_client(client, place);
     };
     if (options.check_share > 0) context_.watcher = &check_;
+    if (!plan.has_attacks()) return;
+    context_.first_host = kFirstWitnessHost;
+    newcomer_figures_.resize(plan.stages.size());
+    for (std::size_t i = 0; i < plan.stages.size(); ++i) newcomer_grooms_.push_back(make_newcomer_groom(i));
   }
 
   Result<RunResult> perform() {
@@ -76,10 +87,16 @@ class Run {
     tally_.emplace(*plan_, begin_ns_);
     context_.tally = &*tally_;
     {
+      std::optional<AttackThread> attacks;
+      if (plan_->has_attacks()) {
+        const AttackContext attack{.groom = context_.grooms->front().hash};
+        attacks.emplace(*plan_, server_, attack, newcomer_grooms_, begin_ns_);
+      }
       Fleet fleet(*plan_, context_, begin_ns_);
       drive(fleet);
+      if (attacks) attack_events_ = attacks->finish();
     }
-    run_until(io_, channel::monotonic_ns() + (scrapes_under_way_ > 0 ? kScrapeWait_ns : 0));
+    run_until(io_, channel::monotonic_ns() + (scrapes_under_way_ > 0 ? kScrapeRound_ns : 0));
     conclude();
     return std::move(result_);
   }
@@ -117,6 +134,7 @@ class Run {
       run_until(io_, std::min({soonest_ns, next_sample_ns(), next_mark_ns(), end_ns_}));
       now_ns = channel::monotonic_ns();
       pass_marks(now_ns);
+      if (plan_->has_attacks()) receive_newcomer(now_ns);
       if (now_ns < end_ns_) fleet.advance(now_ns);
       tally_->advance(now_ns);
       if (now_ns >= next_sample_ns()) {
@@ -126,6 +144,7 @@ class Run {
     }
     result_.ended_early = now_ns < end_ns_;
     pass_marks(now_ns);
+    dismiss_newcomer(now_ns);
     run_until(io_, now_ns + kLastAnswers_ns);
     fleet.finish(channel::monotonic_ns());
     for (int i = 0; i < kGoodbyeRounds && !fleet.empty(); ++i) {
@@ -134,6 +153,25 @@ class Run {
     }
     tally_->finish(now_ns);
     if (result_.ended_early) ended_ns_ = now_ns;
+  }
+
+  // Each stage has its newcomer.
+  void receive_newcomer(std::int64_t now_ns) {
+    while (next_newcomer_ < plan_->stages.size() && begin_ns_ + plan_->stage_begin_ns(next_newcomer_) <= now_ns) {
+      dismiss_newcomer(now_ns);
+      const std::size_t stage = next_newcomer_++;
+      newcomer_ = std::make_unique<Newcomer>(
+          io_, connector_, server_, make_link_protocol_client(peer_options("load-newcomer", "load-newcomer")),
+          newcomer_grooms_[stage], kFirstNewcomerHost + static_cast<std::uint32_t>(stage),
+          begin_ns_ + plan_->stage_begin_ns(stage) + kNewcomerAfter_ns);
+    }
+    if (newcomer_) newcomer_->poll(now_ns);
+  }
+  void dismiss_newcomer(std::int64_t now_ns) {
+    if (!newcomer_) return;
+    newcomer_figures_[next_newcomer_ - 1] = newcomer_->figures(now_ns);
+    if (!newcomer_->fault().empty()) tally_->count_error(now_ns - 1, "newcomer: " + newcomer_->fault());
+    newcomer_.reset();
   }
 
   [[nodiscard]] bool stopped() const { return options_->stop && *options_->stop; }
@@ -153,9 +191,9 @@ class Run {
     mark.check_failures = check_.failure_count();
     if (!options_->scrape_metrics) return;
     ++scrapes_under_way_;
-    scrape(io_, server_, [this, index](Exposition metrics) {
+    get_page(io_, server_, "/metrics", kScrapeWait, [this, index](std::string_view body) {
       --scrapes_under_way_;
-      marks_[index].metrics = std::move(metrics);
+      marks_[index].metrics = parse_exposition(body);
     });
   }
 
@@ -170,6 +208,7 @@ class Run {
     if (own) point.generator_resident_mib = own->resident_mib;
     if (own && sampled_own_) point.generator_cpu_cores = (own->cpu_s - sampled_own_->cpu_s) / passed_s;
     if (server) point.server_resident_mib = server->resident_mib;
+    if (server && plan_->has_attacks()) point.builds_resident_mib = children_resident_mib(*options_->server_pid);
     if (server && sampled_server_) point.server_cpu_cores = (server->cpu_s - sampled_server_->cpu_s) / passed_s;
     if (sampled_own_) result_.processes.push_back(point);
     sampled_own_ = own;
@@ -211,17 +250,33 @@ class Run {
         inputs.server = stage.server = use_between(*from.server, *to.server);
         inputs.server_resident_growth_mib = to.server->resident_mib - from.server->resident_mib;
       }
+      for (const ProcessPoint& point : result_.processes) {
+        if (point.at_s < stage.begin_s || point.at_s > stage.begin_s + stage.duration_s) continue;
+        inputs.server_resident_peak_mib = std::max(inputs.server_resident_peak_mib, point.server_resident_mib);
+        inputs.builds_resident_peak_mib = std::max(inputs.builds_resident_peak_mib, point.builds_resident_mib);
+      }
+      if (!to.metrics.empty()) stage.server_metrics = exposition_between(from.metrics, to.metrics);
+      inputs.server_metrics = &stage.server_metrics;
       inputs.pose_delay_ms = static_cast<double>(preparation_->welcome().pose_delay_ns) * 1e-6;
       inputs.frames_checked = to.checked - std::min(to.checked, from.checked);
       inputs.check_failures = to.check_failures - std::min(to.check_failures, from.check_failures);
       stage.figures = make_figures(inputs);
-      if (!to.metrics.empty()) stage.server_metrics = exposition_between(from.metrics, to.metrics);
+      if (plan_->has_attacks()) add_attack(i, stage);
       if (stage.stage.measured) lag.merge(stage.tally.lag);
       result_.stages.push_back(std::move(stage));
     }
+    for (std::size_t i = 1; i + 1 < result_.stages.size(); ++i)
+      if (result_.stages[i].stage.attack)
+        compare_with_calm(result_.stages[i].figures, result_.stages[i - 1].figures, result_.stages[i + 1].figures);
     result_.generator_lag_p99_ms = lag.quantile_ms(0.99);
     result_.windows = tally_->windows();
     result_.check_failures = check_.failures();
+  }
+
+  void add_attack(std::size_t index, StageResult& stage) {
+    stage.figures.merge(newcomer_figures_[index]);
+    for (const auto& [event, count] : attack_events_[index])
+      stage.tally.counts.bad_client_ends["attack: " + event] = count;
   }
 
   const Plan* plan_;
@@ -241,6 +296,11 @@ class Run {
   std::vector<Mark> marks_;
   std::size_t next_mark_ = 0;
   std::size_t scrapes_under_way_ = 0;
+  std::vector<EncodedGroom> newcomer_grooms_;  // by stage, in a plan with attacks; likewise the next
+  std::vector<Figures> newcomer_figures_;
+  std::vector<std::map<std::string, std::uint64_t, std::less<>>> attack_events_;
+  std::unique_ptr<Newcomer> newcomer_;
+  std::size_t next_newcomer_ = 0;  // its stage
   std::int64_t sample_count_ = 0, sampled_ns_ = 0;
   std::optional<ProcessUse> sampled_own_, sampled_server_;
 };

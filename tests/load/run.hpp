@@ -53,6 +53,7 @@ struct StageResult {
 
 struct ProcessPoint {
   double at_s = 0, generator_cpu_cores = 0, generator_resident_mib = 0, server_cpu_cores = 0, server_resident_mib = 0;
+  double builds_resident_mib = 0;  // of the server's child processes; sampled only in a plan with attacks
 };
 
 struct RunResult {

@@ -1,6 +1,7 @@
 #include "tests/load/stage.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -97,12 +98,19 @@ Result<void> set(Stage& stage, std::string_view key, std::string_view value) {
     stage.measured = value == "yes";
     return {};
   }
+  if (key == "attack") {
+    const auto known = std::ranges::find(kAttackNames, value);
+    if (known == kAttackNames.end())
+      return Refusal(fmt::format("'{}' is not one of {}", value, fmt::join(kAttackNames, ", ")));
+    stage.attack = static_cast<Attack>(known - kAttackNames.begin());
+    return {};
+  }
   const auto kind = std::ranges::find(kMisbehaviourNames, key);
   if (kind != kMisbehaviourNames.end())
     return assign(headcount(value), stage.misbehaving[static_cast<std::size_t>(kind - kMisbehaviourNames.begin())]);
   return Refusal(
-      "unknown key; there are name, clients, characters, level, churn, storm, warm, measured, slow, flood, malformed, "
-      "silent, half_open");
+      "unknown key; there are name, clients, characters, level, churn, storm, attack, warm, measured, slow, flood, "
+      "malformed, silent, half_open");
 }
 
 }  // namespace
@@ -138,6 +146,7 @@ Result<Stage> parse_stage(std::string_view text, const Stage* before) {
   stage.name = parts[0];
   stage.measured = stage.kind != StageKind::ramp;
   stage.warm_s = stage.churn_hz = stage.storm_share = 0;
+  stage.attack.reset();
   const auto duration = parse_duration_s(parts[1]);
   if (!duration) return wrong(duration.error());
   stage.duration_s = *duration;
@@ -171,6 +180,7 @@ std::string to_text(const Stage& stage) {
     text += count.is_share ? fmt::format(",{}={}%", kMisbehaviourNames[i], count.value * 100)
                            : fmt::format(",{}={}", kMisbehaviourNames[i], count.value);
   }
+  if (stage.attack) text += fmt::format(",attack={}", kAttackNames[static_cast<std::size_t>(*stage.attack)]);
   return text;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,26 @@ enum class Misbehaviour : std::uint8_t { slow, flood, malformed, silent, half_op
 inline constexpr std::size_t kMisbehaviourCount = 5;
 inline constexpr std::array<std::string_view, kMisbehaviourCount> kMisbehaviourNames{"slow", "flood", "malformed",
                                                                                      "silent", "half_open"};
+
+// What attackers do to the server meanwhile, beside all clients; `attacks()` says how.
+enum class Attack : std::uint8_t {
+  zigzag,
+  body,
+  big,
+  resume,
+  offers,
+  silent,
+  hellos,
+  prologue,
+  churn,
+  rooms,
+  observe,
+  wind,
+  poses
+};
+inline constexpr std::array<std::string_view, 13> kAttackNames{"zigzag",  "body",   "big",      "resume", "offers",
+                                                               "silent",  "hellos", "prologue", "churn",  "rooms",
+                                                               "observe", "wind",   "poses"};
 
 // So many, or so large a share of the well-behaved clients.
 struct Headcount {
@@ -49,10 +70,11 @@ struct Stage {
   double churn_hz = 0;                               // clients a second that leave, each followed by a new one
   double storm_share = 0;  // of the clients, that lose their connections at half time and return
   std::array<Headcount, kMisbehaviourCount> misbehaving{};
+  std::optional<Attack> attack;
 };
 
-// Parses KIND:DURATION[:KEY=VALUE,...]. Missing keys are taken from the stage before, except churn, storm, warm and
-// measured. The error is one line.
+// Parses KIND:DURATION[:KEY=VALUE,...]. Missing keys are taken from the stage before, except churn, storm, attack,
+// warm and measured. The error is one line.
 Result<Stage> parse_stage(std::string_view text, const Stage* before);
 // What parse_stage takes, with every key.
 std::string to_text(const Stage& stage);

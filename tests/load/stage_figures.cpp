@@ -30,6 +30,7 @@ void put_frames(Figures& figures, const Counts& counts) {
   figures["frames"] = own;
   figures["frames_of_others"] = static_cast<double>(counts.frames_of_others);
   figures["frames_missed"] = missed;
+  if (own > 0) figures["gap_ticks_max"] = static_cast<double>(counts.gap_ticks_max);
   put_share(figures, "frames_missed_share", missed, own + missed);
   put_share(figures, "frames_discontinuous_share", static_cast<double>(counts.frames_discontinuous), all);
   for (std::size_t i = 0; i < kLevelCount; ++i)
@@ -52,7 +53,33 @@ void put_poses(Figures& figures, const Counts& counts) {
   put_share(figures, "poses_asleep_share", static_cast<double>(counts.poses_asleep), intended);
 }
 
+void put_server(Figures& figures, const StageInputs& inputs) {
+  if (inputs.server_metrics) {
+    for (const char* name : {"ticks_late", "ticks_overrun", "ticks_skipped"}) {
+      const auto found = inputs.server_metrics->find("hairnet_" + std::string(name) + "_total");
+      if (found != inputs.server_metrics->end()) figures["server_" + std::string(name)] = found->second;
+    }
+  }
+  if (!inputs.server) return;
+  put_share(figures, "server_cpu_cores", inputs.server->cpu_s, inputs.duration_s);
+  put_share(figures, "server_cpu_us_per_character_s", inputs.server->cpu_s * 1e6, inputs.tally->counts.character_s);
+  figures["server_resident_mib"] = inputs.server->resident_mib;
+  figures["server_resident_growth_mib"] = inputs.server_resident_growth_mib;
+  figures["server_resident_peak_mib"] = inputs.server_resident_peak_mib;
+  figures["builds_resident_peak_mib"] = inputs.builds_resident_peak_mib;
+}
+
 }  // namespace
+
+void compare_with_calm(Figures& stage, const Figures& before, const Figures& after) {
+  const auto put_difference = [&](const std::string& name, const Figures& of, const std::string& figure) {
+    const auto value = of.find(figure), calm = before.find(figure);
+    if (value != of.end() && calm != before.end()) stage[name] = value->second - calm->second;
+  };
+  for (const std::string figure : {"frames_missed_share", "latency_p99_ms", "level_high_share"})
+    put_difference(figure + "_over_calm", stage, figure);
+  put_difference("server_resident_after_mib_over_calm", after, "server_resident_mib");
+}
 
 Figures make_figures(const StageInputs& inputs) {
   const StageTally& tally = *inputs.tally;
@@ -91,12 +118,7 @@ Figures make_figures(const StageInputs& inputs) {
     put_share(figures, "generator_cpu_cores", inputs.own->cpu_s, inputs.duration_s);
     put_share(figures, "generator_cpu_us_per_character_s", inputs.own->cpu_s * 1e6, counts.character_s);
   }
-  if (inputs.server) {
-    put_share(figures, "server_cpu_cores", inputs.server->cpu_s, inputs.duration_s);
-    put_share(figures, "server_cpu_us_per_character_s", inputs.server->cpu_s * 1e6, counts.character_s);
-    figures["server_resident_mib"] = inputs.server->resident_mib;
-    figures["server_resident_growth_mib"] = inputs.server_resident_growth_mib;
-  }
+  put_server(figures, inputs);
   if (inputs.frames_checked > 0) {
     figures["frames_checked"] = static_cast<double>(inputs.frames_checked);
     figures["check_failures"] = static_cast<double>(inputs.check_failures);
@@ -118,6 +140,7 @@ const std::vector<FigureName>& figure_names() {
       {"generator_lag_p99_ms", "from an intended time to the generator's doing it: above a bound nothing here counts"},
       {"frames", "of own characters; frames_of_others; frames_per_character_s"},
       {"frames_missed_share", "of own frames that were due, by tick and stride; frames_missed"},
+      {"gap_ticks_max", "longest time from one own frame to the next; 1: at every tick, or at every one of its stride"},
       {"frames_discontinuous_share", "after teleports, resets and changes of level"},
       {"level_high_share", "of frames, by level: high, medium, low, ether, rigid"},
       {"stride_1_share", "of frames, by the ticks to the next: 1, 2, 4"},
@@ -134,7 +157,14 @@ const std::vector<FigureName>& figure_names() {
       {"bytes_in_per_frame", "likewise; content_bytes_per_frame"},
       {"generator_cpu_cores", "of this program; generator_cpu_us_per_character_s"},
       {"server_cpu_cores", "with --spawn or --server-pid; server_cpu_us_per_character_s"},
-      {"server_resident_mib", "at the stage's end; server_resident_growth_mib meanwhile"},
+      {"server_resident_mib", "at the stage's end; server_resident_growth_mib meanwhile, server_resident_peak_mib"},
+      {"builds_resident_peak_mib", "of the server's child processes, which build grooms"},
+      {"server_ticks_skipped", "from /metrics; server_ticks_late, server_ticks_overrun"},
+      {"newcomer_ready_s", "with attacks: from a user's coming until a groom of its own is ready; newcomer_welcome_s"},
+      {"healthz_max_s", "with attacks: the slowest answer of /healthz, which is asked for once a second"},
+      {"frames_missed_share_over_calm",
+       "of an attack: beyond the calm stage before it; latency_p99_ms_, level_high_share_over_calm"},
+      {"server_resident_after_mib_over_calm", "of an attack: at the end of the calm stage after it"},
       {"frames_checked", "with --check; check_failures"}};
   return names;
 }

@@ -208,11 +208,45 @@ TEST(Requirement, applies_to_all_measured_stages_or_to_one) {
   EXPECT_FALSE(judged("steady/y<5")[0].value);
 }
 
+TEST(Figures, attack_is_compared_with_the_calm_stages_around_it) {
+  Figures attack{{"frames_missed_share", 0.5}, {"latency_p99_ms", 70}};
+  compare_with_calm(attack, {{"frames_missed_share", 0.1}, {"latency_p99_ms", 60}, {"server_resident_mib", 100}},
+                    {{"frames_missed_share", 0}, {"server_resident_mib", 130}});
+  EXPECT_DOUBLE_EQ(attack.at("frames_missed_share_over_calm"), 0.4);
+  EXPECT_DOUBLE_EQ(attack.at("latency_p99_ms_over_calm"), 10);
+  EXPECT_DOUBLE_EQ(attack.at("server_resident_after_mib_over_calm"), 30);
+  EXPECT_FALSE(attack.contains("level_high_share_over_calm"));
+}
+
+TEST(Figures, server_ticks_come_from_its_metrics) {
+  const StageTally tally;
+  const Exposition metrics{{"hairnet_ticks_skipped_total", 3}, {"hairnet_ticks_overrun_total", 5}};
+  StageInputs inputs;
+  inputs.tally = &tally;
+  EXPECT_FALSE(make_figures(inputs).contains("server_ticks_skipped"));
+  inputs.server_metrics = &metrics;
+  EXPECT_DOUBLE_EQ(make_figures(inputs).at("server_ticks_skipped"), 3);
+  EXPECT_DOUBLE_EQ(make_figures(inputs).at("server_ticks_overrun"), 5);
+}
+
+TEST(Tally, gaps_count_missed_frames_by_stride) {
+  Plan plan;
+  plan.stages.resize(1);
+  plan.stages[0].duration_s = 10;
+  Tally tally(plan, 0);
+  tally.record_gap(1, 2, 2);  // none missed
+  EXPECT_EQ(tally.stage(0).counts.gap_ticks_max, 1u);
+  tally.record_gap(1, 8, 2);
+  EXPECT_EQ(tally.stage(0).counts.gap_ticks_max, 7u);
+  EXPECT_EQ(tally.stage(0).counts.frames_missed, 3u);
+}
+
 TEST(ProcessSampler, reads_names_with_spaces_and_parentheses) {
   const auto line =
       parse_stat_line("42 (a (b) c) S 1 42 42 0 -1 4194560 100 0 0 0 250 150 0 0 20 0 4 0 1000 100000 500 184", 100);
   ASSERT_TRUE(line);
   EXPECT_EQ(line->name, "a (b) c");
+  EXPECT_EQ(line->parent, 1);
   EXPECT_DOUBLE_EQ(line->cpu_s, 4);
   for (const char* bad : {"", "42", "42 (x", "42 (x) S 1 2", ")(", "42 (x)"})
     EXPECT_FALSE(parse_stat_line(bad, 100)) << bad;

@@ -101,6 +101,12 @@ void Tally::record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t st
   add(window_at(now_ns).counts);
 }
 
+void Tally::record_gap(std::int64_t now_ns, std::uint64_t ticks, std::uint32_t stride) {
+  Counts& counts = at(now_ns).counts;
+  counts.gap_ticks_max = std::max(counts.gap_ticks_max, ticks > stride ? ticks - stride + 1 : 1);
+  if (ticks > stride) count(now_ns, &Counts::frames_missed, ticks / stride - 1);
+}
+
 void Tally::record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns) {
   at(arrived_ns).frame_age.record(arrived_ns - sampled_ns);
 }

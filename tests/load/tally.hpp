@@ -26,6 +26,7 @@ struct Counts {
   std::uint64_t poses_asleep = 0;   // of characters at rest, that owe no frame
   std::uint64_t frames = 0;         // of own characters
   std::uint64_t frames_missed = 0;  // by tick and stride
+  std::uint64_t gap_ticks_max = 0;  // from one own frame to the next: 1 when none is missed, at any stride
   std::uint64_t frames_of_others = 0;
   std::uint64_t frames_undecodable = 0;     // a frame that they refer to was missing, or their bytes were wrong
   std::uint64_t resumes = 0, restarts = 0;  // lost connections after which the server had the session, or had not
@@ -80,6 +81,8 @@ class Tally {
   void record_lag(std::int64_t intended_ns, std::int64_t now_ns);
   void record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t content_bytes,
                     bool discontinuous, bool own);
+  // An own frame that came `ticks` after the one before it, which announced it for `stride` ticks later.
+  void record_gap(std::int64_t now_ns, std::uint64_t ticks, std::uint32_t stride);
   void record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns);
   // `before_ns`: when the one before it arrived; 0: there was none, or it was asleep.
   void record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t before_ns);

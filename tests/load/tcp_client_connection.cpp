@@ -1,5 +1,7 @@
 #include "tests/load/tcp_client_connection.hpp"
 
+#include <netinet/in.h>
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -33,9 +35,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Connection(asio::io_context& io, ConnectionEvents& events, std::shared_ptr<std::vector<std::uint8_t>> buffer)
       : socket_(io), events_(&events), buffer_(std::move(buffer)), splitter_(wire::kPacketBytesMax) {}
 
-  void connect(const tcp::endpoint& server) {
+  void connect(const tcp::endpoint& server, std::uint32_t host) {
     error_code fault;
     socket_.open(server.protocol(), fault);
+    if (!fault && host > 0 && server.address().is_v4() && server.address().is_loopback()) bind(host, fault);
     if (fault) {
       asio::post(socket_.get_executor(), [self = shared_from_this(), fault] { self->fail(fault); });
       return;
@@ -82,6 +85,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_.size(); }
 
  private:
+  void bind(std::uint32_t host, error_code& fault) {
+    const asio::detail::socket_option::boolean<IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT> port_later(true);
+    socket_.set_option(port_later, fault);  // or an address would have ports for 28 000 connections a minute only
+    socket_.bind({asio::ip::address_v4(0x7f000000u + host), 0}, fault);
+  }
+
   void on_connected(const error_code& fault) {
     if (!events_) return;
     if (fault) return fail(fault);
@@ -180,9 +189,9 @@ TcpConnector::TcpConnector(asio::io_context& io, tcp::endpoint server)
       server_(std::move(server)),
       receive_buffer_(std::make_shared<std::vector<std::uint8_t>>(kReceiveBytes)) {}
 
-std::unique_ptr<ClientConnection> TcpConnector::connect(ConnectionEvents& events) {
+std::unique_ptr<ClientConnection> TcpConnector::connect(ConnectionEvents& events, std::uint32_t host) {
   auto connection = std::make_shared<Connection>(*io_, events, receive_buffer_);
-  connection->connect(server_);
+  connection->connect(server_, host);
   return std::make_unique<TcpClientConnection>(std::move(connection));
 }
 

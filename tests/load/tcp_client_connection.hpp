@@ -25,7 +25,7 @@ Result<asio::ip::tcp::endpoint> resolve(const Address& address);
 class TcpConnector final : public Connector {
  public:
   TcpConnector(asio::io_context& io, asio::ip::tcp::endpoint server);
-  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events) override;
+  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events, std::uint32_t host) override;
 
  private:
   asio::io_context* io_;

@@ -32,12 +32,15 @@ struct ClientContext {
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
   Connector* connector = nullptr;
+  std::uint32_t first_host = 0;  // each client has a loopback address of its own, from this one on; 0: it has none
   // `place`: its index among the clients, which decides its room.
   std::function<std::unique_ptr<ProtocolClient>(std::uint32_t client, std::uint32_t place)> make_protocol_client;
   Tally* tally = nullptr;
   FrameWatcher* watcher = nullptr;  // may be null
   // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
   std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
+
+  [[nodiscard]] std::uint32_t host_of(std::uint32_t client) const { return first_host > 0 ? first_host + client : 0; }
 };
 
 // One virtual client. It acts at the times of the plan, independently of the server.

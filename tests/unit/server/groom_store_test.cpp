@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/levels/build.hpp"
+#include "core/levels/level_map.hpp"
+#include "server/grooms/level_bytes.hpp"
 #include "tests/unit/server/groom_store_fixture.hpp"
 
 namespace hairnet::server {
@@ -25,6 +28,22 @@ TEST_F(GroomStoreTest, an_uploaded_groom_becomes_ready) {
   EXPECT_EQ(ready_commands(), 1u);
   EXPECT_EQ(store_->upload_bytes(), 0u);
   EXPECT_GT(store_->level_bytes(), 1000u);
+}
+
+// The maps between levels are most of a small groom's memory.
+TEST_F(GroomStoreTest, memory_of_levels_includes_the_maps_between_them) {
+  const auto groom = wire::decode_groom(good_.bytes);
+  LevelSet set = *build_levels(*groom);
+  const std::size_t with_maps = level_bytes(set);
+  std::size_t maps = 0;
+  for (auto& from : set.maps) {
+    for (auto& map : from) {
+      if (map) maps += map->bytes();
+    }
+  }
+  EXPECT_GT(maps, 10'000u);
+  set.maps = {};
+  EXPECT_EQ(with_maps, level_bytes(set) + maps);
 }
 
 TEST_F(GroomStoreTest, the_session_whose_builds_took_least_is_built_next) {

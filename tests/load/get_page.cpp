@@ -1,9 +1,10 @@
-#include "tests/load/scrape.hpp"
+#include "tests/load/get_page.hpp"
 
-#include <chrono>
 #include <memory>
 #include <string>
 #include <utility>
+
+#include "tests/load/exposition.hpp"
 
 namespace hairnet::load {
 namespace {
@@ -11,16 +12,19 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-constexpr std::chrono::seconds kWait{1};
 constexpr std::size_t kAnswerBytesMax = 4u << 20;
 
-class Scrape : public std::enable_shared_from_this<Scrape> {
+class PageRequest : public std::enable_shared_from_this<PageRequest> {
  public:
-  Scrape(asio::io_context& io, std::function<void(Exposition)> done)
-      : socket_(io), timer_(io), answer_(std::make_shared<std::string>()), done_(std::move(done)) {}
+  PageRequest(asio::io_context& io, std::string_view path, std::function<void(std::string_view)> done)
+      : socket_(io),
+        timer_(io),
+        request_("GET " + std::string(path) + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
+        answer_(std::make_shared<std::string>()),
+        done_(std::move(done)) {}
 
-  void start(const asio::ip::tcp::endpoint& server) {
-    timer_.expires_after(kWait);
+  void start(const asio::ip::tcp::endpoint& server, std::chrono::seconds wait) {
+    timer_.expires_after(wait);
     timer_.async_wait([self = shared_from_this()](const error_code& ec) {
       error_code ignored;
       if (!ec) self->socket_.close(ignored);
@@ -41,20 +45,21 @@ class Scrape : public std::enable_shared_from_this<Scrape> {
   }
   void finish() {
     timer_.cancel();
-    done_(parse_exposition(http_body(*answer_)));
+    done_(http_body(*answer_));
   }
 
   asio::ip::tcp::socket socket_;
   asio::steady_timer timer_;
-  const std::string request_ = "GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+  const std::string request_;
   std::shared_ptr<std::string> answer_;
-  std::function<void(Exposition)> done_;
+  std::function<void(std::string_view)> done_;
 };
 
 }  // namespace
 
-void scrape(asio::io_context& io, const asio::ip::tcp::endpoint& server, std::function<void(Exposition)> done) {
-  std::make_shared<Scrape>(io, std::move(done))->start(server);
+void get_page(asio::io_context& io, const asio::ip::tcp::endpoint& server, std::string_view path,
+              std::chrono::seconds wait, std::function<void(std::string_view)> done) {
+  std::make_shared<PageRequest>(io, path, std::move(done))->start(server, wait);
 }
 
 }  // namespace hairnet::load

@@ -1,0 +1,108 @@
+#include "tests/load/attack_session.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace hairnet::load {
+namespace {
+
+constexpr std::int64_t kSessionRedial_ns = 250'000'000;
+constexpr std::size_t kSessionUnsentBytesMax = 1u << 20;  // a server that does not read them all has less to do
+constexpr std::uint32_t kPosesPerPacket = 1024;
+constexpr std::uint32_t kObservedCount = 64;
+constexpr double kReads_hz = 10;
+
+}  // namespace
+
+AttackSession::AttackSession(const AttackContext& context, std::uint32_t host, SessionAttack attack)
+    : Attacker(context, host, attack.stay == SessionAttack::Stay::stays ? kSessionRedial_ns : 0),
+      attack_(std::move(attack)),
+      poses_(attack_.pose_hz),
+      observes_(attack_.observe_hz),
+      winds_(attack_.wind_hz),
+      churn_(attack_.churn_hz),
+      reads_(attack_.read_bytes_per_s > 0 ? kReads_hz : 0) {}
+
+void AttackSession::begin(std::int64_t now_ns) {
+  welcomed_ = false;
+  wire::Hello hello;
+  hello.client_name = "hairnet-load attacker";
+  hello.room = attack_.room;
+  hello.role = attack_.role;
+  hello.session = session_;
+  hello.secret = secret_;
+  send(std::move(hello), now_ns);
+}
+
+void AttackSession::hear(const wire::Message& message, std::int64_t now_ns) {
+  const auto* added = std::get_if<wire::CharacterAdded>(&message);
+  const bool may_leave = added && added->character + 1 == end_ && attack_.stay == SessionAttack::Stay::resumes;
+  if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
+    welcomed_ = true;
+    count(welcome->resumed ? "resumes" : "sessions");
+    if (attack_.stay == SessionAttack::Stay::leaves) {
+      send(wire::Goodbye{wire::GoodbyeReason::client_leaves, {}}, now_ns);
+      return close(now_ns);
+    }
+    if (welcome->resumed) return close(now_ns);
+    session_ = attack_.stay == SessionAttack::Stay::resumes ? welcome->session : 0;
+    secret_ = welcome->secret;
+    first_ = end_ = 1;
+    while (end_ <= attack_.characters) add_character(now_ns);
+  } else if (may_leave) {
+    close(now_ns);
+  }
+}
+
+void AttackSession::add_character(std::int64_t now_ns) {
+  send(wire::AddCharacter{end_++, context_->groom, LevelIndex::high}, now_ns);
+}
+
+void AttackSession::proceed(std::int64_t now_ns) {
+  if (!welcomed_) return;
+  if (reads_.take(now_ns)) connection().limit_reading(attack_.read_bytes_per_s / static_cast<std::size_t>(kReads_hz));
+  if (connection().unsent_bytes() > kSessionUnsentBytesMax) return;
+  while (const auto captured_ns = poses_.take(now_ns)) send_poses(*captured_ns, now_ns);
+  while (observes_.take(now_ns)) {
+    wire::Observe observe;
+    observe.mode = wire::ObserveMode::nearest;
+    observe.count = kObservedCount + turn_++ % 2;
+    send(std::move(observe), now_ns);
+  }
+  while (winds_.take(now_ns)) {
+    wire::SetWind wind;
+    wind.wind.mean_m_per_s = Vec3(1 + (attack_.wind_varies ? 0.01 * (turn_++ % 100) : 0), 0, 0);
+    wind.wind.turbulence_rms_m_per_s = 1;
+    send(std::move(wind), now_ns);
+  }
+  while (churn_.take(now_ns)) {
+    if (turn_++ % 2 == 0)
+      add_character(now_ns);
+    else
+      send(wire::RemoveCharacter{first_++}, now_ns);
+  }
+}
+
+// Heads in rows, all turning from side to side.
+void AttackSession::send_poses(std::int64_t captured_ns, std::int64_t now_ns) {
+  ++turn_;
+  const double angle = attack_.moves ? 0.5 * std::sin(static_cast<double>(captured_ns) * 6e-9) : 0;
+  wire::PoseSample sample;
+  sample.sequence = turn_;
+  sample.capture_time_ns = captured_ns;
+  RigidTransform head;
+  head.rotation = Quat(std::cos(angle / 2), 0, std::sin(angle / 2), 0);
+  for (std::uint32_t begin = first_; begin < end_;) {
+    wire::PoseBatch batch;
+    for (; begin < end_ && batch.poses.size() < kPosesPerPacket; ++begin) {
+      sample.character = begin;
+      head.position = Vec3(begin % 32, 0, begin / 32);
+      sample.pose = rigid_pose(head);
+      batch.poses.push_back(sample);
+    }
+    count("poses", batch.poses.size());
+    send(std::move(batch), now_ns);
+  }
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/load/attacker.hpp"
+
+namespace hairnet::load {
+
+// What a session does. It keeps to the protocol, and does too much of it.
+struct SessionAttack {
+  enum class Stay : std::uint8_t { stays, resumes, leaves };  // after its welcome; one that resumes does so at once
+  std::string room;
+  wire::Role role = wire::Role::participant;
+  std::uint32_t characters = 0;
+  Stay stay = Stay::stays;
+  double pose_hz = 0;                // of each character
+  bool moves = true;                 // whether its poses differ
+  double observe_hz = 0;             // Observe of the nearest members
+  double wind_hz = 0;                // SetWind
+  bool wind_varies = true;           // whether the winds differ
+  double churn_hz = 0;               // characters are added and removed in turn
+  std::size_t read_bytes_per_s = 0;  // 0: all
+};
+
+class AttackSession final : public Attacker {
+ public:
+  AttackSession(const AttackContext& context, std::uint32_t host, SessionAttack attack);
+
+ private:
+  void begin(std::int64_t now_ns) override;
+  void proceed(std::int64_t now_ns) override;
+  void hear(const wire::Message& message, std::int64_t now_ns) override;
+  void add_character(std::int64_t now_ns);
+  void send_poses(std::int64_t captured_ns, std::int64_t now_ns);
+
+  SessionAttack attack_;
+  Rate poses_, observes_, winds_, churn_, reads_;
+  bool welcomed_ = false;
+  std::uint64_t session_ = 0;
+  wire::SessionSecret secret_{};
+  std::uint32_t first_ = 1, end_ = 1;  // the characters that it has
+  std::uint32_t turn_ = 0;             // counts poses, winds and so on, so that they differ
+};
+
+}  // namespace hairnet::load

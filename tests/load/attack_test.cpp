@@ -1,0 +1,229 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "schema/channel/packet_splitter.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "tests/load/attack_grooms.hpp"
+#include "tests/load/attack_session.hpp"
+#include "tests/load/attack_socket.hpp"
+#include "tests/load/attack_upload.hpp"
+#include "tests/load/attacks.hpp"
+
+namespace hairnet::load {
+namespace {
+
+using testing::Each;
+using testing::SizeIs;
+
+// Connections whose other end is the test.
+class Wire final : public Connector {
+ public:
+  std::unique_ptr<ClientConnection> connect(ConnectionEvents& to, std::uint32_t host) override {
+    events = &to;
+    hosts.push_back(host);
+    sent.clear();
+    auto line = std::make_unique<Line>(*this);
+    return line;
+  }
+  // All messages that were sent on the newest connection.
+  [[nodiscard]] std::vector<wire::Message> messages() const {
+    std::vector<wire::Message> found;
+    channel::PacketSplitter splitter(wire::kPacketBytesMax);
+    splitter.feed(sent, [&](std::span<const std::uint8_t> packet) {
+      found.push_back(wire::decode_packet(packet).envelope.message);
+    });
+    return found;
+  }
+  template <class T>
+  [[nodiscard]] std::vector<T> all() const {
+    std::vector<T> found;
+    for (const wire::Message& message : messages())
+      if (const auto* one = std::get_if<T>(&message)) found.push_back(*one);
+    return found;
+  }
+  void answer(wire::Message message, std::int64_t now_ns = 0) {
+    events->on_packet(wire::encode_packet({now_ns, std::move(message)}), now_ns);
+  }
+
+  ConnectionEvents* events = nullptr;
+  std::vector<std::uint32_t> hosts;
+  std::vector<std::uint8_t> sent;  // on the newest connection
+  std::size_t open_count = 0, readable = ~std::size_t{0};
+
+ private:
+  struct Line final : ClientConnection {
+    explicit Line(Wire& w) : wire(&w) { ++wire->open_count; }
+    ~Line() override { --wire->open_count; }
+    void send(std::span<const std::uint8_t> bytes) override {
+      wire->sent.insert(wire->sent.end(), bytes.begin(), bytes.end());
+    }
+    void close_sending() override {}
+    void limit_reading(std::size_t bytes) override { wire->readable = bytes; }
+    [[nodiscard]] std::size_t unsent_bytes() const override { return 0; }
+    Wire* wire;
+  };
+};
+
+class AttackTest : public testing::Test {
+ protected:
+  AttackTest() {
+    context_.connector = &wire_;
+    context_.events = &events_;
+    context_.newcomer_groom.fill(7);
+    context_.newcomer_groom_bytes = 500;
+  }
+  // Connects, and is welcomed.
+  void welcome(Attacker& attacker, const wire::Welcome& welcome = {}) {
+    attacker.act(kSecond_ns);
+    wire_.events->on_open(kSecond_ns);
+    attacker.act(kSecond_ns);
+    wire_.answer(welcome, kSecond_ns);
+  }
+
+  static constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  Wire wire_;
+  std::map<std::string, std::uint64_t, std::less<>> events_;
+  AttackContext context_;
+};
+
+TEST_F(AttackTest, rate_is_that_of_events_whatever_the_calls) {
+  Rate rate(100), never(0);
+  int count = 0;
+  for (std::int64_t now_ns = kSecond_ns; now_ns < 3 * kSecond_ns; now_ns += 37'000'000)
+    while (rate.take(now_ns)) ++count;
+  EXPECT_NEAR(count, 200, 5);
+  EXPECT_FALSE(never.take(kSecond_ns));
+  count = 0;
+  while (rate.take(100 * kSecond_ns)) ++count;  // not 97 seconds at once
+  EXPECT_EQ(count, 1);
+}
+
+TEST_F(AttackTest, session_adds_its_characters_and_sends_all_their_poses) {
+  SessionAttack attack;
+  attack.room = "attack";
+  attack.characters = 1500;
+  attack.pose_hz = 30;
+  AttackSession session(context_, 9, attack);
+  welcome(session);
+  EXPECT_EQ(wire_.hosts, std::vector<std::uint32_t>{9});
+  EXPECT_EQ(wire_.all<wire::Hello>().at(0).room, "attack");
+  EXPECT_THAT(wire_.all<wire::AddCharacter>(), SizeIs(1500));
+  session.act(2 * kSecond_ns);
+  std::size_t poses = 0;
+  for (const wire::PoseBatch& batch : wire_.all<wire::PoseBatch>()) {
+    for (const wire::PoseSample& sample : batch.poses)
+      EXPECT_EQ(wire::validate_pose(sample.pose), wire::PoseRefusal::none);
+    poses += batch.poses.size();
+  }
+  EXPECT_EQ(poses, 1500u);
+  EXPECT_EQ(events_["poses"], 1500u);
+}
+
+TEST_F(AttackTest, resuming_session_closes_when_it_has_its_characters_and_at_each_resume) {
+  SessionAttack attack;
+  attack.characters = 3;
+  attack.stay = SessionAttack::Stay::resumes;
+  AttackSession session(context_, 9, attack);
+  wire::Welcome first;
+  first.session = 77;
+  first.secret.fill(5);
+  welcome(session, first);
+  wire_.answer(wire::CharacterAdded{2, {}, LevelIndex::rigid, 1}, kSecond_ns);
+  EXPECT_EQ(wire_.open_count, 1u);
+  wire_.answer(wire::CharacterAdded{3, {}, LevelIndex::rigid, 2}, kSecond_ns);
+  EXPECT_EQ(wire_.open_count, 0u);
+  wire::Welcome resumed = first;
+  resumed.resumed = true;
+  welcome(session, resumed);
+  const wire::Hello hello = wire_.all<wire::Hello>().at(0);
+  EXPECT_EQ(hello.session, 77u);
+  EXPECT_EQ(hello.secret, first.secret);
+  EXPECT_THAT(wire_.all<wire::AddCharacter>(), SizeIs(0));
+  EXPECT_EQ(wire_.open_count, 0u);
+}
+
+TEST_F(AttackTest, observer_reads_little_and_churn_adds_and_removes) {
+  SessionAttack attack;
+  attack.read_bytes_per_s = 1000;
+  attack.churn_hz = 10;
+  attack.characters = 2;
+  AttackSession session(context_, 9, attack);
+  welcome(session);
+  for (int i = 0; i < 9; ++i) session.act(2 * kSecond_ns + i * kSecond_ns / 10);
+  EXPECT_EQ(wire_.readable, 100u);
+  EXPECT_THAT(wire_.all<wire::AddCharacter>(), SizeIs(2 + 5));
+  EXPECT_THAT(wire_.all<wire::RemoveCharacter>(), SizeIs(4));
+}
+
+TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {
+  AttackUpload upload(context_, 9, make_rubbish(300'000), 1);
+  welcome(upload);
+  ASSERT_THAT(wire_.messages(), SizeIs(2));  // Hello and GroomOffer
+  const wire::GroomOffer offer = wire_.all<wire::GroomOffer>().at(0);
+  EXPECT_EQ(offer.byte_count, 300'000u);
+  upload.act(kSecond_ns);
+  EXPECT_THAT(wire_.all<wire::GroomChunk>(), SizeIs(0));
+  wire_.answer(wire::GroomNeed{offer.hash, 100'000}, kSecond_ns);
+  upload.act(kSecond_ns);
+  std::uint64_t offset = 100'000;
+  for (const wire::GroomChunk& chunk : wire_.all<wire::GroomChunk>()) {
+    EXPECT_EQ(chunk.hash, offer.hash);
+    EXPECT_EQ(chunk.offset, offset);
+    offset += chunk.bytes.size();
+  }
+  EXPECT_EQ(offset, 300'000u);
+  wire_.answer(wire::GroomStatus{offer.hash, wire::GroomState::refused}, kSecond_ns);
+  upload.act(kSecond_ns);
+  EXPECT_THAT(wire_.all<wire::GroomOffer>(), SizeIs(2));
+  EXPECT_NE(wire_.all<wire::GroomOffer>().at(1).hash, offer.hash);
+}
+
+TEST_F(AttackTest, offers_stay_without_their_bytes) {
+  AttackOffers newcomers(context_, 9, SlowOffers{0, 1000, 1, 0, true});
+  welcome(newcomers);
+  newcomers.act(2 * kSecond_ns);
+  newcomers.act(3 * kSecond_ns);
+  ASSERT_THAT(wire_.all<wire::GroomOffer>(), SizeIs(1));
+  EXPECT_EQ(wire_.all<wire::GroomOffer>().at(0).hash, context_.newcomer_groom);
+  EXPECT_EQ(wire_.all<wire::GroomOffer>().at(0).byte_count, 500u);
+  EXPECT_THAT(wire_.all<wire::GroomChunk>(), SizeIs(0));
+}
+
+TEST_F(AttackTest, socket_sends_its_bytes_once_and_comes_again) {
+  const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(100'000, std::uint8_t{3});
+  AttackSocket socket(context_, 9, SocketAttack{bytes, false, 5});
+  socket.act(kSecond_ns);
+  wire_.events->on_open(kSecond_ns);
+  for (int i = 0; i < 5; ++i) socket.act(kSecond_ns);
+  EXPECT_EQ(wire_.sent, *bytes);
+  EXPECT_EQ(wire_.readable, 0u);
+  socket.act(6 * kSecond_ns);
+  EXPECT_EQ(wire_.open_count, 0u);
+  socket.act(7 * kSecond_ns);
+  EXPECT_EQ(wire_.open_count, 1u);
+}
+
+// A groom that the decoder refuses would attack nothing but the decoder.
+TEST_F(AttackTest, grooms_are_valid_within_the_default_limits) {
+  constexpr std::size_t kServerGroomBytesMax = 64u << 20;
+  for (const auto& bytes : {make_zigzag_groom(), make_body_groom(), make_big_groom()}) {
+    EXPECT_LE(bytes.size(), kServerGroomBytesMax);
+    EXPECT_FALSE(std::ranges::search(bytes, kAttackGroomName).empty());
+    const auto groom = wire::decode_groom(bytes);
+    EXPECT_TRUE(groom) << groom.error();
+  }
+  EXPECT_TRUE(wire::decode_groom(*make_newcomer_groom(1).bytes));
+  EXPECT_NE(make_newcomer_groom(1).hash, make_newcomer_groom(2).hash);
+  EXPECT_FALSE(wire::decode_groom(make_rubbish(1000)));
+}
+
+TEST_F(AttackTest, each_attack_has_a_meaning_and_attackers) {
+  EXPECT_THAT(attack_meanings(), Each(testing::Ne("")));
+  for (const Attack attack : {Attack::resume, Attack::silent, Attack::hellos, Attack::prologue, Attack::churn,
+                              Attack::rooms, Attack::observe, Attack::wind, Attack::poses})
+    EXPECT_FALSE(make_attackers(attack, context_).empty());
+}
+
+}  // namespace
+}  // namespace hairnet::load

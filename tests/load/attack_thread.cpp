@@ -1,0 +1,64 @@
+#include "tests/load/attack_thread.hpp"
+
+#include <pthread.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <utility>
+
+#include "schema/channel/monotonic_clock.hpp"
+#include "tests/load/attacks.hpp"
+
+namespace hairnet::load {
+namespace {
+
+constexpr std::chrono::milliseconds kAttackRound{4}, kAttackWait{50};
+constexpr int kLowestPriority = 19;
+
+}  // namespace
+
+AttackThread::AttackThread(const Plan& plan, const asio::ip::tcp::endpoint& server, const AttackContext& context,
+                           std::vector<EncodedGroom> newcomers, std::int64_t begin_ns)
+    : plan_(&plan),
+      server_(server),
+      context_(context),
+      newcomers_(std::move(newcomers)),
+      begin_ns_(begin_ns),
+      events_(plan.stages.size()),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+std::vector<std::map<std::string, std::uint64_t, std::less<>>> AttackThread::finish() {
+  thread_.request_stop();
+  thread_.join();
+  return std::move(events_);
+}
+
+void AttackThread::run(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "attack");
+  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // on Linux of this thread alone
+  for (std::size_t stage = 0; stage < plan_->stages.size(); ++stage) {
+    if (!plan_->stages[stage].attack) continue;
+    while (channel::monotonic_ns() < begin_ns_ + plan_->stage_begin_ns(stage) && !stop.stop_requested())
+      std::this_thread::sleep_for(kAttackWait);
+    attack(stage, stop);
+  }
+}
+
+void AttackThread::attack(std::size_t stage, const std::stop_token& stop) {
+  asio::io_context io;
+  const auto work = asio::make_work_guard(io);
+  TcpConnector connector(io, server_);
+  AttackContext context = context_;
+  context.connector = &connector;
+  context.events = &events_[stage];
+  context.newcomer_groom = newcomers_[stage].hash;
+  context.newcomer_groom_bytes = newcomers_[stage].bytes->size();
+  const auto attackers = make_attackers(*plan_->stages[stage].attack, context);
+  const std::int64_t end_ns = begin_ns_ + plan_->stage_begin_ns(stage + 1);
+  while (channel::monotonic_ns() < end_ns && !stop.stop_requested()) {
+    for (const auto& attacker : attackers) attacker->act(channel::monotonic_ns());
+    io.run_for(kAttackRound);
+  }
+}
+
+}  // namespace hairnet::load

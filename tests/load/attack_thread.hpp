@@ -1,0 +1,38 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/load/attacker.hpp"
+#include "tests/load/plan.hpp"
+#include "tests/load/tcp_client_connection.hpp"
+
+namespace hairnet::load {
+
+// Carries out the attacks of a plan, each during its stage, in a thread of the lowest priority: an attack's own cost
+// must not make the clients late that are its witnesses.
+class AttackThread {
+ public:
+  // `context` has no connector and no events. `newcomers`: the groom that will be uploaded in each stage.
+  AttackThread(const Plan& plan, const asio::ip::tcp::endpoint& server, const AttackContext& context,
+               std::vector<EncodedGroom> newcomers, std::int64_t begin_ns);
+
+  // Ends the attacks, and returns for each stage what attackers did and heard, counted. Once.
+  std::vector<std::map<std::string, std::uint64_t, std::less<>>> finish();
+
+ private:
+  void run(const std::stop_token& stop);
+  void attack(std::size_t stage, const std::stop_token& stop);
+
+  const Plan* plan_;
+  asio::ip::tcp::endpoint server_;
+  AttackContext context_;
+  std::vector<EncodedGroom> newcomers_;
+  std::int64_t begin_ns_;
+  std::vector<std::map<std::string, std::uint64_t, std::less<>>> events_;  // by stage
+  std::jthread thread_;
+};
+
+}  // namespace hairnet::load
