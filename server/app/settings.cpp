@@ -291,6 +291,8 @@ void add_grooms(List& list, Config& c) {
                "seconds over which upload_bytes_per_s_min is measured; slower uploads are refused");
   list.seconds(g.upload_patience_ns, "upload_patience_s", 0.1, 3600,
                "seconds that a client waits for another's upload of the same groom before it is asked for its own");
+  list.seconds(g.build_turn_ns, "build_turn_s", 0.1, 86'400,
+               "seconds after which a build gives way to one of a client whose builds have taken less");
   list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "seconds that one groom may take to build");
   list.integer(g.build_memory_bytes_max, "build_memory_bytes_max", 64 << 20, 1024 * kGiB,
                "bytes that one groom's build may take, in a process of its own");

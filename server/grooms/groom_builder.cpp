@@ -129,11 +129,13 @@ void GroomBuilder::do_job(GroomJob job) {
 }
 
 GroomResult GroomBuilder::build(GroomJob job) {
-  const bool is_uploaded = !job.chunks.empty();
+  const bool is_uploaded = job.bytes || !job.chunks.empty();
   GroomResult building;
   building.job = job.number;
   building.hash = job.hash;
-  if (is_uploaded) {
+  if (job.bytes) {
+    building.bytes = std::move(job.bytes);
+  } else if (!job.chunks.empty()) {
     building.bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
     HAIRNET_VALIDATE(wire::hash_groom(*building.bytes) == job.hash);
   } else if (def_.grooms) {

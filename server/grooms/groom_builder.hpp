@@ -21,7 +21,9 @@ namespace hairnet::server {
 struct GroomJob {
   std::uint64_t number = 0;  // in the order of jobs, from 1
   wire::GroomHash hash{};
-  std::vector<std::vector<std::uint8_t>> chunks;  // of the file of that hash, in order; empty: it is in the groom cache
+  // The file of that hash, in pieces or whole; neither: it is in the groom cache.
+  std::vector<std::vector<std::uint8_t>> chunks;
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes = nullptr;
 };
 
 struct GroomResult {

@@ -23,6 +23,7 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_limit{*this, "grooms_refused", "reason", "limit"};
   Counter grooms_refused_hash{*this, "grooms_refused", "reason", "hash"};
   Counter grooms_refused_invalid{*this, "grooms_refused", "reason", "invalid"};
+  Counter builds_interrupted{*this, "builds_interrupted"};  // they gave way, and begin again
   Counter grooms_refused_queue_full{*this, "grooms_refused", "reason", "queue_full"};
   Counter grooms_refused_stalled{*this, "grooms_refused", "reason", "stalled"};
   Counter grooms_refused_strands{*this, "grooms_refused", "reason", "strands"};  // too many in all grooms of a session

@@ -75,7 +75,8 @@ void GroomStore::check_invariants() const {
     upload_bytes += entry.upload_bytes;
     level_bytes += entry.level_bytes;
     at_builder += entry.job == 0 ? 0 : 1;
-    HAIRNET_ASSERT((entry.state == State::building || entry.state == State::ready) == (entry.bytes != nullptr));
+    if (entry.state == State::building || entry.state == State::ready) HAIRNET_ASSERT(entry.bytes);
+    if (entry.state == State::uploading) HAIRNET_ASSERT(!entry.bytes);
     HAIRNET_ASSERT((entry.state == State::ready) == (entry.level_bytes > 0));
     HAIRNET_ASSERT(entry.uploads.empty() == (entry.state != State::uploading));
     HAIRNET_ASSERT(entry.chunks.empty() || entry.state == State::queued);
@@ -258,27 +259,54 @@ void GroomStore::queue(Entry& entry, SessionId owner) {
 
 void GroomStore::feed_builder() {
   if (is_builder_busy_) return;
-  // Owners that have left are last, then those whose builds have taken more time.
-  const auto place = [this](const Entry& entry) {
-    const auto taken = build_ns_.find(sharer_of(entry.owner));
-    return std::tuple(!accounts_.contains(entry.owner), taken == build_ns_.end() ? 0 : taken->second, entry.order);
-  };
-  auto next = grooms_.end();
-  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
-    if (groom->second.state != State::queued) continue;
-    if (next == grooms_.end() || place(groom->second) < place(next->second)) next = groom;
-  }
+  const auto next = next_to_build();
   if (next == grooms_.end()) return;
   is_builder_busy_ = true;
   next->second.job = ++jobs_;
-  builder_->put({jobs_, next->first, std::exchange(next->second.chunks, {})});
+  builder_->put({jobs_, next->first, std::exchange(next->second.chunks, {}), next->second.bytes});
+}
+
+GroomStore::Turn GroomStore::turn_of(const Entry& entry) const {
+  const auto taken = build_ns_.find(sharer_of(entry.owner));
+  return {!accounts_.contains(entry.owner), taken == build_ns_.end() ? 0 : taken->second, entry.order};
+}
+
+GroomStore::Grooms::iterator GroomStore::next_to_build() {
+  auto next = grooms_.end();
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    if (groom->second.state != State::queued || groom->second.job != 0) continue;
+    if (next == grooms_.end() || turn_of(groom->second) < turn_of(next->second)) next = groom;
+  }
+  return next;
+}
+
+void GroomStore::charge(Entry& entry, std::int64_t build_ns) {
+  if (build_ns <= entry.charged_ns || !accounts_.contains(entry.owner)) return;
+  build_ns_[sharer_of(entry.owner)] += build_ns - entry.charged_ns;
+  entry.charged_ns = build_ns;
+}
+
+void GroomStore::end_turn(std::int64_t now_ns) {
+  const auto built = std::ranges::find(grooms_, State::building, [](const auto& g) { return g.second.state; });
+  if (built == grooms_.end() || built->second.gives_way) return;
+  Entry& entry = built->second;
+  const std::int64_t taken_ns = now_ns - entry.built_since_ns;
+  if (taken_ns < entry.turn_ns) return;
+  charge(entry, taken_ns);
+  const auto next = next_to_build();
+  if (next == grooms_.end() || turn_of(next->second) >= turn_of(entry)) return;
+  entry.gives_way = true;
+  builder_->drop(entry.job);
 }
 
 Refused GroomStore::make_place_in_queue(SessionId session, std::int64_t now_ns) {
+  const auto waits_with_bytes = [](const Entry& entry) {
+    return entry.state == State::queued && entry.job == 0 && (!entry.chunks.empty() || entry.bytes);
+  };
   std::map<Sharer, std::size_t> waiting;
   std::size_t count = 0;
   for (const auto& [hash, entry] : grooms_) {
-    if (entry.state != State::queued || entry.chunks.empty()) continue;
+    if (!waits_with_bytes(entry)) continue;
     ++waiting[sharer_of(entry.owner)];
     ++count;
   }
@@ -291,7 +319,7 @@ Refused GroomStore::make_place_in_queue(SessionId session, std::int64_t now_ns) 
   auto lost = grooms_.end();
   for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
     const Entry& entry = groom->second;
-    if (entry.state != State::queued || entry.chunks.empty() || sharer_of(entry.owner) != most->first) continue;
+    if (!waits_with_bytes(entry) || sharer_of(entry.owner) != most->first) continue;
     if (lost == grooms_.end() || entry.order > lost->second.order) lost = groom;
   }
   HAIRNET_ASSERT(lost != grooms_.end());
@@ -345,6 +373,7 @@ void GroomStore::poll(std::int64_t now_ns) {
   GroomResult result;
   while (builder_->take(result)) take(std::move(result), now_ns);
   check_uploads(now_ns);
+  end_turn(now_ns);
   feed_builder();
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
   check_invariants();
@@ -366,7 +395,14 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
   Entry& entry = groom->second;
   if (result.outcome == GroomResult::Outcome::building) return take_building(groom, std::move(result), now_ns);
   entry.job = 0;
-  if (accounts_.contains(entry.owner)) build_ns_[sharer_of(entry.owner)] += result.build_ns;
+  charge(entry, result.build_ns);
+  entry.charged_ns = 0;
+  if (std::exchange(entry.gives_way, false) && result.fault == BuildFault::dropped) {
+    counters_->builds_interrupted.add();
+    entry.state = State::queued;
+    entry.turn_ns *= 2;
+    return send_state(groom, GroomState::queued, now_ns);
+  }
   if (result.outcome == GroomResult::Outcome::ready) return take_ready(groom, std::move(result), now_ns);
   if (result.outcome == GroomResult::Outcome::refused)
     return refuse_all(groom, {reason_of(result.fault), result.detail}, counter_of(result.fault, *counters_), now_ns);
@@ -386,6 +422,8 @@ void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::
   HAIRNET_ASSERT(entry.state == State::queued);
   HAIRNET_ASSERT(result.bytes);
   entry.state = State::building;
+  entry.built_since_ns = now_ns;
+  if (entry.turn_ns == 0) entry.turn_ns = limits_.build_turn_ns;
   entry.bytes = std::move(result.bytes);
   entry.strand_count = result.strand_count;
   set_upload_bytes(entry, entry.bytes->size());

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "schema/wire/groom_file.hpp"
@@ -20,7 +21,7 @@ namespace hairnet::server {
 struct GroomStoreLimits {
   std::size_t groom_bytes_max = std::size_t{64} << 20;    // of one groom
   std::size_t upload_bytes_max = std::size_t{256} << 20;  // received for all unfinished uploads and waiting builds
-  std::size_t level_bytes_max = std::size_t{1} << 30;     // of all levels, and of the files of their grooms
+  std::size_t level_bytes_max = std::size_t{4} << 30;     // of all levels, and of the files of their grooms
   std::size_t groom_count_max = 1024;
   std::size_t grooms_per_session_max = 64;
   std::size_t strands_per_session_max = 1'000'000;  // of all grooms that a session uses
@@ -34,6 +35,9 @@ struct GroomStoreLimits {
   std::int64_t upload_patience_ns = 5'000'000'000;
   std::int64_t build_ns_max = 600'000'000'000;  // the builder has low priority, so a busy machine needs long
   std::size_t build_memory_bytes_max = std::size_t{2} << 30;
+  // After this time a build gives way to one of a session whose builds have taken less. It begins again later, with
+  // twice the time.
+  std::int64_t build_turn_ns = 5'000'000'000;
   GroomLimits groom;
 };
 
@@ -51,8 +55,8 @@ struct GroomListener {
 // All grooms by content hash, from offer to built levels. Sessions that offer the same hash wait for the first one's
 // upload, but not for long: then the next is asked for its own. Each session's bytes stay apart, so no session can
 // delay or spoil a groom for another. A groom in the cache is not uploaded. One groom is built at a time: of the
-// sessions that wait, the one whose builds have taken the least time is next. A groom that no session uses is dropped
-// until it is ready, and then stays until its memory is needed. I/O thread.
+// sessions that wait, the one whose builds have taken the least time is next, and a long build gives way. A groom that
+// no session uses is dropped until it is ready, and then stays until its memory is needed. I/O thread.
 class GroomStore final : public GroomService {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -107,8 +111,11 @@ class GroomStore final : public GroomService {
     std::size_t upload_bytes = 0;  // that it holds before it is ready
     std::size_t level_bytes = 0;   // once ready; including the bytes of the file
     Bytes bytes;                   // of the file, from building on
-    std::size_t strand_count = 0;  // from building on
-    std::uint64_t used = 0;        // order of last use, to evict by
+    std::int64_t built_since_ns = 0, turn_ns = 0;  // while building: since when, and how long it need not give way
+    std::int64_t charged_ns = 0;                   // of the build under way, to its owner
+    bool gives_way = false;                        // while building: the builder was told to end it
+    std::size_t strand_count = 0;                  // from building on
+    std::uint64_t used = 0;                        // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
   struct Account {
@@ -153,6 +160,13 @@ class GroomStore final : public GroomService {
   void queue(Entry& entry, SessionId owner);
   Refused make_place_in_queue(SessionId session, std::int64_t now_ns);
   void feed_builder();
+  void end_turn(std::int64_t now_ns);                // of the build under way, if it has lasted and another waits
+  void charge(Entry& entry, std::int64_t build_ns);  // counts the build's time so far as its owner's
+  // When a groom's turn to be built comes: owners that have left are last, then those whose builds have taken more
+  // time.
+  using Turn = std::tuple<bool, std::int64_t, std::uint64_t>;
+  [[nodiscard]] Turn turn_of(const Entry& entry) const;
+  [[nodiscard]] Grooms::iterator next_to_build();  // end(): none waits
   void check_uploads(std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);

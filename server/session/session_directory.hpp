@@ -54,6 +54,9 @@ class SessionDirectory {
   virtual SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) = 0;
   // Ends the session of this bearer that has been detached longest. False when the bearer has no detached session.
   virtual bool end_detached(std::string_view bearer, std::int64_t now_ns) = 0;
+  // Ends the session without characters that has been detached longest: its client loses little when it comes back.
+  // False when there is none.
+  virtual bool end_empty(std::int64_t now_ns) = 0;
   // The sessions that have joined the room, detached ones included.
   virtual std::vector<Session*> in_room(const std::string& room) = 0;
 };

@@ -163,7 +163,8 @@ struct Session::MessageHandler {
     identity.name = hello.client_name;
     identity.room = hello.room;
     identity.role = hello.role;
-    if (context.session_count >= limits.session_count_max) {
+    if (context.session_count >= limits.session_count_max &&
+        !(context.directory && context.directory->end_empty(now_ns))) {
       counters.sessions_refused_full.add();
       session.drain(GoodbyeReason::server_full,
                     "the server is full: at most " + std::to_string(limits.session_count_max) + " clients", now_ns);

@@ -72,9 +72,17 @@ SessionIdentity SessionRegistry::take_over(Session& former, Session& successor, 
 }
 
 bool SessionRegistry::end_detached(std::string_view bearer, std::int64_t now_ns) {
+  return end_longest_detached([&](const Session& s) { return s.identity().subject.bearer == bearer; }, now_ns);
+}
+
+bool SessionRegistry::end_empty(std::int64_t now_ns) {
+  return end_longest_detached([](const Session& s) { return s.identity().characters.empty(); }, now_ns);
+}
+
+bool SessionRegistry::end_longest_detached(const std::function<bool(const Session&)>& is_meant, std::int64_t now_ns) {
   Session* longest = nullptr;
   for (auto& [id, session] : sessions_) {
-    if (session->state() != Session::State::detached || session->identity().subject.bearer != bearer) continue;
+    if (session->state() != Session::State::detached || !is_meant(*session)) continue;
     if (!longest || session->detached_since_ns() < longest->detached_since_ns()) longest = session.get();
   }
   if (longest) longest->end_detached(now_ns);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,6 +23,7 @@ class SessionRegistry final : public SessionDirectory {
   Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
   SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
   bool end_detached(std::string_view bearer, std::int64_t now_ns) override;
+  bool end_empty(std::int64_t now_ns) override;
   std::vector<Session*> in_room(const std::string& room) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
@@ -34,6 +36,8 @@ class SessionRegistry final : public SessionDirectory {
 
  private:
   void check_invariants() const;
+  // Ends the one that has been detached longest of those for which `is_meant` holds. False when there is none.
+  bool end_longest_detached(const std::function<bool(const Session&)>& is_meant, std::int64_t now_ns);
 
   SessionContext* context_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;

@@ -88,6 +88,35 @@ TEST_F(GroomStoreTest, a_full_build_queue_refuses_the_session_that_has_most_in_i
   EXPECT_EQ(store_->groom_count(), 4u);
 }
 
+TEST_F(GroomStoreTest, a_long_build_gives_way_and_begins_again_later) {
+  const Upload longest(wire::encode_groom(small_groom(2))), own(wire::encode_groom(small_groom(3)));
+  std::vector<wire::GroomHash> built;
+  build_levels_ = [&](const LevelBuildDef& def, const wire::GroomHash& hash, auto file, const Groom& groom,
+                      const GoesOn& goes_on) {
+    built.push_back(hash);
+    if (built.size() > 1) return build_levels_here(def, hash, file, groom, goes_on);
+    store_->poll(now_ns_);
+    offer(kAnna, own);  // does not end the turn: its owner's builds have taken as long
+    send_all(kAnna, own);
+    now_ns_ += 6 * kSecond_ns;
+    store_->poll(now_ns_);
+    EXPECT_EQ(goes_on(), BuildFault::none);
+    offer(kBert, good_);
+    send_all(kBert, good_);
+    store_->poll(now_ns_);
+    EXPECT_EQ(goes_on(), BuildFault::dropped);
+    return LevelBuild{nullptr, BuildFault::dropped, ""};
+  };
+  make({});
+  offer(kAnna, longest);
+  send_all(kAnna, longest);
+  build();
+  EXPECT_EQ(built, (std::vector{longest.hash, good_.hash, longest.hash, own.hash}));
+  for (const Upload* upload : std::initializer_list<const Upload*>{&longest, &own, &good_}) EXPECT_TRUE(store_->ready(upload->hash));
+  EXPECT_EQ(counters_.builds_interrupted.value(), 1u);
+  EXPECT_EQ(counters_.grooms_ready.value(), 3u);
+}
+
 TEST_F(GroomStoreTest, a_build_that_nobody_waits_for_ends) {
   BuildFault answer = BuildFault::none;
   build_levels_ = [&](const LevelBuildDef&, const wire::GroomHash&, auto, const Groom&, const GoesOn& goes_on) {

@@ -183,6 +183,19 @@ TEST_F(ResumeTest, weighs_as_much_as_its_room_has_members) {
   EXPECT_EQ(commands_.weight(), 3u);
 }
 
+TEST_F(ResumeTest, a_full_server_gives_the_place_of_a_lost_client_without_characters_to_a_newcomer) {
+  context_.limits.session_count_max = 2;
+  Client with = connect(), without = connect();
+  send(with, wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  EXPECT_EQ(connect().connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::server_full);
+  with.sink->on_closed("reset", now_ns_);
+  without.sink->on_closed("reset", now_ns_);
+  EXPECT_FALSE(connect().welcome().resumed);
+  EXPECT_EQ(connect().connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::server_full);
+  EXPECT_TRUE(connect(with.welcome().session, with.welcome().secret).welcome().resumed);
+  EXPECT_EQ(context_.session_count, 2u);
+}
+
 TEST_F(ResumeTest, does_not_refill_what_a_client_may_send) {
   Client first = connect();
   for (int i = 0; i < 30; ++i) send(first, wire::SetLevel{1, LevelIndex::low});
