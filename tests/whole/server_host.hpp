@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/app/server.hpp"
+#include "server/transport/admission.hpp"
 #include "tests/whole/journal.hpp"
 #include "tests/whole/network.hpp"
 
@@ -58,6 +59,7 @@ class ServerHost final : public Host {
   };
   struct Life {
     std::unique_ptr<server::Metrics> metrics;
+    std::shared_ptr<server::Admission> admission;
     std::int64_t clock_offset_ns = 0;
     std::vector<Tick> ticks;
   };
@@ -66,6 +68,11 @@ class ServerHost final : public Host {
   void run_builder(int life);
   void note_tick();
   void check_bounds();
+  void check_sessions(const server::SessionLimits& limits);
+  void check_grooms();
+  void check_winds();
+  void check_shares();
+  void fault(const std::string& what) { journal_->fault("server", what); }
 
   Timeline* timeline_;
   Journal* journal_;
@@ -75,6 +82,9 @@ class ServerHost final : public Host {
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
+  std::int64_t building_ns_ = 0;  // that the builder's last job took
+  std::uint64_t winds_before_ = 0, rooms_before_ = 0, closed_before_ = 0, winds_tick_ = 0;  // a second ago
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for_;  // ticks that a subject had less than another
 };
 
 }  // namespace hairnet::whole
