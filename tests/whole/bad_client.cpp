@@ -52,6 +52,7 @@ bool BadClient::has_all_arrived() const {
 void BadClient::connect() {
   if (timeline_->now_ns() >= until_ns_ || connection_) return;
   ++turn_;
+  is_welcome_ = false;
   splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
   journal_->count(kind_name() + " bad client dials");
   connection_ =
@@ -161,6 +162,7 @@ void BadClient::on_packet(std::span<const std::uint8_t> packet) {
   journal_->mix(message.index());
   if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
     welcome_ = *welcome;
+    is_welcome_ = true;
     members_.clear();
     if (!welcome->resumed) characters_.clear();
   } else if (const auto* joined = std::get_if<wire::MemberJoined>(&message)) {
@@ -170,12 +172,14 @@ void BadClient::on_packet(std::span<const std::uint8_t> packet) {
     if (error->reason == wire::ErrorReason::none || error->detail.empty())
       journal_->fault(name(), "is refused without a reason");
   } else if (const auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
+    is_welcome_ = false;
     journal_->count(kind_name() + " sent away, " + std::string(wire::to_string(goodbye->reason)));
     if (goodbye->reason == wire::GoodbyeReason::none) journal_->fault(name(), "is sent away without a reason");
   }
 }
 
-void BadClient::on_closed(const std::string&) {
+void BadClient::on_closed(const std::string& why) {
+  if (is_welcome_) journal_->count(kind_name() + " cut off, " + why);
   connection_.reset();
   ++turn_;
   const bool is_eager = plan_.kind == Misbehaviour::newcomer || plan_.kind == Misbehaviour::resumer;
@@ -225,7 +229,7 @@ void BadClient::misbehave() {
       if (random_.unit() < 0.3) redial(1e8);
       return;
     case Misbehaviour::newcomer:
-      if (random_.unit() < 0.5) redial(2e7);
+      if (random_.unit() < 0.2) redial(2e7);
       return;
     case Misbehaviour::resumer:
       add_characters(kManyCharacters, LevelIndex::ether);
@@ -329,7 +333,7 @@ void BadClient::trickle_groom() {
     wire::GroomOffer offer{known.hash, known.bytes->size()};
     if (trickled_.contains(known.hash)) {  // what nobody has
       for (std::uint8_t& byte : offer.hash) byte = static_cast<std::uint8_t>(random_.next());
-      offer.byte_count = up_to(random_.unit() < 0.5 ? 100 : host_->config().grooms.groom_bytes_max);
+      offer.byte_count = random_.unit() < 0.5 ? up_to(100) : host_->config().grooms.groom_bytes_max;
     }
     trickled_.emplace(offer.hash, 0);
     return send(offer);
@@ -380,7 +384,7 @@ void BadClient::choose() {
   pose_characters();
   wire::Observe observe;
   observe.mode = wire::ObserveMode::nearest;
-  for (std::uint64_t n = up_to(30); n > 0 && connection_->takes_more(); --n) {
+  for (std::uint64_t n = up_to(60); n > 0 && connection_->takes_more(); --n) {
     observe.count = static_cast<std::uint32_t>(up_to(8));
     observe.members = members_;
     send(observe);

@@ -107,6 +107,7 @@ class BadClient final : public ClientEvents {
   std::optional<wire::Welcome> welcome_;
   std::int64_t until_ns_ = 0;
   std::uint64_t turn_ = 0;  // counts connections
+  bool is_welcome_ = false;  // on this connection, and was not sent away
   std::uint32_t sequence_ = 0;
   std::set<std::uint32_t> characters_;
   wire::GroomHash groom_{};  // of its characters

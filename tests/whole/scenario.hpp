@@ -19,8 +19,4 @@ struct Outcome {
 // Deterministic: the same seed gives the same outcome. `is_verbose`: prints its actions on standard error.
 Outcome run_scenario(std::uint64_t seed, bool is_verbose = false);
 
-// The kinds of bad clients that the server has never refused, of those that it must refuse, one line each. `events`: of
-// some hundred outcomes.
-std::vector<std::string> missing_refusals(const std::map<std::string, std::uint64_t>& events);
-
 }  // namespace hairnet::whole

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/whole/refusals.hpp"
 #include "tests/whole/scenario.hpp"
 
 // Runs many seeds of tests/whole/scenario and prints which of them failed, and the counts of all events.

@@ -29,7 +29,7 @@ void ServerHost::start() {
   life.metrics = std::make_unique<server::Metrics>();
   life.clock_offset_ns = static_cast<std::int64_t>(random_.between(0, 1e15));
   life.admission = std::make_shared<server::Admission>(config_.transport.admission);
-  winds_before_ = rooms_before_ = closed_before_ = winds_tick_ = 0;
+  rates_ = {};
   unfair_for_.clear();
   const auto build_slowly = [this](const server::LevelBuildDef& def, const wire::GroomHash& hash,
                                    std::span<const std::uint8_t> file, const Groom& groom,
@@ -103,7 +103,7 @@ void ServerHost::run_tick(int life) {
   if (server_->poll_tick(clock_ns())) {
     note_tick();
     check_shares();
-    check_winds();
+    check_rates();
     const auto flush_in_ns = static_cast<std::int64_t>(random_.unit() * kFlush_ns_max);
     timeline_->after(flush_in_ns, [this, life] {
       if (server_ && life == this->life()) server_->flush(clock_ns());
@@ -217,19 +217,24 @@ void ServerHost::check_grooms() {
   if (waiting > static_cast<double>(limits.build_queue_max + 1)) fault("more grooms wait to be built than may");
 }
 
-// Each room's wind changes when the room opens, and then a few times a second.
-void ServerHost::check_winds() {
-  constexpr std::uint64_t kChangesPer_s_max = 6;
-  const std::uint64_t tick = server_->context().tick.load(), seconds = (tick - winds_tick_) / config_.tick_rate_hz;
-  if (seconds == 0) return;
-  winds_tick_ = tick;
+// However often clients ask: the wind of a room changes when the room opens, and then a few times a second; each
+// observer's members are chosen by place at every eighth tick.
+void ServerHost::check_rates() {
+  constexpr std::uint64_t kWindsPer_s_max = 6, kTicksOfChoice = 8;
   const server::Metrics& m = *lives_.back().metrics;
-  const std::uint64_t winds = m.tick.winds_changed.value(), rooms = m.room.rooms_opened.value();
-  const std::uint64_t opened = rooms - std::exchange(rooms_before_, rooms);
-  const std::uint64_t room_count = opened + server_->scheduler().rooms().room_count() + m.room.rooms_closed.value() -
-                                   std::exchange(closed_before_, m.room.rooms_closed.value());
-  if (winds - std::exchange(winds_before_, winds) > opened + kChangesPer_s_max * seconds * room_count)
+  const std::uint64_t tick = server_->context().tick.load(), ticks = tick - rates_.tick;
+  if (ticks < config_.tick_rate_hz) return;
+  const Rates before =
+      std::exchange(rates_, {tick, m.tick.winds_changed.value(), m.room.rooms_opened.value(),
+                             m.room.rooms_closed.value(), m.tick.place_choices.value(),
+                             m.session.sessions_welcomed.value(), server_->scheduler().rooms().observers().size()});
+  const std::uint64_t opened = rates_.rooms_opened - before.rooms_opened;
+  const std::uint64_t rooms = before.rooms_opened - before.rooms_closed + opened;
+  if (rates_.winds - before.winds > opened + kWindsPer_s_max * ticks * rooms / config_.tick_rate_hz)
     fault("changes winds more often than it may");
+  const std::uint64_t observers = before.observers + rates_.welcomed - before.welcomed;
+  if (rates_.place_choices - before.place_choices > observers * (ticks / kTicksOfChoice + 2))
+    fault("chooses members by place more often than it may");
 }
 
 // Subjects share the time of ticks: one with few characters must not stay below the levels that it asks for while each

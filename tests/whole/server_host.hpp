@@ -63,6 +63,11 @@ class ServerHost final : public Host {
     std::int64_t clock_offset_ns = 0;
     std::vector<Tick> ticks;
   };
+  // Counted in this life until a tick.
+  struct Rates {
+    std::uint64_t tick = 0, winds = 0, rooms_opened = 0, rooms_closed = 0, place_choices = 0, welcomed = 0;
+    std::uint64_t observers = 0;  // at that tick
+  };
   void run_io(int life);
   void run_tick(int life);
   void run_builder(int life);
@@ -70,7 +75,7 @@ class ServerHost final : public Host {
   void check_bounds();
   void check_sessions(const server::SessionLimits& limits);
   void check_grooms();
-  void check_winds();
+  void check_rates();
   void check_shares();
   void fault(const std::string& what) { journal_->fault("server", what); }
 
@@ -82,8 +87,8 @@ class ServerHost final : public Host {
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
-  std::int64_t building_ns_ = 0;  // that the builder's last job took
-  std::uint64_t winds_before_ = 0, rooms_before_ = 0, closed_before_ = 0, winds_tick_ = 0;  // a second ago
+  std::int64_t building_ns_ = 0;                                       // that the builder's last job took
+  Rates rates_;                                                        // when they were last checked
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for_;  // ticks that a subject had less than another
 };
 
