@@ -245,8 +245,7 @@ void BadClient::misbehave() {
     case Misbehaviour::shuffler:
       return shuffle();
     case Misbehaviour::hoarder:
-      add_characters(kTooManyCharacters, LevelIndex::low);
-      return pose_characters();
+      return hoard();
     case Misbehaviour::chooser:
       return choose();
     case Misbehaviour::windmaker:
@@ -379,6 +378,15 @@ void BadClient::shuffle() {
   }
 }
 
+// With others of its kind, whose characters it reports as large on its screen.
+void BadClient::hoard() {
+  add_characters(kTooManyCharacters, LevelIndex::low);
+  pose_characters();
+  wire::ReportImportance report;
+  for (const std::uint32_t member : members_) report.members.push_back({member, 1, true});
+  if (random_.unit() < 0.2) send(report);
+}
+
 void BadClient::choose() {
   add_characters(kManyCharacters, LevelIndex::ether);
   pose_characters();
@@ -393,8 +401,9 @@ void BadClient::choose() {
 
 void BadClient::make_wind() {
   wire::SetWind set;
+  const bool is_same = random_.unit() < 0.3;
   for (std::uint64_t n = up_to(20); n > 0 && connection_->takes_more(); --n) {
-    if (turn_ % 2 == 0) set.wind.mean_m_per_s.x() = random_.between(-5, 5);
+    if (!is_same) set.wind.mean_m_per_s.x() = random_.between(-5, 5);
     send(set);
   }
 }

@@ -91,6 +91,7 @@ class BadClient final : public ClientEvents {
   void add_characters(std::uint32_t count, LevelIndex level);
   void pose_characters();
   void shuffle();
+  void hoard();
   void choose();
   void make_wind();
   wire::Message random_valid_message();

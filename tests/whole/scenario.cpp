@@ -294,9 +294,10 @@ void Scenario::disturb() {
       });
     }
   }
-  if (chance(0.4)) {
+  const bool has_hoarders = std::ranges::find(misbehaviours_, Misbehaviour::hoarder) != misbehaviours_.end();
+  if (has_hoarders || chance(0.4)) {
     const std::int64_t reading_ns = moment(10'000, 2 * kMs);
-    timeline_.at(moment(0, disturbed_until_ns_), [this, reading_ns] {
+    timeline_.at(moment(0, disturbed_until_ns_ / (has_hoarders ? 4 : 1)), [this, reading_ns] {
       journal_.count("work takes longer");
       host_->set_work(reading_ns);
     });
