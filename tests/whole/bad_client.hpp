@@ -107,7 +107,7 @@ class BadClient final : public ClientEvents {
   std::vector<std::weak_ptr<SimulatedConnection>> left_;  // its earlier ones, which may still carry
   std::optional<wire::Welcome> welcome_;
   std::int64_t until_ns_ = 0;
-  std::uint64_t turn_ = 0;  // counts connections
+  std::uint64_t turn_ = 0;   // counts connections
   bool is_welcome_ = false;  // on this connection, and was not sent away
   std::uint32_t sequence_ = 0;
   std::set<std::uint32_t> characters_;

@@ -444,6 +444,7 @@ void Scenario::check_nothing_left() {
   const auto check = [&](const std::string& what, std::size_t count) {
     if (count != 0) journal_.fault("server", "still has " + std::to_string(count) + " " + what + " when all have left");
   };
+  check("connections", host_->connection_count());
   check("sessions", server.session_count());
   check("sessions, counted by themselves,", server.context().session_count);
   check("characters, counted by sessions,", server.context().character_count);
@@ -457,6 +458,7 @@ void Scenario::check_nothing_left() {
   check("observers", server.scheduler().rooms().observers().size());
   check("rooms", server.scheduler().rooms().room_count());
   const server::Metrics& m = host_->metrics(host_->life());
+  check("grooms that wait to be built", static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value()));
   if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
     journal_.fault("server", "opened " + std::to_string(m.session.sessions_opened.value()) + " sessions and closed " +
                                  std::to_string(m.session.sessions_closed.value()));

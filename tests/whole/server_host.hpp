@@ -42,6 +42,8 @@ class ServerHost final : public Host {
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
   [[nodiscard]] const server::Server* server() const { return server_.get(); }
+  // That the server has not closed.
+  [[nodiscard]] std::size_t connection_count() const { return lives_.back().admission->count(); }
   [[nodiscard]] const server::Metrics& metrics(int life) const {
     return *lives_[static_cast<std::size_t>(life)].metrics;
   }
