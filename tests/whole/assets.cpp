@@ -10,11 +10,14 @@
 #include "core/groom/groom.hpp"
 #include "core/random.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet::whole {
 namespace {
 
-constexpr std::size_t kSpareVertices = 5000;  // of the groom whose file is large
+constexpr std::size_t kSpareVertices = 5000;              // of the groom whose file is large
+constexpr int kTurnsTooSlow = 100, kTurnsTooLarge = 400;  // of a strand, for the limits of scenario.cpp
+constexpr int kCopiesOfTriangles = 1000;
 
 thread_local Random secret_random(0);
 
@@ -59,10 +62,7 @@ Groom tiny_groom(unsigned number) {
 
 Assets::GroomFile file_of(Groom groom) {
   groom.body.bone_weights.assign(groom.body.mesh.vertices.size(), {1, 0, 0, 0, 0});
-  Assets::GroomFile file;
-  file.bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom));
-  file.hash = wire::hash_groom(*file.bytes);
-  return file;
+  return groom_file(wire::encode_groom(groom));
 }
 
 Assets make_assets() {
@@ -70,6 +70,7 @@ Assets make_assets() {
   static randombytes_implementation seeded{secret_name, secret_word, nullptr, nullptr, secret_bytes, nullptr};
   randombytes_set_implementation(&seeded);
   Assets made{{},
+              {},
               folder.path / "token.key",
               folder.path / "levels",
               channel::TokenKey(std::vector<std::uint8_t>(channel::kTokenKeyBytesMin, 7))};
@@ -78,6 +79,12 @@ Assets make_assets() {
   Groom large = tiny_groom(2);
   large.body.mesh.vertices.resize(kSpareVertices, Vec3f(0, 0, 0.01f));  // of no triangle
   made.grooms.push_back(file_of(std::move(large)));
+  for (const int turns : {kTurnsTooSlow, kTurnsTooLarge}) made.costly.push_back(file_of(support::make_zigzag(turns)));
+  Groom dense = tiny_groom(3);
+  const auto triangles = dense.body.mesh.triangles;
+  for (int copy = 0; copy < kCopiesOfTriangles; ++copy)
+    dense.body.mesh.triangles.insert(dense.body.mesh.triangles.end(), triangles.begin(), triangles.end());
+  made.costly.push_back(file_of(std::move(dense)));
   return made;
 }
 
@@ -88,9 +95,17 @@ const Assets& assets() {
   return made;
 }
 
-std::string Assets::token(bool expired, const std::string& room) const {
+Assets::GroomFile groom_file(std::vector<std::uint8_t> bytes) {
+  Assets::GroomFile file;
+  file.bytes = std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
+  file.hash = wire::hash_groom(*file.bytes);
+  return file;
+}
+
+std::string Assets::token(bool expired, const std::string& room, const std::string& subject) const {
   channel::TokenClaims claims;
   claims.room = room;
+  claims.subject = subject;
   claims.expires_s = expired ? 1'000'000'000 : 100'000'000'000;
   return channel::sign(claims, token_key);
 }

@@ -18,11 +18,16 @@ struct Assets {
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
   };
   std::vector<GroomFile> grooms;  // the last one takes several chunks
+  // Grooms whose builds would take too long or too much memory: strands that zigzag, a body of many triangles.
+  std::vector<GroomFile> costly;
   std::string token_key_file, level_cache;
   channel::TokenKey token_key;
-  std::string token(bool expired, const std::string& room) const;
+  // `subject` may be empty.
+  std::string token(bool expired, const std::string& room, const std::string& subject) const;
 };
 const Assets& assets();
+// The file and its hash; the bytes may be anything.
+Assets::GroomFile groom_file(std::vector<std::uint8_t> bytes);
 
 // From now on this thread's random bytes (session secrets) follow from the seed.
 void seed_secrets(std::uint64_t seed);

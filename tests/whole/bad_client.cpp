@@ -1,9 +1,16 @@
 #include "tests/whole/bad_client.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <iterator>
 #include <utility>
 
 namespace hairnet::whole {
+namespace {
+
+constexpr std::uint32_t kManyCharacters = 12, kTooManyCharacters = 20;  // for the limits of scenario.cpp
+
+}  // namespace
 
 BadClient::BadClient(Timeline& timeline, Journal& journal, ServerHost& host, BadClientPlan plan, std::uint64_t seed)
     : timeline_(&timeline),
@@ -45,10 +52,25 @@ bool BadClient::has_all_arrived() const {
 void BadClient::connect() {
   if (timeline_->now_ns() >= until_ns_ || connection_) return;
   ++turn_;
+  is_welcome_ = false;
   splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
-  journal_->count(std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + " bad client dials");
-  connection_ = std::make_shared<SimulatedConnection>(*timeline_, *host_, *this, plan_.quality, random_.next());
+  journal_->count(kind_name() + " bad client dials");
+  connection_ =
+      std::make_shared<SimulatedConnection>(*timeline_, *host_, *this, plan_.quality, plan_.address, random_.next());
   connection_->connect(false);
+}
+
+// Leaves the connection, which breaks or ends, and makes another one.
+void BadClient::redial(double wait_ns_max) {
+  const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
+  ++turn_;
+  left_.push_back(wire);
+  wire->forget_client();
+  if (random_.unit() < 0.5)
+    wire->drop();
+  else
+    wire->break_now({-1, static_cast<std::int64_t>(random_.between(0, 2e8))});
+  timeline_->after(static_cast<std::int64_t>(random_.between(1e6, wait_ns_max)), [this] { connect(); });
 }
 
 void BadClient::send(const wire::Message& message) {
@@ -60,7 +82,9 @@ void BadClient::hello() {
   hello.client_name = name();
   hello.room = plan_.room;
   hello.token = plan_.token;
-  if (welcome_ && random_.unit() < 0.5) {
+  if (plan_.kind == Misbehaviour::drip_reader) hello.role = wire::Role::observer;
+  const double resumes = plan_.kind == Misbehaviour::resumer ? 1 : plan_.kind == Misbehaviour::newcomer ? 0 : 0.5;
+  if (welcome_ && random_.unit() < resumes) {
     hello.session = welcome_->session;
     hello.secret = welcome_->secret;
   }
@@ -73,10 +97,10 @@ void BadClient::hello() {
         hello.room = "no such/room";
         break;
       case 2:
-        hello.token = assets().token(true, plan_.room);
+        hello.token = assets().token(true, plan_.room, "");
         break;
       case 3:
-        hello.token = assets().token(false, "another");
+        hello.token = assets().token(false, "another", "");
         break;
       case 4:
         hello.session = 1 + random_.next() % 12;  // another's, without its secret
@@ -93,14 +117,7 @@ void BadClient::on_open() {
   const std::uint64_t turn = turn_;
   switch (plan_.kind) {
     case Misbehaviour::silent:
-      if (random_.unit() < 0.5) {
-        wire::Hello hello;
-        hello.client_name = name();
-        const std::vector<std::uint8_t> packet = wire::encode_packet({clock_ns(), hello});
-        connection_->write(std::span(packet).first(static_cast<std::size_t>(random_.next() % packet.size())));
-        if (random_.unit() < 0.5) connection_->half_close();
-      }
-      return;
+      return say_part_of_hello();
     case Misbehaviour::noise:
       break;
     case Misbehaviour::slow_reader:
@@ -116,6 +133,22 @@ void BadClient::on_open() {
   });
 }
 
+void BadClient::say_part_of_hello() {
+  const double pick = random_.unit();
+  if (pick < 0.4) return;
+  if (pick < 0.6) {
+    std::vector<std::uint8_t> bytes(server::kHelloPacketBytesMax - 1);
+    const auto size = static_cast<std::uint32_t>(server::kHelloPacketBytesMax - sizeof(std::uint32_t));
+    std::memcpy(bytes.data(), &size, sizeof size);
+    return connection_->write(bytes);
+  }
+  wire::Hello hello;
+  hello.client_name = name();
+  const std::vector<std::uint8_t> packet = wire::encode_packet({clock_ns(), hello});
+  connection_->write(std::span(packet).first(static_cast<std::size_t>(random_.next() % packet.size())));
+  if (random_.unit() < 0.5) connection_->half_close();
+}
+
 void BadClient::on_bytes(std::span<const std::uint8_t> bytes) {
   const bool sound = splitter_.feed(bytes, [this](std::span<const std::uint8_t> packet) { on_packet(packet); });
   if (!sound) journal_->fault(name(), "is sent a stream that cannot be split");
@@ -129,24 +162,29 @@ void BadClient::on_packet(std::span<const std::uint8_t> packet) {
   journal_->mix(message.index());
   if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
     welcome_ = *welcome;
+    is_welcome_ = true;
     members_.clear();
     if (!welcome->resumed) characters_.clear();
   } else if (const auto* joined = std::get_if<wire::MemberJoined>(&message)) {
     members_.push_back(joined->member);
   } else if (const auto* error = std::get_if<wire::Error>(&message)) {
-    journal_->count("bad client got " + std::string(wire::to_string(error->reason)));
+    journal_->count(kind_name() + " got " + std::string(wire::to_string(error->reason)));
     if (error->reason == wire::ErrorReason::none || error->detail.empty())
       journal_->fault(name(), "is refused without a reason");
   } else if (const auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
-    journal_->count("bad client sent away, " + std::string(wire::to_string(goodbye->reason)));
+    is_welcome_ = false;
+    journal_->count(kind_name() + " sent away, " + std::string(wire::to_string(goodbye->reason)));
     if (goodbye->reason == wire::GoodbyeReason::none) journal_->fault(name(), "is sent away without a reason");
   }
 }
 
-void BadClient::on_closed(const std::string&) {
+void BadClient::on_closed(const std::string& why) {
+  if (is_welcome_) journal_->count(kind_name() + " cut off, " + why);
   connection_.reset();
   ++turn_;
-  timeline_->after(static_cast<std::int64_t>(random_.between(2e7, 8e8)), [this] { connect(); });
+  const bool is_eager = plan_.kind == Misbehaviour::newcomer || plan_.kind == Misbehaviour::resumer;
+  timeline_->after(static_cast<std::int64_t>(is_eager ? random_.between(1e6, 5e7) : random_.between(2e7, 8e8)),
+                   [this] { connect(); });
 }
 
 void BadClient::act() {
@@ -175,12 +213,8 @@ void BadClient::misbehave() {
     case Misbehaviour::flood:
       for (int i = 0; i < 60 && connection_->takes_more(); ++i) send(wire::PoseBatch{});
       return;
-    case Misbehaviour::pose_flood: {
-      add_crowd();
-      wire::PoseBatch batch;
-      for (int i = 0; i < 60; ++i) batch.poses.push_back({1, ++sequence_, clock_ns() + i, false, rigid_pose({})});
-      return send(batch);
-    }
+    case Misbehaviour::pose_flood:
+      return flood_poses();
     case Misbehaviour::slow_reader:
       connection_->pause_reading(random_.unit() < 0.8);
       if (random_.unit() < 0.2) send(wire::RequestKeyframes{});
@@ -192,18 +226,30 @@ void BadClient::misbehave() {
       return add_crowd();
     case Misbehaviour::churner:
       add_crowd();
-      if (random_.unit() < 0.3) {
-        const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
-        ++turn_;
-        left_.push_back(wire);
-        wire->forget_client();
-        if (random_.unit() < 0.5)
-          wire->drop();
-        else
-          wire->break_now({-1, static_cast<std::int64_t>(random_.between(0, 2e8))});
-        timeline_->after(static_cast<std::int64_t>(random_.between(1e6, 1e8)), [this] { connect(); });
-      }
+      if (random_.unit() < 0.3) redial(1e8);
       return;
+    case Misbehaviour::newcomer:
+      if (random_.unit() < 0.2) redial(2e7);
+      return;
+    case Misbehaviour::resumer:
+      add_characters(kManyCharacters, LevelIndex::ether);
+      if (welcome_) redial(2e7);
+      return;
+    case Misbehaviour::groom_trickler:
+      return trickle_groom();
+    case Misbehaviour::groom_heaper:
+      return heap_groom();
+    case Misbehaviour::drip_reader:
+      if (random_.unit() < 0.1) send(wire::RequestKeyframes{});
+      return send(wire::PoseBatch{});
+    case Misbehaviour::shuffler:
+      return shuffle();
+    case Misbehaviour::hoarder:
+      return hoard();
+    case Misbehaviour::chooser:
+      return choose();
+    case Misbehaviour::windmaker:
+      return make_wind();
   }
 }
 
@@ -279,27 +325,120 @@ void BadClient::spoil_groom() {
   }
 }
 
-void BadClient::add_crowd() {
+void BadClient::trickle_groom() {
   if (!welcome_) return;
-  const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
-  if (characters_.empty() || random_.unit() < 0.2) {
+  if (trickled_.empty() || random_.unit() < 0.2) {
+    const Assets::GroomFile& known = assets().grooms[random_.next() % assets().grooms.size()];
+    wire::GroomOffer offer{known.hash, known.bytes->size()};
+    if (trickled_.contains(known.hash)) {  // what nobody has
+      for (std::uint8_t& byte : offer.hash) byte = static_cast<std::uint8_t>(random_.next());
+      offer.byte_count = random_.unit() < 0.5 ? up_to(100) : host_->config().grooms.groom_bytes_max;
+    }
+    trickled_.emplace(offer.hash, 0);
+    return send(offer);
+  }
+  auto& [hash, at] = *std::next(trickled_.begin(), static_cast<std::ptrdiff_t>(random_.next() % trickled_.size()));
+  wire::GroomChunk chunk{hash, at, std::vector<std::uint8_t>(up_to(20))};
+  at += chunk.bytes.size();
+  send(chunk);
+}
+
+void BadClient::heap_groom() {
+  if (!welcome_) return;
+  for (std::uint64_t n = up_to(8); n > 0; --n) {
+    Assets::GroomFile groom = assets().costly[random_.next() % assets().costly.size()];
+    if (random_.unit() < 0.9) {
+      std::vector<std::uint8_t> rubbish(up_to(500));
+      for (std::uint8_t& byte : rubbish) byte = static_cast<std::uint8_t>(random_.next());
+      groom = groom_file(std::move(rubbish));
+    }
     send(wire::GroomOffer{groom.hash, groom.bytes->size()});
     send(wire::GroomChunk{groom.hash, 0, *groom.bytes});
-    for (std::uint32_t number = 1; number <= 4; ++number) {
-      send(wire::AddCharacter{number, groom.hash, LevelIndex::ether, {}});
-      characters_.insert(number);
-    }
   }
+}
+
+void BadClient::flood_poses() {
+  constexpr std::int64_t kSpacings_ns[] = {1, 5 * kMs};  // one is too close, the other one is not
+  add_crowd();
+  for (std::uint64_t n = up_to(6); n > 0; --n) {
+    wire::PoseBatch batch;
+    const std::int64_t spacing_ns = kSpacings_ns[random_.next() % 2];
+    for (int i = 0; i < 60; ++i)
+      batch.poses.push_back({1, ++sequence_, clock_ns() + i * spacing_ns, false, rigid_pose({})});
+    send(batch);
+  }
+}
+
+void BadClient::shuffle() {
+  add_characters(1, LevelIndex::ether);
+  if (!welcome_) return;
+  for (std::uint64_t n = up_to(30); n > 0 && connection_->takes_more(); --n) {
+    send(wire::RemoveCharacter{1});
+    send(wire::AddCharacter{1, groom_, LevelIndex::ether, {}});
+  }
+}
+
+// With others of its kind, whose characters it reports as large on its screen.
+void BadClient::hoard() {
+  add_characters(kTooManyCharacters, LevelIndex::low);
+  pose_characters();
+  wire::ReportImportance report;
+  for (const std::uint32_t member : members_) report.members.push_back({member, 1, true});
+  if (random_.unit() < 0.2) send(report);
+}
+
+void BadClient::choose() {
+  add_characters(kManyCharacters, LevelIndex::ether);
+  pose_characters();
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::nearest;
+  for (std::uint64_t n = up_to(60); n > 0 && connection_->takes_more(); --n) {
+    observe.count = static_cast<std::uint32_t>(up_to(8));
+    observe.members = members_;
+    send(observe);
+  }
+}
+
+void BadClient::make_wind() {
+  wire::SetWind set;
+  const bool is_same = random_.unit() < 0.3;
+  for (std::uint64_t n = up_to(20); n > 0 && connection_->takes_more(); --n) {
+    if (!is_same) set.wind.mean_m_per_s.x() = random_.between(-5, 5);
+    send(set);
+  }
+}
+
+void BadClient::add_crowd() {
+  if (!welcome_) return;
+  if (random_.unit() < 0.2) characters_.clear();  // adds them again
+  add_characters(4, LevelIndex::ether);
+  pose_characters();
+  if (random_.unit() >= 0.2) return;
+  send(wire::RemoveCharacter{*characters_.begin()});
+  const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
+  if (random_.unit() < 0.5) send(wire::AddCharacter{*characters_.begin(), groom.hash, LevelIndex::rigid, {}});
+}
+
+// Unless it has characters.
+void BadClient::add_characters(std::uint32_t count, LevelIndex level) {
+  if (!welcome_ || !characters_.empty()) return;
+  const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
+  send(wire::GroomOffer{groom.hash, groom.bytes->size()});
+  send(wire::GroomChunk{groom.hash, 0, *groom.bytes});
+  groom_ = groom.hash;
+  for (std::uint32_t number = 1; number <= count; ++number) {
+    send(wire::AddCharacter{number, groom_, level, {}});
+    characters_.insert(number);
+  }
+}
+
+void BadClient::pose_characters() {
   wire::PoseBatch batch;
   ++sequence_;
   for (const std::uint32_t number : characters_)
     batch.poses.push_back(
         {number, sequence_, clock_ns(), false, rigid_pose({Quat::Identity(), {random_.between(-1, 1), 1.6, 0}})});
-  send(batch);
-  if (random_.unit() < 0.2 && !characters_.empty()) {
-    send(wire::RemoveCharacter{*characters_.begin()});
-    if (random_.unit() < 0.5) send(wire::AddCharacter{*characters_.begin(), groom.hash, LevelIndex::rigid, {}});
-  }
+  if (!batch.poses.empty()) send(batch);
 }
 
 }  // namespace hairnet::whole

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -17,24 +18,35 @@
 namespace hairnet::whole {
 
 enum class Misbehaviour : std::uint8_t {
-  silent,         // connects, and sends nothing, or half a hello
-  noise,          // random bytes
-  mutant,         // sends a hello, then valid packets with changed bits
-  stranger,       // sends a hello, then valid messages without sense
-  flood,          // more messages than may be sent
-  pose_flood,     // more poses than may be sent
-  slow_reader,    // reads slowly, or not at all
-  wrong_hello,    // wrong version, room, token or session
-  groom_spoiler,  // uploads other bytes than those of the hash, or stops halfway
-  crowd,          // adds and removes as many characters as allowed, and more
-  churner,        // comes and goes all the time
+  silent,          // connects, and sends nothing, half a hello, or a packet just too small to be refused before a hello
+  noise,           // random bytes
+  mutant,          // sends a hello, then valid packets with changed bits
+  stranger,        // sends a hello, then valid messages without sense
+  flood,           // more messages than may be sent
+  pose_flood,      // more poses than may be sent
+  slow_reader,     // reads slowly, or not at all
+  wrong_hello,     // wrong version, room, token or session
+  groom_spoiler,   // uploads other bytes than those of the hash, or stops halfway
+  crowd,           // adds and removes as many characters as allowed, and more
+  churner,         // comes and goes all the time
+  newcomer,        // joins a new session again and again, also when the server is full
+  resumer,         // has many characters, and resumes again and again
+  groom_trickler,  // offers large grooms and those of players, and uploads a few bytes of each
+  groom_heaper,    // uploads grooms that cannot be built
+  drip_reader,     // observes, and reads a few bytes a second
+  shuffler,        // adds and removes characters as fast as it can
+  hoarder,         // has as many characters as it may, in a room of its own
+  chooser,         // has many characters, and asks for the nearest again and again
+  windmaker,       // sets the wind again and again
 };
-inline constexpr std::array<std::string_view, 11> kMisbehaviourNames{
-    "silent", "noise",       "mutant",        "stranger",     "flood",  "pose_flood",
-    "slow",   "wrong_hello", "groom_spoiler", "crowd_of_one", "churner"};
+inline constexpr std::array<std::string_view, 20> kMisbehaviourNames{
+    "silent",       "noise",         "mutant",       "stranger", "flood",    "pose_flood", "slow",
+    "wrong_hello",  "groom_spoiler", "crowd_of_one", "churner",  "newcomer", "resumer",    "groom_trickler",
+    "groom_heaper", "drip_reader",   "shuffler",     "hoarder",  "chooser",  "windmaker"};
 
 struct BadClientPlan {
   int number = 0;
+  std::uint64_t address = 0;
   Misbehaviour kind = Misbehaviour::silent;
   std::string room, token;
   NetworkQuality quality;
@@ -55,19 +67,33 @@ class BadClient final : public ClientEvents {
 
  private:
   [[nodiscard]] std::int64_t clock_ns() const { return timeline_->now_ns() + 77 * kSecond_ns; }
-  [[nodiscard]] std::string name() const {
-    return "bad client " + std::to_string(plan_.number) + " (" +
-           std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + ")";
+  [[nodiscard]] std::string kind_name() const {
+    return std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]);
   }
+  [[nodiscard]] std::string name() const {
+    return "bad client " + std::to_string(plan_.number) + " (" + kind_name() + ")";
+  }
+  [[nodiscard]] std::uint64_t up_to(std::uint64_t max) { return 1 + random_.next() % max; }
   void connect();
+  void redial(double wait_ns_max);
   void on_packet(std::span<const std::uint8_t> packet);
   void send(const wire::Message& message);
   void hello();
   void act();
   void misbehave();
   void mutate();
+  void say_part_of_hello();
+  void flood_poses();
   void spoil_groom();
+  void trickle_groom();
+  void heap_groom();
   void add_crowd();
+  void add_characters(std::uint32_t count, LevelIndex level);
+  void pose_characters();
+  void shuffle();
+  void hoard();
+  void choose();
+  void make_wind();
   wire::Message random_valid_message();
 
   Timeline* timeline_;
@@ -81,10 +107,13 @@ class BadClient final : public ClientEvents {
   std::vector<std::weak_ptr<SimulatedConnection>> left_;  // its earlier ones, which may still carry
   std::optional<wire::Welcome> welcome_;
   std::int64_t until_ns_ = 0;
-  std::uint64_t turn_ = 0;  // counts connections
+  std::uint64_t turn_ = 0;   // counts connections
+  bool is_welcome_ = false;  // on this connection, and was not sent away
   std::uint32_t sequence_ = 0;
   std::set<std::uint32_t> characters_;
+  wire::GroomHash groom_{};  // of its characters
   std::vector<std::uint32_t> members_;
+  std::map<wire::GroomHash, std::size_t> trickled_;  // bytes of each groom that it has offered
 };
 
 }  // namespace hairnet::whole

@@ -114,11 +114,13 @@ void Pipe::read() {
 }
 
 SimulatedConnection::SimulatedConnection(Timeline& timeline, Host& host, ClientEvents& client,
-                                         const NetworkQuality& quality, std::uint64_t seed)
+                                         const NetworkQuality& quality, std::uint64_t address, std::uint64_t seed)
     : timeline_(&timeline),
       host_(&host),
       client_(&client),
       quality_(quality),
+      address_(address),
+      network_(std::to_string(address)),
       up_(std::make_shared<Pipe>(timeline, quality, 2 * seed)),
       down_(std::make_shared<Pipe>(timeline, quality, 2 * seed + 1)),
       splitter_(server::kHelloPacketBytesMax) {}
@@ -183,8 +185,8 @@ void SimulatedConnection::send(std::vector<std::uint8_t> packet) {
 }
 
 void SimulatedConnection::close(std::string_view) {
-  if (std::exchange(server_closed_, true)) return;
-  sink_ = nullptr;
+  if (server_closed_) return;
+  end_at_server();
   down_->end();
 }
 
@@ -217,8 +219,7 @@ void SimulatedConnection::break_no_more() {
 }
 
 void SimulatedConnection::on_server_killed() {
-  sink_ = nullptr;
-  server_closed_ = true;
+  end_at_server();
   up_->kill();
   down_->kill();
 }
@@ -230,8 +231,15 @@ void SimulatedConnection::tell_client(const std::string& why) {
 
 void SimulatedConnection::tell_server(std::string_view why) {
   if (server_closed_) return;
+  server::PacketSink* const sink = sink_;
+  end_at_server();
+  if (sink) sink->on_closed(why, host_->clock_ns());
+}
+
+void SimulatedConnection::end_at_server() {
   server_closed_ = true;
-  if (server::PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(why, host_->clock_ns());
+  sink_ = nullptr;
+  ticket_ = {};
 }
 
 }  // namespace hairnet::whole

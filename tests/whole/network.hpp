@@ -13,6 +13,7 @@
 #include "core/random.hpp"
 #include "schema/channel/packet_splitter.hpp"
 #include "server/session/connection.hpp"
+#include "server/transport/admission.hpp"
 #include "tests/whole/timeline.hpp"
 
 // A simulated network without sockets: connections are byte streams with delay, jitter, limited bandwidth and breaks.
@@ -106,8 +107,9 @@ struct ConnectionLoss {
 // One connection between a client and the server.
 class SimulatedConnection final : public server::Connection, public std::enable_shared_from_this<SimulatedConnection> {
  public:
+  // `address`: of the client's machine; the server limits what one address may do.
   SimulatedConnection(Timeline& timeline, Host& host, ClientEvents& client, const NetworkQuality& quality,
-                      std::uint64_t seed);
+                      std::uint64_t address, std::uint64_t seed);
 
   // The client's side.
   void connect(bool into_nothing);  // on_open() or on_closed() follow, or nothing
@@ -134,6 +136,10 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return "simulated"; }
+  [[nodiscard]] std::string_view network() const override { return network_; }
+  [[nodiscard]] std::uint64_t address() const { return address_; }
+  void keep(server::Admission::Ticket ticket) { ticket_ = std::move(ticket); }  // until the server's end closes
+  [[nodiscard]] bool is_admitted() const { return ticket_.has_address(); }
   void on_server_killed();  // its process is gone
 
   [[nodiscard]] int life() const { return life_; }  // of the server that answered
@@ -145,11 +151,15 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   void take(std::span<const std::uint8_t> bytes);
   void tell_client(const std::string& why);
   void tell_server(std::string_view why);
+  void end_at_server();
 
   Timeline* timeline_;
   Host* host_;
   ClientEvents* client_;
   NetworkQuality quality_;
+  std::uint64_t address_;
+  std::string network_;
+  server::Admission::Ticket ticket_;
   std::shared_ptr<Pipe> up_, down_;
   channel::PacketSplitter splitter_;
   server::PacketSink* sink_ = nullptr;

@@ -168,8 +168,8 @@ void Player::pause_reading(bool paused) {
 void Player::connect() {
   core_->on_opening(clock_ns());
   half_closed_ = false;
-  connection_ =
-      std::make_shared<SimulatedConnection>(*timeline_, *host_, *this, plan_.quality, random_.next() ^ ++dials_);
+  connection_ = std::make_shared<SimulatedConnection>(
+      *timeline_, *host_, *this, plan_.quality, static_cast<std::uint64_t>(plan_.number), random_.next() ^ ++dials_);
   connections_.push_back(connection_);
   const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
   if (into_nothing) journal_->count("dialled into nothing");

@@ -21,10 +21,11 @@ struct PlayerPlan {
   NetworkQuality quality;
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
-  int clock_ppm = 0;           // its clock's drift
-  bool steady = false;         // a good network and simple behaviour: it must get every tick
-  bool sends_garbage = false;  // among its poses, until calm_down()
-  double actions_per_s = 1;    // of all that a client may ask for
+  int clock_ppm = 0;                   // its clock's drift
+  bool steady = false;                 // a good network and simple behaviour: it must get every tick
+  bool sends_garbage = false;          // among its poses, until calm_down()
+  double actions_per_s = 1;            // of all that a client may ask for
+  std::int64_t groom_wait_ns_max = 0;  // of a steady client: until its first groom is ready, whoever else offers grooms
 };
 
 // A well-behaved client: a LinkCore over simulated connections, with random requests. Checks what the server sends.
@@ -99,6 +100,9 @@ class Player final : public ClientEvents {
   void check(const link::FrameBatch& batch, const link::Frame& frame, Member& member);
   void check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member);
   void check_counters();
+  [[nodiscard]] wire::GroomHash first_groom() const {
+    return characters_.empty() ? wire::GroomHash{} : assets().grooms[characters_.begin()->second.groom].hash;
+  }
   void fault(const std::string& what) { journal_->fault(name(), what); }
 
   Timeline* timeline_;
@@ -122,6 +126,7 @@ class Player final : public ClientEvents {
   bool sees_all_ = true;
   std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
   int broken_life_ = -1;
+  std::int64_t groom_wanted_ns_ = -1;  // since when the groom of its first character is not ready; negative: it is
   std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0;
 };
 

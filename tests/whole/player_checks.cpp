@@ -22,6 +22,7 @@ struct Player::EventHandler {
     p.journal_->mix(e.welcome.session);
     p.journal_->count("welcomed");
     const bool resumed = e.again && e.welcome.resumed;
+    if (!resumed || p.groom_wanted_ns_ >= 0) p.groom_wanted_ns_ = p.timeline_->now_ns();
     if (!resumed) {
       p.members_.clear();
       p.removing_.clear();
@@ -67,6 +68,10 @@ struct Player::EventHandler {
   void operator()(const wire::GroomStatus& e) const {
     p.journal_->mix(static_cast<std::uint64_t>(e.state));
     if (e.state == wire::GroomState::refused) p.fault("has its groom refused");
+    if (e.state != wire::GroomState::ready || p.groom_wanted_ns_ < 0 || e.hash != p.first_groom()) return;
+    const std::int64_t wait_ns = p.timeline_->now_ns() - std::exchange(p.groom_wanted_ns_, -1);
+    if (p.plan_.steady && wait_ns > p.plan_.groom_wait_ns_max)
+      p.fault("has waited " + std::to_string(wait_ns / kMs) + " ms for its groom");
   }
   void operator()(const wire::CharacterAdded& e) const {
     if (e.member == 0) p.fault("has a character that is no member");

@@ -34,7 +34,10 @@ class Scenario {
   server::Config make_config();
   NetworkQuality make_quality();
   void make_players();
+  void choose_misbehaviours();
   void make_bad_clients();
+  void make_bad_group(Misbehaviour kind, std::uint64_t address);
+  [[nodiscard]] std::string token_for(const std::string& room, const std::string& subject) const;
   void disturb();
   void disturb_one(Player& player);
   void restart_server();
@@ -73,7 +76,8 @@ class Scenario {
   std::vector<std::unique_ptr<Player>> players_;
   std::vector<std::unique_ptr<BadClient>> bad_clients_;
   std::int64_t disturbed_until_ns_ = 0;
-  bool wants_tokens_ = false;
+  bool wants_tokens_ = false, tokens_have_subjects_ = false;
+  std::vector<Misbehaviour> misbehaviours_;  // of groups of bad clients
 };
 
 server::Config Scenario::make_config() {
@@ -86,12 +90,15 @@ server::Config Scenario::make_config() {
   // A folder for this trial alone, empty at first: files of other trials would be counted.
   if (chance(0.5)) config.level_cache = assets().level_cache + "/" + std::to_string(seed_);
   wants_tokens_ = chance(0.3);
+  tokens_have_subjects_ = chance(0.6);
   if (wants_tokens_) config.token_key_file = assets().token_key_file;
   config.room_grace_ns = moment(0, kSecond_ns);
   server::SessionLimits& limits = config.sessions;
   limits.session_count_max = chance(0.3) ? 8 : 64;
-  limits.character_count_max = 128;
+  limits.character_count_max = 192;
   limits.characters_per_session_max = 16;
+  limits.characters_per_subject_max = 24;
+  limits.sessions_per_subject_max = limits.sessions_per_address_max = 6;
   limits.control_bytes_max = chance(0.3) ? 200'000 : std::size_t{32} << 20;
   limits.frame_packet_bytes_max = chance(0.3) ? 400 : std::size_t{256} << 10;
   limits.room_count_max = 8;
@@ -106,7 +113,23 @@ server::Config Scenario::make_config() {
   limits.slow_consumer_ns = moment(kSecond_ns, 2 * kSecond_ns);
   limits.drain_timeout_ns = 500 * kMs;
   limits.downloads_per_session_max = 4;
-  config.grooms.upload_timeout_ns = 10 * kSecond_ns;  // a slow line full of poses takes seconds for a chunk
+  server::GroomStoreLimits& grooms = config.grooms;
+  grooms.groom_bytes_max = 256 << 10;
+  grooms.upload_bytes_max = 1 << 20;
+  grooms.upload_burst_bytes = 512 << 10;
+  grooms.upload_bytes_per_s = 128 << 10;
+  grooms.upload_bytes_per_s_min = 512;
+  grooms.upload_timeout_ns = 5 * kSecond_ns;  // a slow line full of poses takes seconds for a chunk
+  grooms.upload_patience_ns = 300 * kMs;
+  grooms.groom_count_max = 24;
+  grooms.grooms_per_session_max = 8;
+  grooms.build_queue_max = 6;
+  grooms.build_ns_max = 300 * kMs;
+  grooms.build_memory_bytes_max = std::size_t{35} << 20;
+  server::AdmissionLimits& admission = config.transport.admission;
+  admission.connections_per_address_max = 8;
+  admission.connections_per_address_per_s = 10;
+  admission.connections_per_address_burst = 30;
   return config;
 }
 
@@ -129,7 +152,7 @@ void Scenario::make_players() {
     PlayerPlan plan;
     plan.number = n + 1;
     plan.room = rooms_[random_.next() % rooms_.size()];
-    if (wants_tokens_) plan.token = assets().token(false, plan.room);
+    plan.token = token_for(plan.room, "player " + std::to_string(plan.number));
     plan.quality = make_quality();
     plan.pose_hz = random_.between(20, 70);
     plan.clock_offset_ns = moment(-1000 * kSecond_ns, 1'000'000 * kSecond_ns);
@@ -142,10 +165,15 @@ void Scenario::make_players() {
       plan.quality.delay_ns = moment(kMs, 10 * kMs);
       plan.quality.jitter_ns = 2 * kMs;
       plan.pose_hz = 60;
+      // Each of the other clients' addresses may be asked for the groom first, and have a build.
+      const server::GroomStoreLimits& grooms = config_.grooms;
+      plan.groom_wait_ns_max =
+          kSecond_ns + static_cast<std::int64_t>(static_cast<std::size_t>(count) + misbehaviours_.size()) *
+                           (grooms.upload_patience_ns + grooms.build_ns_max);
     }
     players_.push_back(std::make_unique<Player>(timeline_, journal_, *host_, plan, seed_));
     Player& player = *players_.back();
-    timeline_.at(plan.steady ? 0 : moment(0, disturbed_until_ns_ / 2), [this, &player] {
+    timeline_.at(plan.steady ? moment(0, kSecond_ns / 2) : moment(0, disturbed_until_ns_ / 2), [this, &player] {
       report(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.least_bytes_per_s())) +
              " bytes/s");
       player.join();
@@ -156,19 +184,52 @@ void Scenario::make_players() {
   }
 }
 
-void Scenario::make_bad_clients() {
-  const int count = chance(0.25) ? 0 : static_cast<int>(1 + random_.next() % 3);
+std::string Scenario::token_for(const std::string& room, const std::string& subject) const {
+  return wants_tokens_ ? assets().token(false, room, tokens_have_subjects_ ? subject : "") : std::string();
+}
+
+// Some kinds of one trial; before make_players().
+void Scenario::choose_misbehaviours() {
+  for (auto count = chance(0.25) ? 0 : 1 + random_.next() % 3; count > 0; --count) {
+    const auto kind = static_cast<Misbehaviour>(random_.next() % kMisbehaviourNames.size());
+    if (std::ranges::find(misbehaviours_, kind) == misbehaviours_.end()) misbehaviours_.push_back(kind);
+    if (kind == Misbehaviour::groom_trickler)  // stalls for longer than the upload's time-out
+      disturbed_until_ns_ = std::max(disturbed_until_ns_, config_.grooms.upload_timeout_ns + 2 * kSecond_ns);
+  }
+}
+
+// The clients of one kind share a room, an address and a token.
+void Scenario::make_bad_group(Misbehaviour kind, std::uint64_t address) {
+  const auto one_to = [this](std::uint64_t max) { return 1 + static_cast<int>(random_.next() % max); };
+  const bool is_many = kind == Misbehaviour::silent || kind == Misbehaviour::newcomer;
+  const bool is_some = kind == Misbehaviour::groom_trickler || kind == Misbehaviour::hoarder ||
+                       kind == Misbehaviour::drip_reader || kind == Misbehaviour::resumer;
+  const int count = is_many ? 4 + one_to(8) : is_some ? 1 + one_to(3) : 1;
+  const std::string room = kind == Misbehaviour::hoarder ? "hoard" : rooms_[random_.next() % rooms_.size()];
   for (int n = 0; n < count; ++n) {
     BadClientPlan plan;
-    plan.number = n + 1;
-    plan.kind = static_cast<Misbehaviour>(random_.next() % kMisbehaviourNames.size());
-    plan.room = rooms_[random_.next() % rooms_.size()];
-    if (wants_tokens_) plan.token = assets().token(false, plan.room);
+    plan.number = static_cast<int>(bad_clients_.size()) + 1;
+    plan.address = address;
+    // What observers read slowly must be a lot.
+    plan.kind = kind == Misbehaviour::drip_reader && n == 0 ? Misbehaviour::shuffler : kind;
+    plan.room = room;
+    plan.token = token_for(room, "group " + std::to_string(address));
     plan.quality = make_quality();
+    if (plan.kind == Misbehaviour::drip_reader) {
+      plan.quality.bytes_per_s = 1000;
+      plan.quality.window_bytes = plan.quality.unsent_bytes_max = 500;
+    }
     bad_clients_.push_back(std::make_unique<BadClient>(timeline_, journal_, *host_, plan, seed_));
     BadClient& bad_client = *bad_clients_.back();
-    timeline_.at(moment(0, disturbed_until_ns_ / 2), [this, &bad_client] { bad_client.start(disturbed_until_ns_); });
+    const bool is_first = kind == Misbehaviour::groom_trickler;  // offers a groom before players do
+    timeline_.at(is_first ? 0 : moment(0, disturbed_until_ns_ / 2),
+                 [this, &bad_client] { bad_client.start(disturbed_until_ns_); });
   }
+}
+
+void Scenario::make_bad_clients() {
+  constexpr std::uint64_t kFirstAddress = 100;  // players have those before
+  for (std::size_t n = 0; n < misbehaviours_.size(); ++n) make_bad_group(misbehaviours_[n], kFirstAddress + n);
 }
 
 void Scenario::disturb_one(Player& player) {
@@ -233,9 +294,10 @@ void Scenario::disturb() {
       });
     }
   }
-  if (chance(0.4)) {
+  const bool has_hoarders = std::ranges::find(misbehaviours_, Misbehaviour::hoarder) != misbehaviours_.end();
+  if (has_hoarders || chance(0.4)) {
     const std::int64_t reading_ns = moment(10'000, 2 * kMs);
-    timeline_.at(moment(0, disturbed_until_ns_), [this, reading_ns] {
+    timeline_.at(moment(0, disturbed_until_ns_ / (has_hoarders ? 4 : 1)), [this, reading_ns] {
       journal_.count("work takes longer");
       host_->set_work(reading_ns);
     });
@@ -382,6 +444,7 @@ void Scenario::check_nothing_left() {
   const auto check = [&](const std::string& what, std::size_t count) {
     if (count != 0) journal_.fault("server", "still has " + std::to_string(count) + " " + what + " when all have left");
   };
+  check("connections", host_->connection_count());
   check("sessions", server.session_count());
   check("sessions, counted by themselves,", server.context().session_count);
   check("characters, counted by sessions,", server.context().character_count);
@@ -395,6 +458,7 @@ void Scenario::check_nothing_left() {
   check("observers", server.scheduler().rooms().observers().size());
   check("rooms", server.scheduler().rooms().room_count());
   const server::Metrics& m = host_->metrics(host_->life());
+  check("grooms that wait to be built", static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value()));
   if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
     journal_.fault("server", "opened " + std::to_string(m.session.sessions_opened.value()) + " sessions and closed " +
                                  std::to_string(m.session.sessions_closed.value()));
@@ -435,6 +499,7 @@ Outcome Scenario::run() {
   seed_secrets(seed_);
   disturbed_until_ns_ = moment(2 * kSecond_ns, 6 * kSecond_ns);
   config_ = make_config();
+  choose_misbehaviours();
   forget_levels();
   host_ = std::make_unique<ServerHost>(timeline_, journal_, config_, seed_);
   host_->start();

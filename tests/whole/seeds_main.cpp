@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/whole/refusals.hpp"
 #include "tests/whole/scenario.hpp"
 
 // Runs many seeds of tests/whole/scenario and prints which of them failed, and the counts of all events.
@@ -34,6 +35,8 @@ void tell_seed(int signal) {
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }
+
+constexpr std::uint64_t kSeedsWithAllRefusals = 500;
 
 struct Options {
   std::uint64_t first = 1, count = 100;
@@ -61,7 +64,10 @@ class Sweep {
                simulated_s_, wall_s, failed_.size());
     for (std::size_t i = 0; i < std::min<std::size_t>(failed_.size(), 40); ++i) fmt::print(" {}", failed_[i]);
     fmt::print("\n");
-    return failed_.empty() ? 0 : 1;
+    const bool must_have_all = options_.count >= kSeedsWithAllRefusals;
+    const auto missing = must_have_all ? hairnet::whole::missing_refusals(events_) : std::vector<std::string>();
+    for (const std::string& refusal : missing) fmt::print("never happened: {}\n", refusal);
+    return failed_.empty() && missing.empty() ? 0 : 1;
   }
 
  private:

@@ -10,7 +10,10 @@ constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
 constexpr double kFlush_ns_max =
     4e5;  // from a tick's end to its frames being taken: before the next one, even if that is late
 
-// Measures nothing but how often it was read: the same in every run.
+constexpr std::int64_t kBuild_ns = 20 * kMs, kBuildOfPoint_ns = 3 * kMs;
+constexpr int kUnfair_s_max = 2;  // that measuring, and waiting between two changes of a level, may take
+
+// Measures nothing but how often it was read, and builds: the same in every run.
 thread_local std::int64_t measured_ns = 0, reading_lasts_ns = 0;
 std::int64_t measure_ns() {
   return measured_ns += reading_lasts_ns;
@@ -25,8 +28,19 @@ void ServerHost::start() {
   Life& life = lives_.emplace_back();
   life.metrics = std::make_unique<server::Metrics>();
   life.clock_offset_ns = static_cast<std::int64_t>(random_.between(0, 1e15));
-  auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns);
-  if (!created) return journal_->fault("server", "does not start: " + created.error());
+  life.admission = std::make_shared<server::Admission>(config_.transport.admission);
+  rates_ = {};
+  unfair_for_.clear();
+  const auto build_slowly = [this](const server::LevelBuildDef& def, const wire::GroomHash& hash,
+                                   std::span<const std::uint8_t> file, const Groom& groom,
+                                   const server::GoesOn& goes_on) {
+    building_ns_ =
+        std::min(kBuild_ns + kBuildOfPoint_ns * static_cast<std::int64_t>(groom.points.size()), def.ns_max + kMs);
+    measured_ns += building_ns_;
+    return server::build_levels_here(def, hash, file, groom, goes_on);
+  };
+  auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly);
+  if (!created) return fault("does not start: " + created.error());
   server_ = std::move(*created);
   connections_.clear();
   const int number = this->life();
@@ -61,6 +75,16 @@ server::PacketSink* ServerHost::open(std::shared_ptr<SimulatedConnection> wire) 
   std::erase_if(connections_, [](const auto& weak) { return weak.expired(); });
   connections_.push_back(wire);
   wire->set_life(life());
+  server::Admission::Ticket ticket;
+  const auto verdict = lives_.back().admission->enter(wire->address(), clock_ns(), ticket);
+  if (verdict != server::Admission::Verdict::admitted) {
+    journal_->count(verdict == server::Admission::Verdict::address_full ? "connection refused, too many of its address"
+                                                                        : "connection refused, too soon");
+    wire->close("refused");
+    return nullptr;
+  }
+  ticket.move_to(server::Admission::Place::session);
+  wire->keep(std::move(ticket));
   return server_->open(std::move(wire), clock_ns());
 }
 
@@ -78,6 +102,8 @@ void ServerHost::run_tick(int life) {
   reading_lasts_ns = work_ns_;
   if (server_->poll_tick(clock_ns())) {
     note_tick();
+    check_shares();
+    check_rates();
     const auto flush_in_ns = static_cast<std::int64_t>(random_.unit() * kFlush_ns_max);
     timeline_->after(flush_in_ns, [this, life] {
       if (server_ && life == this->life()) server_->flush(clock_ns());
@@ -90,8 +116,10 @@ void ServerHost::run_tick(int life) {
 
 void ServerHost::run_builder(int life) {
   if (!server_ || life != this->life()) return;
+  building_ns_ = reading_lasts_ns = 0;
   server_->poll_builder();
-  timeline_->after(static_cast<std::int64_t>(random_.between(5e6, 60e6)), [this, life] { run_builder(life); });
+  timeline_->after(building_ns_ + static_cast<std::int64_t>(random_.between(5e6, 60e6)),
+                   [this, life] { run_builder(life); });
 }
 
 void ServerHost::note_tick() {
@@ -99,7 +127,7 @@ void ServerHost::note_tick() {
   const std::uint64_t number = server_->context().tick.load();
   if (number >= life.ticks.size()) life.ticks.resize(number + 1);
   Tick& tick = life.ticks[number];
-  if (tick.ran_ns >= 0) journal_->fault("server", "tick " + std::to_string(number) + " ran twice");
+  if (tick.ran_ns >= 0) fault("tick " + std::to_string(number) + " ran twice");
   tick.ran_ns = timeline_->now_ns();
   const Tick* before = nullptr;
   for (std::uint64_t n = number; n-- > 0 && !before;) {
@@ -122,10 +150,9 @@ void ServerHost::note_tick() {
     truth.asleep = lattice.asleep;
     truth.stepped = lattice.stepped;
     truth.pose = *lattice.pose;
-    if (!is_valid(truth.pose)) journal_->fault("server", "a pose in the World is not valid");
+    if (!is_valid(truth.pose)) fault("a pose in the World is not valid");
     const auto is_finite = [](const Vec3f& v) { return v.allFinite(); };
-    if (!std::ranges::all_of(lattice.displacement, is_finite))
-      journal_->fault("server", "a lattice in the World is not finite");
+    if (!std::ranges::all_of(lattice.displacement, is_finite)) fault("a lattice in the World is not finite");
     for (std::size_t c = 0; lattice.model && c < codec::kErrorClassCount; ++c) {
       const auto error_class = static_cast<codec::ErrorClass>(c);
       codec::quantise_nodes(lattice.displacement, error_class, integers);
@@ -141,15 +168,107 @@ void ServerHost::check_bounds() {
   for (const auto& [id, session] : server_->sessions().all()) {
     const server::Outbox& outbox = session->outbox();
     if (outbox.control_bytes_waiting() > limits.control_bytes_max)
-      journal_->fault("server", "session " + std::to_string(id) + "'s outbox is beyond its bound of bytes");
+      fault("session " + std::to_string(id) + "'s outbox is beyond its bound of bytes");
     if (outbox.ticks_waiting() > server::Outbox::kTicksUnseenMax)
-      journal_->fault("server", "session " + std::to_string(id) + "'s outbox is beyond its bound of ticks");
+      fault("session " + std::to_string(id) + "'s outbox is beyond its bound of ticks");
   }
+  check_sessions(limits);
+  check_grooms();
+  if (server_->scheduler().rooms().characters().size() > limits.character_count_max)
+    fault("more characters than there may be");
+  if (server_->scheduler().rooms().room_count() > limits.room_count_max) fault("more rooms than there may be");
+  std::map<std::uint64_t, std::size_t> of_address;
+  for (const auto& weak : connections_) {
+    const auto wire = weak.lock();
+    if (wire && wire->is_admitted() &&
+        ++of_address[wire->address()] == config_.transport.admission.connections_per_address_max + 1)
+      fault("more connections of one address than there may be");
+  }
+}
+
+void ServerHost::check_sessions(const server::SessionLimits& limits) {
   if (server_->context().session_count > limits.session_count_max ||
       server_->session_count() > 2 * limits.session_count_max)
-    journal_->fault("server", "more sessions than there may be");
-  if (server_->scheduler().rooms().characters().size() > limits.character_count_max)
-    journal_->fault("server", "more characters than there may be");
+    fault("more sessions than there may be");
+  struct Count {
+    std::size_t sessions = 0, characters = 0;
+  };
+  std::map<std::string, Count> of_subject;
+  for (const auto& [id, session] : server_->sessions().all()) {
+    if (!session->is_joined()) continue;
+    Count& count = of_subject[session->identity().subject.name];
+    ++count.sessions;
+    count.characters += session->identity().characters.size();
+  }
+  const std::size_t sessions_max = std::max(limits.sessions_per_subject_max, limits.sessions_per_address_max);
+  for (const auto& [subject, count] : of_subject) {
+    if (count.sessions > sessions_max) fault("more sessions of " + subject + " than there may be");
+    if (count.characters > limits.characters_per_subject_max)
+      fault("more characters of " + subject + " than there may be");
+  }
+}
+
+void ServerHost::check_grooms() {
+  const server::GroomStoreLimits& limits = config_.grooms;
+  const server::GroomStore& grooms = server_->grooms();
+  if (grooms.upload_bytes() > limits.upload_bytes_max) fault("more bytes of uploads than there may be");
+  if (grooms.groom_count() > limits.groom_count_max) fault("more grooms than there may be");
+  const double waiting = lives_.back().metrics->groom.gauges.grooms_waiting.value();
+  if (waiting > static_cast<double>(limits.build_queue_max + 1)) fault("more grooms wait to be built than may");
+}
+
+// However often clients ask: the wind of a room changes when the room opens, and then a few times a second; each
+// observer's members are chosen by place at every eighth tick.
+void ServerHost::check_rates() {
+  constexpr std::uint64_t kWindsPer_s_max = 6, kTicksOfChoice = 8;
+  const server::Metrics& m = *lives_.back().metrics;
+  const std::uint64_t tick = server_->context().tick.load(), ticks = tick - rates_.tick;
+  if (ticks < config_.tick_rate_hz) return;
+  const Rates before =
+      std::exchange(rates_, {tick, m.tick.winds_changed.value(), m.room.rooms_opened.value(),
+                             m.room.rooms_closed.value(), m.tick.place_choices.value(),
+                             m.session.sessions_welcomed.value(), server_->scheduler().rooms().observers().size()});
+  const std::uint64_t opened = rates_.rooms_opened - before.rooms_opened;
+  const std::uint64_t rooms = before.rooms_opened - before.rooms_closed + opened;
+  if (rates_.winds - before.winds > opened + kWindsPer_s_max * ticks * rooms / config_.tick_rate_hz)
+    fault("changes winds more often than it may");
+  const std::uint64_t observers = before.observers + rates_.welcomed - before.welcomed;
+  if (rates_.place_choices - before.place_choices > observers * (ticks / kTicksOfChoice + 2))
+    fault("chooses members by place more often than it may");
+}
+
+// Subjects share the time of ticks: one with few characters must not stay below the levels that it asks for while each
+// of another's many characters has more, on average.
+void ServerHost::check_shares() {
+  constexpr std::size_t kTimesAsMany = 4;
+  struct Share {
+    std::size_t count = 0, below = 0;
+    double sum = 0;
+  };
+  std::map<std::uint32_t, Share> shares;
+  for (const auto& [key, character] : server_->scheduler().rooms().characters()) {
+    if (!character.in_world || !character.seen || character.asleep ||
+        !server_->scheduler().simulation().has_levels(character.groom))
+      continue;
+    Share& share = shares[character.subject];
+    ++share.count;
+    share.below += character.level != character.requested_level || character.stride != 1;
+    const int finer = static_cast<int>(LevelIndex::rigid) - static_cast<int>(character.level);
+    if (finer > 0) share.sum += static_cast<double>(1 << finer) / character.stride;
+  }
+  const auto mean = [](const Share& share) { return share.sum / static_cast<double>(share.count); };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for;
+  for (const auto& [few, of_few] : shares) {
+    if (of_few.below == 0) continue;
+    for (const auto& [many, of_many] : shares) {
+      if (of_many.count < kTimesAsMany * of_few.count || mean(of_many) <= mean(of_few)) continue;
+      const int ticks = unfair_for_[{few, many}] + 1;
+      unfair_for[{few, many}] = ticks;
+      if (ticks == kUnfair_s_max * static_cast<int>(config_.tick_rate_hz))
+        fault("gives a subject of many characters more for each than one of few");
+    }
+  }
+  unfair_for_ = std::move(unfair_for);
 }
 
 const GroundTruth* ServerHost::truth(int life, std::uint64_t tick, server::CharacterKey character) const {

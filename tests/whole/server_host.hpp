@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/app/server.hpp"
+#include "server/transport/admission.hpp"
 #include "tests/whole/journal.hpp"
 #include "tests/whole/network.hpp"
 
@@ -41,6 +42,8 @@ class ServerHost final : public Host {
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
   [[nodiscard]] const server::Server* server() const { return server_.get(); }
+  // That the server has not closed.
+  [[nodiscard]] std::size_t connection_count() const { return lives_.back().admission->count(); }
   [[nodiscard]] const server::Metrics& metrics(int life) const {
     return *lives_[static_cast<std::size_t>(life)].metrics;
   }
@@ -58,14 +61,25 @@ class ServerHost final : public Host {
   };
   struct Life {
     std::unique_ptr<server::Metrics> metrics;
+    std::shared_ptr<server::Admission> admission;
     std::int64_t clock_offset_ns = 0;
     std::vector<Tick> ticks;
+  };
+  // Counted in this life until a tick.
+  struct Rates {
+    std::uint64_t tick = 0, winds = 0, rooms_opened = 0, rooms_closed = 0, place_choices = 0, welcomed = 0;
+    std::uint64_t observers = 0;  // at that tick
   };
   void run_io(int life);
   void run_tick(int life);
   void run_builder(int life);
   void note_tick();
   void check_bounds();
+  void check_sessions(const server::SessionLimits& limits);
+  void check_grooms();
+  void check_rates();
+  void check_shares();
+  void fault(const std::string& what) { journal_->fault("server", what); }
 
   Timeline* timeline_;
   Journal* journal_;
@@ -75,6 +89,9 @@ class ServerHost final : public Host {
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
+  std::int64_t building_ns_ = 0;                                       // that the builder's last job took
+  Rates rates_;                                                        // when they were last checked
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for_;  // ticks that a subject had less than another
 };
 
 }  // namespace hairnet::whole
