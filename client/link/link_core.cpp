@@ -460,8 +460,10 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   }
   if (!requested_.on_error(error)) return push(std::move(error));
   if (error.reason != wire::ErrorReason::character_unknown) return;
-  // We sent the removal twice; the answer to the first one was lost with its connection.
-  if (members_.remove_own(error.character)) push(wire::CharacterRemoved{error.character});
+  // We sent the removal twice; the answer to the first one was lost with its connection. The member may have left
+  // already, as one that was not announced after a resume.
+  members_.remove_own(error.character);
+  push(wire::CharacterRemoved{error.character});
 }
 
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {

@@ -42,8 +42,8 @@ bool Members::leave(std::uint32_t member) {
   return members_.erase(member) != 0;
 }
 
-bool Members::remove_own(std::uint32_t character) {
-  return std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; }) != 0;
+void Members::remove_own(std::uint32_t character) {
+  std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; });
 }
 
 std::shared_ptr<const LevelGeometry> Members::add_level(wire::LevelRecord record) {

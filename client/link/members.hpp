@@ -32,7 +32,7 @@ class Members {
   bool join(const wire::MemberJoined& joined);
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
-  bool remove_own(std::uint32_t character);  // false: no such character
+  void remove_own(std::uint32_t character);  // if there is such a character
   std::shared_ptr<const LevelGeometry> add_level(wire::LevelRecord record);
 
   enum class Outcome : std::uint8_t {

@@ -177,6 +177,18 @@ TEST_F(Settled, an_unconfirmed_removal_is_sent_again_and_may_have_arrived) {
   EXPECT_TRUE(d.core.take_events().empty());
 }
 
+TEST_F(Settled, a_removal_is_told_also_when_its_member_has_left_unannounced_meanwhile) {
+  d.core.send(wire::RemoveCharacter{7});
+  break_off();
+  come_back(welcome_to(5, true));
+  d.pass(2'000'000'000);
+  d.core.take_events();
+  d.send(wire::Error{wire::ErrorReason::character_unknown, 7, {}, ""});
+  const auto removed = d.event<wire::CharacterRemoved>();
+  ASSERT_TRUE(removed);
+  EXPECT_EQ(removed->character, 7u);
+}
+
 TEST_F(Settled, a_member_that_left_and_came_back_meanwhile_is_not_there_twice) {
   d.send(wire::MemberJoined{40, 9, 3, hash_of(2)});
   d.core.take_events();

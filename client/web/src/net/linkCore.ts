@@ -506,9 +506,11 @@ export class LinkCore {
       this.#requested.onRefused(groom);
     }
     if (!this.#requested.onError(error)) return this.#push(error);
-    // The removal was sent twice, and the first answer was lost with a connection.
-    if (reason === ErrorReason.characterUnknown && this.#members.removeOwn(character))
-      this.#push({ type: "characterRemoved", character });
+    if (reason !== ErrorReason.characterUnknown) return;
+    // The removal was sent twice, and the first answer was lost with a connection. The member may have left already, as
+    // one that was not announced after a resume.
+    this.#members.removeOwn(character);
+    this.#push({ type: "characterRemoved", character });
   }
 }
 

@@ -100,10 +100,10 @@ export class Members {
     return this.#members.delete(member);
   }
 
-  /** False: it was not there. */
-  removeOwn(character: number): boolean {
+  /** If it is there. */
+  removeOwn(character: number): void {
     const found = this.#findOwn(character);
-    return found !== null && this.#members.delete(found[0]);
+    if (found) this.#members.delete(found[0]);
   }
 
   /** The geometry as it is known from now on. */
