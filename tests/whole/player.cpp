@@ -253,6 +253,9 @@ void Player::on_closed(const std::string& why) {
   if (core_->active() && broken_ns_ < 0) {
     broken_ns_ = connection_ && connection_->broken_ns() >= 0 ? connection_->broken_ns() : timeline_->now_ns();
     broken_life_ = connection_ ? connection_->life() : -1;
+    had_character_ = std::ranges::any_of(members_, [this](const auto& m) {
+      return m.second.own && !removing_.contains(server::number_of(m.second.key));
+    });
   }
   connection_.reset();
   core_->on_closed(why, clock_ns());

@@ -125,6 +125,7 @@ class Player final : public ClientEvents {
   wire::Observe observe_;
   bool sees_all_ = true;
   std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
+  bool had_character_ = false;   // then; a session without one gives way when the server is full
   int broken_life_ = -1;
   std::int64_t groom_wanted_ns_ = -1;  // since when the groom of its first character is not ready; negative: it is
   std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0;

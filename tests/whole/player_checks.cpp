@@ -36,7 +36,7 @@ struct Player::EventHandler {
     const server::SessionLimits& limits = p.host_->config().sessions;
     const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
     const std::int64_t since_ns = p.timeline_->now_ns() - broken_ns;
-    if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed)
+    if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed && p.had_character_)
       p.fault("is not resumed " + std::to_string(since_ns / kMs) + " ms after its connection broke");
   }
   void operator()(const link::Reconnecting& e) const {
@@ -45,7 +45,7 @@ struct Player::EventHandler {
     if (e.reason == GoodbyeReason::server_full && p.broken_ns_ >= 0 && p.broken_life_ == p.host_->life()) {
       const server::SessionLimits& limits = p.host_->config().sessions;
       const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
-      if (p.timeline_->now_ns() - p.broken_ns_ + 100 * kMs < least_ns / 2)
+      if (p.timeline_->now_ns() - p.broken_ns_ + 100 * kMs < least_ns / 2 && p.had_character_)
         p.fault("finds the server full, which has its session");
     }
     const bool is_early = e.reason == GoodbyeReason::over_rate && p.broken_ns_ >= 0;  // a resume soon after the last
