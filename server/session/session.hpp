@@ -89,6 +89,7 @@ class Session final : public PacketSink {
   [[nodiscard]] const SessionIdentity& identity() const { return identity_; }
   [[nodiscard]] bool is_joined() const { return joined_; }
   [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] std::int64_t opened_ns() const { return opened_ns_; }
   [[nodiscard]] std::int64_t detached_since_ns() const { return detached_since_ns_; }
   [[nodiscard]] Outbox& outbox() { return *outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return *outbox_; }

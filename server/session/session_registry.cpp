@@ -30,15 +30,14 @@ void SessionRegistry::check_invariants() const {
 
 PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
   HAIRNET_ASSERT(connection);
-  if (draining_ || context_->awaiting_hello_count >= context_->limits.session_count_max) {
+  if (draining_) {
     context_->counters.sessions_refused_full.add();
-    const wire::Goodbye goodbye =
-        draining_ ? wire::Goodbye{wire::GoodbyeReason::server_draining, "the server stops"}
-                  : wire::Goodbye{wire::GoodbyeReason::server_full, "too many connections wait for their welcome"};
-    connection->send(wire::encode_packet({now_ns, goodbye}));
-    connection->close(to_string(goodbye.reason));
+    connection->send(
+        wire::encode_packet({now_ns, wire::Goodbye{wire::GoodbyeReason::server_draining, "the server stops"}}));
+    connection->close(to_string(wire::GoodbyeReason::server_draining));
     return nullptr;
   }
+  if (context_->awaiting_hello_count >= context_->limits.session_count_max) end_silent(now_ns);
   // Numbers start again after the last one; 0 names no session.
   do {
     ++last_id_;
@@ -49,6 +48,17 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
   HAIRNET_ASSERT(is_new);
   check_invariants();
   return opened->second.get();
+}
+
+void SessionRegistry::end_silent(std::int64_t now_ns) {
+  Session* longest = nullptr;
+  for (auto& [id, session] : sessions_) {
+    if (session->state() != Session::State::awaiting_hello) continue;
+    if (!longest || session->opened_ns() < longest->opened_ns()) longest = session.get();
+  }
+  if (!longest) return;
+  context_->counters.sessions_refused_full.add();
+  longest->drain(wire::GoodbyeReason::server_full, "too many connections wait for their welcome", now_ns);
 }
 
 Session* SessionRegistry::find_joined(SessionId id, const wire::SessionSecret& secret) {

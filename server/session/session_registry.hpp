@@ -17,8 +17,9 @@ class SessionRegistry final : public SessionDirectory {
  public:
   explicit SessionRegistry(SessionContext& context) : context_(&context) { context.directory = this; }
 
-  // Null when the server is full or draining: the connection then gets a Goodbye and is closed. The sink exists until
-  // the first poll() after the connection is closed.
+  // Null when the server is draining: the connection then gets a Goodbye and is closed. The sink exists until the first
+  // poll() after the connection is closed. When too many wait for their Welcome, the longest waiting one ends: silent
+  // connections keep nobody out.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
   Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
   SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
@@ -36,6 +37,7 @@ class SessionRegistry final : public SessionDirectory {
 
  private:
   void check_invariants() const;
+  void end_silent(std::int64_t now_ns);  // the one that has waited longest for a hello
   // Ends the one that has been detached longest of those for which `is_meant` holds. False when there is none.
   bool end_longest_detached(const std::function<bool(const Session&)>& is_meant, std::int64_t now_ns);
 

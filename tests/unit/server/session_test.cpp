@@ -491,17 +491,18 @@ TEST_F(SessionTest, a_full_server_refuses_and_continues_with_its_clients) {
   EXPECT_EQ(dial(hello).first->all<wire::Welcome>().size(), 1u) << "there is room again";
 }
 
-TEST_F(SessionTest, silent_connections_are_limited) {
+TEST_F(SessionTest, of_too_many_silent_connections_the_longest_waiting_ends) {
   send(wire::Goodbye{GoodbyeReason::client_leaves, ""});  // the fixture's own session waits no longer
   SessionRegistry registry(context_);
   std::vector<std::shared_ptr<FakeConnection>> connections;
   for (int i = 0; i < 3; ++i) {
     connections.push_back(std::make_shared<FakeConnection>());
-    EXPECT_EQ(registry.open(connections.back(), now_ns_) == nullptr, i == 2);
+    EXPECT_TRUE(registry.open(connections.back(), now_ns_ + i));
   }
-  ASSERT_EQ(connections[2]->all<wire::Goodbye>().size(), 1u);
-  EXPECT_EQ(connections[2]->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
-  EXPECT_TRUE(connections[2]->closed);
+  ASSERT_EQ(connections[0]->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(connections[0]->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(connections[i]->closed, i == 0);
+  EXPECT_EQ(context_.awaiting_hello_count, context_.limits.session_count_max);
   registry.poll(now_ns_ + 6 * kSecond_ns);
   registry.poll(now_ns_ + 6 * kSecond_ns);
   EXPECT_EQ(registry.count(), 0u);
