@@ -112,7 +112,8 @@ TEST_F(GroomStoreTest, a_long_build_gives_way_and_begins_again_later) {
   send_all(kAnna, longest);
   build();
   EXPECT_EQ(built, (std::vector{longest.hash, good_.hash, longest.hash, own.hash}));
-  for (const Upload* upload : std::initializer_list<const Upload*>{&longest, &own, &good_}) EXPECT_TRUE(store_->ready(upload->hash));
+  for (const Upload* upload : std::initializer_list<const Upload*>{&longest, &own, &good_})
+    EXPECT_TRUE(store_->ready(upload->hash));
   EXPECT_EQ(counters_.builds_interrupted.value(), 1u);
   EXPECT_EQ(counters_.grooms_ready.value(), 3u);
 }
