@@ -35,6 +35,9 @@ inline void* try_once(std::size_t bytes) {
     handler();
   }
 }
+[[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+  return hairnet::server::failing_allocator::try_once(bytes);  // its callers do with less
+}
 [[gnu::noinline]] void operator delete(void* block) noexcept {
   std::free(block);
 }
