@@ -323,6 +323,8 @@ std::string Scenario::unsettled() {
   for (const auto& player : players_) character_count += player->keys().size();
   if (host_->server()->scheduler().rooms().characters().size() != character_count)
     return "the server has characters of those who have left";
+  // An upload delays the poses of its client.
+  if (host_->server()->grooms().upload_bytes() > 0) return "a groom is being uploaded or built";
   for (const auto& player : players_) {
     if (!player->is_active()) return player->name() + " is not active";
   }

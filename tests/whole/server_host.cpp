@@ -247,7 +247,7 @@ void ServerHost::check_shares() {
   };
   std::map<std::uint32_t, Share> shares;
   for (const auto& [key, character] : server_->scheduler().rooms().characters()) {
-    if (!character.in_world || !character.seen || character.asleep ||
+    if (!character.in_world || !character.seen || character.asleep || character.requested_level == LevelIndex::rigid ||
         !server_->scheduler().simulation().has_levels(character.groom))
       continue;
     Share& share = shares[character.subject];
