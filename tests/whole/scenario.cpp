@@ -119,7 +119,7 @@ server::Config Scenario::make_config() {
   grooms.upload_burst_bytes = 512 << 10;
   grooms.upload_bytes_per_s = 128 << 10;
   grooms.upload_bytes_per_s_min = 512;
-  grooms.upload_timeout_ns = 5 * kSecond_ns;  // a slow line full of poses takes seconds for a chunk
+  grooms.upload_timeout_ns = 8 * kSecond_ns;  // a slow line full of poses takes seconds for a chunk
   grooms.upload_patience_ns = 300 * kMs;
   grooms.groom_count_max = 24;
   grooms.grooms_per_session_max = 8;
