@@ -1,4 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -6,9 +9,7 @@
 #include "server/grooms/groom_store.hpp"
 
 // The uploads of GroomStore: from the request for a groom's bytes to the last of them.
-
 namespace hairnet::server {
-
 namespace {
 
 using wire::ErrorReason;

@@ -7,6 +7,7 @@
 
 #include "tests/load/attacker.hpp"
 #include "tests/load/plan.hpp"
+#include "tests/load/protocol_client.hpp"
 #include "tests/load/tcp_client_connection.hpp"
 
 namespace hairnet::load {
