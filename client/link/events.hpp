@@ -41,8 +41,8 @@ struct GroomFetched {
   std::string fault;
 };
 // What a link reports to its caller, in order.
-using Event =
-    std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
-                 wire::MemberJoined, wire::MemberLeft, LevelReceived, FrameBatch, GroomFetched, wire::Error>;
+using Event = std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded,
+                           wire::CharacterRemoved, wire::MemberJoined, wire::MemberChanged, wire::MemberLeft,
+                           wire::RoomWind, LevelReceived, FrameBatch, GroomFetched, wire::Error>;
 
 }  // namespace hairnet::link

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/link/address.hpp"
@@ -33,8 +35,15 @@ class Link {
   // Sends a request. The calls from add_character to moderate are shorthands for it. Importance, grooms and poses have
   // calls of their own.
   void send(wire::ClientMessage message);
-  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
-    send(wire::AddCharacter{character, groom, level});
+  // `tag`: any bytes, at most wire::kTagBytesMax, by convention the person's name in UTF-8. Everyone in the room gets
+  // tag and appearance (MemberJoined), so that an application knows whose character a member is and how to draw it.
+  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level, std::string tag = {},
+                     std::optional<wire::Appearance> appearance = {}) {
+    send(wire::AddCharacter{character, groom, level, {}, std::move(tag), appearance});
+  }
+  // Replaces both; its hair continues. Others learn of it at most four times a second (MemberChanged).
+  void set_appearance(std::uint32_t character, std::string tag, std::optional<wire::Appearance> appearance) {
+    send(wire::SetAppearance{character, std::move(tag), appearance});
   }
   void remove_character(std::uint32_t character) { send(wire::RemoveCharacter{character}); }
   void set_level(std::uint32_t character, LevelIndex level) { send(wire::SetLevel{character, level}); }

@@ -374,7 +374,24 @@ void LinkCore::on(wire::CharacterRemoved& removed, std::int64_t) {
 void LinkCore::on(wire::MemberJoined& joined, std::int64_t) {
   if (const auto former = members_.drop_previous_number(joined.session, joined.character, joined.member))
     tell_left({*former});
-  if (members_.join(joined)) push(joined);
+  switch (members_.join(joined)) {
+    case Members::Joined::same:
+      break;
+    case Members::Joined::changed:  // during the outage
+      push(wire::MemberChanged{joined.member, std::move(joined.tag), joined.appearance});
+      break;
+    case Members::Joined::is_new:
+      push(std::move(joined));
+      break;
+  }
+}
+
+void LinkCore::on(wire::MemberChanged& changed, std::int64_t) {
+  if (members_.change(changed)) push(std::move(changed));
+}
+
+void LinkCore::on(wire::RoomWind& wind, std::int64_t) {
+  push(wind);
 }
 
 void LinkCore::on(wire::MemberLeft& left, std::int64_t) {

@@ -139,7 +139,9 @@ class LinkCore {
   void on(wire::CharacterAdded& added, std::int64_t now_ns);
   void on(wire::CharacterRemoved& removed, std::int64_t now_ns);
   void on(wire::MemberJoined& joined, std::int64_t now_ns);
+  void on(wire::MemberChanged& changed, std::int64_t now_ns);
   void on(wire::MemberLeft& left, std::int64_t now_ns);
+  void on(wire::RoomWind& wind, std::int64_t now_ns);
   void on(wire::LevelRecord& record, std::int64_t now_ns);
   void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);

@@ -10,12 +10,25 @@ constexpr std::int64_t kKeyframeWait_ns = 500'000'000;
 
 }  // namespace
 
-bool Members::join(const wire::MemberJoined& joined) {
+Members::Joined Members::join(const wire::MemberJoined& joined) {
   Member member;
   member.session = joined.session;
   member.character = joined.character;
   member.groom = joined.groom;
-  return put(joined.member, std::move(member));
+  member.tag = joined.tag;
+  member.appearance = joined.appearance;
+  if (put(joined.member, std::move(member))) return Joined::is_new;
+  return change({joined.member, joined.tag, joined.appearance}) ? Joined::changed : Joined::same;
+}
+
+bool Members::change(const wire::MemberChanged& changed) {
+  const auto found = members_.find(changed.member);
+  if (found == members_.end()) return false;
+  Member& member = found->second;
+  if (member.tag == changed.tag && member.appearance == changed.appearance) return false;
+  member.tag = changed.tag;
+  member.appearance = changed.appearance;
+  return true;
 }
 
 bool Members::add_own(const wire::CharacterAdded& added) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -28,8 +29,11 @@ class Members {
     HAIRNET_ASSERT(catalog_);
   }
 
-  // Returns false when the member is known already: the server announces all members again after a resume.
-  bool join(const wire::MemberJoined& joined);
+  // The server announces all members again after a resume: those that are known already are the same, or their tag or
+  // appearance has changed.
+  enum class Joined : std::uint8_t { is_new, same, changed };
+  Joined join(const wire::MemberJoined& joined);
+  bool change(const wire::MemberChanged& changed);  // false: no such member, or it has both already
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
   void remove_own(std::uint32_t character);  // if there is such a character
@@ -83,6 +87,8 @@ class Members {
     std::uint64_t session = 0;  // the owner's; 0: this one
     std::uint32_t character = 0;
     wire::GroomHash groom{};
+    std::string tag;
+    std::optional<wire::Appearance> appearance;
     bool own = false, confirmed = true;
     bool discontinuity_pending = false;  // an undecodable frame was discontinuous
     std::optional<std::uint64_t> last_tick;

@@ -16,6 +16,12 @@ void RequestedState::store(const wire::ClientMessage& message) {
   if (const auto* added = std::get_if<wire::AddCharacter>(&message)) return add(*added);
   if (const auto* removed = std::get_if<wire::RemoveCharacter>(&message)) return remove(removed->character);
   if (const auto* wanted = std::get_if<wire::SetLevel>(&message)) return set_level(*wanted);
+  if (const auto* set = std::get_if<wire::SetAppearance>(&message)) {
+    if (Character* character = find(set->character)) {  // a new server announces it with the newest
+      character->added.tag = set->tag;
+      character->added.appearance = set->appearance;
+    }
+  }
   const auto store_setting = [&]<class M>(const M& m) {
     if constexpr (requires { requires M::kResent == wire::Resent::per_session; }) {
       settings_[message.index()] = m;

@@ -8,7 +8,7 @@ Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
   const auto room = to.CreateString(fit_text(m.room));
   const auto token = to.CreateString(m.token);
   return fb::CreateHello(to, m.protocol_version, name, room, token, static_cast<fb::Role>(m.role), m.session,
-                         m.session == 0 ? nullptr : &secret);
+                         m.session == 0 ? nullptr : &secret, m.message_max);
 }
 
 Fault read(const fb::Hello& in, Hello& out) {
@@ -18,6 +18,9 @@ Fault read(const fb::Hello& in, Hello& out) {
   out.token = token;
   out.session = in.session();
   if (in.secret()) out.secret = from_flatbuffer(*in.secret());
+  out.message_max = in.message_max();
+  constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::Moderate);  // every client of this version knows these
+  if (out.message_max < kLeast) return "hello: message_max is below " + std::to_string(kLeast);
   Fault fault = read_text(in.client_name(), "client name", out.client_name);
   if (fault.empty()) fault = read_text(in.room(), "room", out.room);
   return fault.empty() ? read_enum(in.role(), "role", out.role) : fault;
@@ -55,7 +58,10 @@ Offset<fb::AddCharacter> write(FlatBufferBuilder& to, const AddCharacter& m) {
   if (m.state)
     state = fb::CreateHairStateDirect(to, &m.state->displacements, &m.state->velocities, m.state->step_m,
                                       static_cast<fb::LevelIndex>(m.state->level));
-  return fb::CreateAddCharacter(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), state);
+  const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
+  const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
+  return fb::CreateAddCharacter(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), state, tag,
+                                m.appearance ? &appearance : nullptr);
 }
 
 namespace {
@@ -76,6 +82,8 @@ Fault read_state(const fb::HairState& in, HairState& out) {
 Fault read(const fb::AddCharacter& in, AddCharacter& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(*in.groom());
+  if (Fault fault = read_tag(in.tag(), out.tag); !fault.empty()) return fault;
+  if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
   if (in.state()) {
     if (Fault fault = read_state(*in.state(), out.state.emplace()); !fault.empty()) return fault;
   }
@@ -86,6 +94,23 @@ std::string validate(const HairState& state) {
   if (state.displacements.empty() || state.displacements.size() % 3 != 0) return "not 3 integers a node";
   if (!(state.step_m > 0 && state.step_m <= kHairStateStepMax_m)) return "step_m is not in (0, 0.001]";
   return {};
+}
+
+std::string validate_tag(std::string_view tag) {
+  if (tag.size() <= kTagBytesMax) return {};
+  return "tag: " + std::to_string(tag.size()) + " bytes, more than " + std::to_string(kTagBytesMax);
+}
+
+Offset<fb::SetAppearance> write(FlatBufferBuilder& to, const SetAppearance& m) {
+  const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
+  const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
+  return fb::CreateSetAppearance(to, tag, m.appearance ? &appearance : nullptr, m.character);
+}
+
+Fault read(const fb::SetAppearance& in, SetAppearance& out) {
+  out.character = in.character();
+  if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
+  return read_tag(in.tag(), out.tag);
 }
 
 Offset<fb::SetLevel> write(FlatBufferBuilder& to, const SetLevel& m) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct Hello {
   Role role = Role::participant;
   std::uint64_t session = 0;  // to be continued; 0: a new one
   SessionSecret secret{};     // of that session
+  // The number in union Body of the last message that the client knows: the server sends none beyond it.
+  std::uint8_t message_max = std::variant_size_v<Message>;
 };
 struct GroomOffer {
   GroomHash hash{};
@@ -50,11 +53,28 @@ struct HairState {
   float step_m = 0;
   std::vector<std::int16_t> displacements, velocities;  // of equal size; velocities may be empty: at rest
 };
+struct Srgb {  // a colour of the sRGB space
+  std::uint8_t red = 0, green = 0, blue = 0;
+  friend bool operator==(const Srgb&, const Srgb&) = default;
+};
+struct Appearance {  // how a character is drawn
+  Srgb hair_root, hair_tip, skin;
+  std::uint8_t roughness = 0;  // 255: 1
+  friend bool operator==(const Appearance&, const Appearance&) = default;
+};
 struct AddCharacter {
   std::uint32_t character = 0;
   GroomHash groom{};
-  LevelIndex level = LevelIndex::high;  // the finest level that it may have
-  std::optional<HairState> state = {};  // the state in which the hair starts; none: at rest
+  LevelIndex level = LevelIndex::high;        // the finest level that it may have
+  std::optional<HairState> state = {};        // the state in which the hair starts; none: at rest
+  std::string tag = {};                       // any bytes, at most kTagBytesMax; for applications
+  std::optional<Appearance> appearance = {};  // none: the receiver's default
+};
+struct SetAppearance {  // replaces tag and appearance of AddCharacter
+  static constexpr Resent kResent = Resent::per_character;
+  std::uint32_t character = 0;
+  std::string tag = {};
+  std::optional<Appearance> appearance = {};
 };
 struct SetLevel {
   std::uint32_t character = 0;
@@ -129,11 +149,12 @@ struct Goodbye {
 
 using ClientMessage =
     std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
-                 SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Moderate, Goodbye>;
+                 SetWind, SetAppearance, Observe, ReportImportance, RequestKeyframes, GroomRequest, Moderate, Goodbye>;
 
 // Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
 // against the level.
 std::string validate(const Observe& observe);
 std::string validate(const HairState& state);
+std::string validate_tag(std::string_view tag);
 
 }  // namespace hairnet::wire

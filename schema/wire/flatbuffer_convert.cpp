@@ -72,6 +72,16 @@ MaterialScale from_flatbuffer(const fb::MaterialScale& s) {
   return {s.stiffness(), s.damping(), s.density(), s.ether_damping(), s.air_drag(), s.gel_per_s2()};
 }
 
+fb::Appearance to_flatbuffer(const Appearance& appearance) {
+  const auto srgb = [](const Srgb& c) { return fb::Srgb(c.red, c.green, c.blue); };
+  return {srgb(appearance.hair_root), srgb(appearance.hair_tip), srgb(appearance.skin), appearance.roughness};
+}
+
+Appearance from_flatbuffer(const fb::Appearance& appearance) {
+  const auto srgb = [](const fb::Srgb& c) { return Srgb{c.red(), c.green(), c.blue()}; };
+  return {srgb(appearance.hair_root()), srgb(appearance.hair_tip()), srgb(appearance.skin()), appearance.roughness()};
+}
+
 fb::Wind to_flatbuffer(const Wind& w) {
   const Vec3& mean = w.mean_m_per_s;
   return {mean.x(), mean.y(), mean.z(), w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s, w.turbulence_scale_m,

@@ -34,6 +34,9 @@ Pose from_flatbuffer(const fb::Bones& bones);
 fb::MaterialScale to_flatbuffer(const MaterialScale& scale);
 MaterialScale from_flatbuffer(const fb::MaterialScale& scale);
 
+fb::Appearance to_flatbuffer(const Appearance& appearance);
+Appearance from_flatbuffer(const fb::Appearance& appearance);
+
 fb::Wind to_flatbuffer(const Wind& wind);
 Wind from_flatbuffer(const fb::Wind& wind);
 

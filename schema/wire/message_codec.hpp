@@ -25,6 +25,20 @@ inline Fault read_text(const flatbuffers::String* from, const char* name, std::s
   return {};
 }
 
+// A tag that is empty is absent.
+inline Offset<flatbuffers::Vector<std::uint8_t>> write_tag(FlatBufferBuilder& to, std::string_view tag) {
+  if (tag.empty()) return {};
+  return to.CreateVector(reinterpret_cast<const std::uint8_t*>(tag.data()), tag.size());
+}
+
+inline Fault read_tag(const flatbuffers::Vector<std::uint8_t>* from, std::string& to) {
+  if (!from) return {};
+  const std::string_view tag(reinterpret_cast<const char*>(from->data()), from->size());
+  if (Fault fault = validate_tag(tag); !fault.empty()) return fault;
+  to = tag;
+  return {};
+}
+
 inline Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_ns) {
   if (from_ns < -kTimeMax_ns || from_ns > kTimeMax_ns) return std::string(name) + ": out of range";
   to_ns = from_ns;

@@ -9,7 +9,7 @@ Offset<fb::Welcome> write(FlatBufferBuilder& to, const Welcome& m) {
   const fb::Secret secret = to_flatbuffer(m.secret);
   return fb::CreateWelcome(to, m.session, m.tick, m.groom_bytes_max, m.tick_rate_hz, m.character_count_max,
                            m.protocol_version, to.CreateString(fit_text(m.room)), &secret, m.resumed, m.resume_grace_s,
-                           m.pose_delay_ns);
+                           m.pose_delay_ns, m.may_set_wind);
 }
 
 Fault read(const fb::Welcome& in, Welcome& out) {
@@ -21,6 +21,7 @@ Fault read(const fb::Welcome& in, Welcome& out) {
   out.groom_bytes_max = in.groom_bytes_max();
   if (in.secret()) out.secret = from_flatbuffer(*in.secret());
   out.resumed = in.resumed();
+  out.may_set_wind = in.may_set_wind();
   out.resume_grace_s = in.resume_grace_s();
   if (!(out.resume_grace_s >= 0 && out.resume_grace_s <= 1e6f)) return "welcome: grace out of range";
   if (Fault fault = read_time(in.pose_delay_ns(), "welcome's pose delay", out.pose_delay_ns); !fault.empty())
@@ -88,12 +89,41 @@ Fault read(const fb::CharacterRemoved& in, CharacterRemoved& out) {
 
 Offset<fb::MemberJoined> write(FlatBufferBuilder& to, const MemberJoined& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
-  return fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member);
+  const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
+  const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
+  return fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member, tag,
+                                m.appearance ? &appearance : nullptr);
 }
 
 Fault read(const fb::MemberJoined& in, MemberJoined& out) {
-  out = {in.member(), in.session(), in.character(), from_flatbuffer(*in.groom())};
-  return {};
+  out.member = in.member();
+  out.session = in.session();
+  out.character = in.character();
+  out.groom = from_flatbuffer(*in.groom());
+  if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
+  return read_tag(in.tag(), out.tag);
+}
+
+Offset<fb::MemberChanged> write(FlatBufferBuilder& to, const MemberChanged& m) {
+  const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
+  const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
+  return fb::CreateMemberChanged(to, tag, m.appearance ? &appearance : nullptr, m.member);
+}
+
+Fault read(const fb::MemberChanged& in, MemberChanged& out) {
+  out.member = in.member();
+  if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
+  return read_tag(in.tag(), out.tag);
+}
+
+Offset<fb::RoomWind> write(FlatBufferBuilder& to, const RoomWind& m) {
+  const fb::Wind wind = to_flatbuffer(m.wind);
+  return fb::CreateRoomWind(to, &wind, m.session);
+}
+
+Fault read(const fb::RoomWind& in, RoomWind& out) {
+  out = {from_flatbuffer(*in.wind()), in.session()};
+  return validate(out.wind);
 }
 
 Offset<fb::MemberLeft> write(FlatBufferBuilder& to, const MemberLeft& m) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -26,6 +27,7 @@ struct Welcome {
   bool resumed = false;            // the session that Hello named goes on, with its characters and grooms
   float resume_grace_s = 0;        // how long a session outlives its connection
   std::int64_t pose_delay_ns = 0;  // a tick samples poses this far before its own time
+  bool may_set_wind = true;        // the session; a moderator may forbid it later
 };
 struct GroomNeed {
   GroomHash hash{};
@@ -52,6 +54,17 @@ struct MemberJoined {  // to all others in the room
   std::uint64_t session = 0;    // the owner's
   std::uint32_t character = 0;  // the owner's number for it
   GroomHash groom{};
+  std::string tag = {};                       // the owner's, as in AddCharacter
+  std::optional<Appearance> appearance = {};  // the owner's; none: the receiver's default
+};
+struct MemberChanged {  // its tag, its appearance or both; to all others in the room
+  std::uint32_t member = 0;
+  std::string tag = {};
+  std::optional<Appearance> appearance = {};
+};
+struct RoomWind {  // the wind in which the room's hair moves, when a session joins and when it changes
+  Wind wind;
+  std::uint64_t session = 0;  // who has set it; 0: the server's setting
 };
 struct MemberLeft {
   std::uint32_t member = 0;
@@ -91,7 +104,8 @@ struct Error {
   std::string detail;
 };
 
-using ServerMessage = std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved,
-                                   MemberJoined, MemberLeft, LevelRecord, FrameBatch, Error, Goodbye>;
+using ServerMessage =
+    std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved, MemberJoined,
+                 MemberChanged, MemberLeft, RoomWind, LevelRecord, FrameBatch, Error, Goodbye>;
 
 }  // namespace hairnet::wire

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/groom/material_scale.hpp"
@@ -32,8 +33,11 @@ struct Character {
   wire::GroomHash groom{};
   LevelIndex requested_level = LevelIndex::high;  // the finest level that its owner asked for
   MaterialScale material;
-  std::optional<wire::HairState> state;  // sent by its owner; reset once the World has it
-  std::uint64_t state_ticks = 0;         // ticks that it has waited for its levels
+  std::string tag;  // this and the next: as its owner last set them
+  std::optional<wire::Appearance> appearance;
+  std::uint64_t appearance_told_next = 0;  // first tick at which a change may be told to others
+  std::optional<wire::HairState> state;    // sent by its owner; reset once the World has it
+  std::uint64_t state_ticks = 0;           // ticks that it has waited for its levels
   PoseInbox inbox;
   std::vector<std::uint8_t> joined_packet;  // the encoded MemberJoined that announces it to other sessions
 

@@ -36,7 +36,7 @@ Room& Rooms::room_named(const std::string& name) {
   room.index = index;
   room.in_use = true;
   room.name = name;
-  room.wind = wind_;
+  room.wind = room.wind_told.wind = wind_;
   by_name_.emplace(name, index);
   counters_->rooms_opened.add();
   check_invariants();

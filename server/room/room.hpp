@@ -33,6 +33,8 @@ struct Room {
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
   Wind wind;                            // the one that was set last
+  SessionId wind_session = 0;           // that set it; 0: the server's setting
+  wire::RoomWind wind_told;             // the one that its observers know
   std::optional<Wind> wind_in_world;    // none: the World has an earlier room's
   std::uint64_t wind_changes_next = 0;  // first tick at which the World may get another wind
   int stride_max = 1;                   // largest stride of the frames for its observers

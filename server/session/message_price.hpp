@@ -20,6 +20,10 @@ inline double price_of(const wire::AddCharacter& add, const Census& rooms, const
   const std::size_t integers = add.state ? add.state->displacements.size() + add.state->velocities.size() : 0;
   return 1 + static_cast<double>(rooms.count(room).sessions) / 64 + static_cast<double>(integers) / 2048;
 }
+// Everyone in the room is told.
+inline double price_of(const wire::SetAppearance&, const Census& rooms, const std::string& room) {
+  return 1 + static_cast<double>(rooms.count(room).sessions) / 64;
+}
 // Every member is judged once.
 inline double price_of(const wire::Observe& observe, const Census& rooms, const std::string& room) {
   return 1 + static_cast<double>(rooms.count(room).characters) / 512 +

@@ -16,7 +16,7 @@ Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters)
 void Outbox::check_invariants() const {
   HAIRNET_ASSERT(control_bytes_ <= control_bytes_max_);
   HAIRNET_ASSERT(ticks_waiting_ <= waiting_.size());
-  HAIRNET_ASSERT(joined_.size() <= waiting_.size());
+  HAIRNET_ASSERT(joined_.size() + changed_.size() <= waiting_.size());
 #ifdef HAIRNET_VALIDATE_ON
   std::size_t message_bytes = 0, ticks = 0;
   std::uint64_t tick = 0;
@@ -42,11 +42,14 @@ void Outbox::push(const wire::Message& message, std::int64_t now_ns) {
 
 void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) {
   HAIRNET_ASSERT(!packet.empty());
+  if (message.index() >= message_max_) return;  // numbers count from 1
   if (std::holds_alternative<wire::Error>(message)) counters_->errors_sent.add();
   const std::lock_guard lock(mutex_);
   const auto* left = std::get_if<wire::MemberLeft>(&message);
   if (left && cancel_joined(left->member)) return;
+  const auto* changed = std::get_if<wire::MemberChanged>(&message);
   if (closed_ || overflowed_) return;
+  if (changed) cancel_changed(changed->member);
   if (control_bytes_ + packet.size() > control_bytes_max_) {
     overflowed_ = true;
     return;
@@ -60,6 +63,10 @@ void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t
     last.joined_member = joined->member;
     last.joined_in_tick = last_tick_;
     joined_[joined->member] = std::prev(waiting_.end());
+  }
+  if (changed) {
+    last.changed_member = changed->member;
+    changed_[changed->member] = std::prev(waiting_.end());
   }
   check_invariants();
 }
@@ -75,12 +82,25 @@ bool Outbox::cancel_joined(std::uint32_t member) {
     drop_frames();
     frames_lost_ = true;
   }
-  HAIRNET_ASSERT(control_bytes_ >= joined->packet.size());
-  control_bytes_ -= joined->packet.size();
-  waiting_.erase(joined);
+  cancel_changed(member);
+  erase_message(joined);
+  return true;
+}
+
+void Outbox::cancel_changed(std::uint32_t member) {
+  const auto found = changed_.find(member);
+  if (found == changed_.end()) return;
+  const Queue::iterator changed = found->second;
+  changed_.erase(found);
+  erase_message(changed);
+}
+
+void Outbox::erase_message(Queue::iterator message) {
+  HAIRNET_ASSERT(control_bytes_ >= message->packet.size());
+  control_bytes_ -= message->packet.size();
+  waiting_.erase(message);
   counters_->messages_cancelled.add();
   check_invariants();
-  return true;
 }
 
 void Outbox::push_frames(std::vector<FramePacket> packets) {
@@ -126,6 +146,7 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
   if (overflowed_) {
     waiting_.clear();
     joined_.clear();
+    changed_.clear();
     control_bytes_ = 0;
     overflowed_ = false;
   }
@@ -151,6 +172,7 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
     }
     const auto joined = joined_.find(first.joined_member);
     if (joined != joined_.end() && joined->second == waiting_.begin()) joined_.erase(joined);
+    if (first.changed_member != 0) changed_.erase(first.changed_member);
     waiting_.pop_front();
     check_invariants();
   }

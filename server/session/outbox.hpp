@@ -14,7 +14,8 @@ namespace hairnet::server {
 // The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. Frames are
 // predicted from earlier frames, so a full queue drops all of them together. While the connection is blocked, the
 // announcement of a member that leaves before it was sent is removed instead of followed by a MemberLeft: members that
-// come and go do not fill the queue of a client that reads slowly. The tick and I/O threads push; the I/O thread takes.
+// come and go do not fill the queue of a client that reads slowly. For the same reason only the newest MemberChanged of
+// a member waits. The tick and I/O threads push; the I/O thread takes.
 class Outbox final : public ObserverSink {
  public:
   static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
@@ -24,6 +25,10 @@ class Outbox final : public ObserverSink {
   static constexpr double kReadLeast_bytes_per_s = 16'384;  // a client that reads less may be called slow
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
+
+  // Messages with a higher number in union Body are not sent: the client does not know them. Call it before the tick
+  // has the sink.
+  void set_message_max(std::uint8_t number) { message_max_ = number; }
 
   // Asserts that the message fits a packet: the server sends none that does not.
   void push(const wire::Message& message, std::int64_t now_ns) override;
@@ -55,20 +60,25 @@ class Outbox final : public ObserverSink {
     std::size_t frame_count = 0;
     std::int64_t expected_ns = 0;      // a message: when the ones before it are sent, at kReadLeast_bytes_per_s
     std::uint32_t joined_member = 0;   // of a MemberJoined
+    std::uint32_t changed_member = 0;  // of a MemberChanged
     std::uint64_t joined_in_tick = 0;  // last_tick_ when that was pushed
   };
   using Queue = std::list<Waiting>;  // messages leave from its middle
   // The mutex is held.
   // Removes the MemberJoined of that member if it waits and the connection is blocked.
   bool cancel_joined(std::uint32_t member);
+  void cancel_changed(std::uint32_t member);  // the MemberChanged of that member, if it waits
+  void erase_message(Queue::iterator message);
   void drop_frames();
   void check_invariants() const;
 
   const std::size_t control_bytes_max_;
+  std::size_t message_max_ = std::variant_size_v<wire::Message>;
   SessionCounters* counters_;
   mutable std::mutex mutex_;
   Queue waiting_;
-  std::unordered_map<std::uint32_t, Queue::iterator> joined_;  // by member: the last MemberJoined that waits
+  std::unordered_map<std::uint32_t, Queue::iterator> joined_;   // by member: the last MemberJoined that waits
+  std::unordered_map<std::uint32_t, Queue::iterator> changed_;  // by member: the MemberChanged that waits
   std::size_t control_bytes_ = 0;
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;

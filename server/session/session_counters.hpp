@@ -70,6 +70,7 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_character{*this, "requests_refused", "request", "character"};
   Counter requests_refused_hair_state{*this, "requests_refused", "request", "hair_state"};
   Counter requests_refused_level{*this, "requests_refused", "request", "level"};
+  Counter requests_refused_appearance{*this, "requests_refused", "request", "appearance"};
   Counter requests_refused_material{*this, "requests_refused", "request", "material"};
   Counter requests_refused_wind{*this, "requests_refused", "request", "wind"};
   Counter requests_refused_moderate{*this, "requests_refused", "request", "moderate"};
@@ -93,7 +94,8 @@ struct SessionCounters : CounterSet {
   Counter commands_dropped{*this, "commands_dropped"};
   Counter frames_sent{*this, "frames_sent"};
   Counter frames_superseded{*this, "frames_superseded"};
-  Counter messages_cancelled{*this, "messages_cancelled"};  // MemberJoined: the member left while it waited
+  // A MemberJoined whose member left while it waited, or a MemberChanged before the newest of its member.
+  Counter messages_cancelled{*this, "messages_cancelled"};
   Counter packets_sent{*this, "packets_sent"};
   Counter bytes_sent{*this, "bytes_sent"};
   Counter errors_sent{*this, "errors_sent"};

@@ -25,11 +25,16 @@ constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
 // Shares of the burst: what only plain messages may use, and the most that one message takes.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
 constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
+constexpr std::size_t kTagBytesPerWeight = 128;      // as many
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
 
 // In the command queue.
 std::size_t weight_of(const wire::AddCharacter& add) {
-  return 1 + (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
+  return 1 + add.tag.size() / kTagBytesPerWeight +
+         (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
+}
+std::size_t weight_of(const wire::SetAppearance& set) {
+  return 1 + set.tag.size() / kTagBytesPerWeight;
 }
 std::size_t weight_of(const auto& request) {
   if constexpr (requires { request.members; }) return 1 + request.members.size();
@@ -79,6 +84,7 @@ struct Session::MessageHandler {
   static bool needs_memory(const wire::GroomOffer&) { return true; }
   static bool needs_memory(const wire::GroomRequest&) { return true; }
   static bool needs_memory(const wire::AddCharacter&) { return true; }
+  static bool needs_memory(const wire::SetAppearance& set) { return !set.tag.empty(); }
   static bool needs_memory(const auto&) { return false; }
   // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
   Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
@@ -87,6 +93,7 @@ struct Session::MessageHandler {
   Counter* refused_counter(const wire::AddCharacter&) { return &counters.requests_refused_character; }
   Counter* refused_counter(const wire::RemoveCharacter&) { return &counters.requests_refused_character; }
   Counter* refused_counter(const wire::SetLevel&) { return &counters.requests_refused_level; }
+  Counter* refused_counter(const wire::SetAppearance&) { return &counters.requests_refused_appearance; }
   Counter* refused_counter(const wire::SetMaterial&) { return &counters.requests_refused_material; }
   Counter* refused_counter(const wire::SetWind&) { return &counters.requests_refused_wind; }
   Counter* refused_counter(const wire::Moderate&) { return &counters.requests_refused_moderate; }
@@ -112,8 +119,9 @@ struct Session::MessageHandler {
       end({ErrorReason::version_unsupported, "this server speaks version " + std::to_string(wire::kProtocolVersion) +
                                                  ", not " + std::to_string(hello.protocol_version)},
           GoodbyeReason::version_unsupported);
-    } else if (!try_resume(hello) && join(hello)) {
-      welcome(false);
+    } else {
+      session.outbox_->set_message_max(hello.message_max);
+      if (!try_resume(hello) && join(hello)) welcome(false);
     }
     return {};
   }
@@ -315,6 +323,7 @@ struct Session::MessageHandler {
     welcome.resumed = resumed;
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
+    welcome.may_set_wind = may_set_wind() && !is_muted();
     session.connection_->mark_joined();
     session.send(welcome, now_ns);
     Command open = OpenSession{session.id(), session.outbox_, identity.room,
@@ -356,9 +365,10 @@ struct Session::MessageHandler {
         add.state.reset();
       }
     }
-    if (Refused refused = put(wire::AddCharacter{add.character, add.groom, add.level, std::move(add.state)}))
-      return refused;
-    identity.characters.emplace(add.character, OwnCharacter{add.groom, {}, false});
+    const std::uint32_t character = add.character;
+    const wire::GroomHash groom = add.groom;
+    if (Refused refused = put(std::move(add))) return refused;
+    identity.characters.emplace(character, OwnCharacter{groom, {}, false});
     ++context.character_count;
     context.rooms.add_character(identity.room);
     context.subjects.add_character(identity.subject.name);
@@ -402,6 +412,10 @@ struct Session::MessageHandler {
     if (Refused refused = check_own(set.character, "set_level")) return refused;
     return put(set);
   }
+  Refused operator()(wire::SetAppearance& set) {
+    if (Refused refused = check_own(set.character, "set_appearance")) return refused;
+    return put(std::move(set));
+  }
   Refused operator()(wire::SetMaterial& set) {
     if (Refused refused = check_own(set.character, "set_material")) return refused;
     if (std::string fault = validate(set.scale); !fault.empty())
@@ -410,8 +424,7 @@ struct Session::MessageHandler {
   }
   Refused operator()(wire::SetWind& set) {
     if (!may_set_wind()) return {ErrorReason::not_allowed, "this session may not set the wind"};
-    if (!is_moderator(identity.claims) && context.rules.is_muted(identity.room, identity.subject.name))
-      return {ErrorReason::not_allowed, "a moderator does not let this user set the wind"};
+    if (is_muted()) return {ErrorReason::not_allowed, "a moderator does not let this user set the wind"};
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     return put(set);
   }
@@ -422,6 +435,9 @@ struct Session::MessageHandler {
     if (is_moderator(identity.claims)) return who >= WindFromClients::moderators;
     if (identity.role == wire::Role::participant) return who >= WindFromClients::participants;
     return who == WindFromClients::everyone;
+  }
+  [[nodiscard]] bool is_muted() const {
+    return !is_moderator(identity.claims) && context.rules.is_muted(identity.room, identity.subject.name);
   }
   Refused operator()(wire::Moderate& request) { return moderate(request, identity, context, now_ns); }
   Refused operator()(wire::Observe& observe) {

@@ -17,7 +17,8 @@ constexpr std::size_t kAnnouncementsMax = 512, kAnnouncementsOfAllMax = 4096;
 // Messages about characters that come and go which one tick sends to all sessions; later commands wait for the next
 // tick.
 constexpr std::int64_t kCharacterMessagesMax = 32'768;
-constexpr std::uint32_t kWindChangesPer_s = 4;  // of one room
+constexpr std::uint32_t kWindChangesPer_s = 4;        // of one room
+constexpr std::uint32_t kAppearanceChangesPer_s = 4;  // of one character
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr std::size_t kChunk = 64;  // characters that a worker takes at once
 constexpr double kMotionSmoothing_s = 1;
@@ -55,7 +56,7 @@ SchedulerDef completed(SchedulerDef def) {
 }
 
 wire::MemberJoined joined_message(const Character& c) {
-  return {member_of(c), session_of(c.key), number_of(c.key), c.groom};
+  return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance};
 }
 
 wire::RecordingHeader header_of(const SchedulerDef& def) {
@@ -111,12 +112,13 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
 
   announce_members(now_ns);
   take_commands(now_ns);
+  tell_appearances(now_ns);
   sample_poses();
   update_interest();
   level_chooser_.choose(rooms_, simulation_, inputs_);
   apply_hair_states();
   change_materials();
-  change_winds();
+  change_winds(now_ns);
   record_grooms();
   counters_->schedule_ns_total.add(static_cast<std::uint64_t>(clock_ns() - begun_ns));
   const StepReport report = step(now_ns);
@@ -142,6 +144,7 @@ struct Scheduler::CommandHandler {
       observer->records_sent.clear();
       observer->forget_sent();
     }
+    if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_told, now_ns);
     const bool is_waiting = observer->unannounced_from.has_value();
     observer->unannounced_from = 0;
     scheduler.announce_members(*observer, now_ns);
@@ -169,6 +172,8 @@ struct Scheduler::CommandHandler {
     Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
     if (!character) return;
     if (add.state) scheduler.store_hair_state(*character, std::move(*add.state), now_ns);
+    character->tag = std::move(add.tag);
+    character->appearance = add.appearance;
     character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
     Room& room = scheduler.rooms_.room(character->room);
     scheduler.character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
@@ -188,6 +193,14 @@ struct Scheduler::CommandHandler {
     character->requested_level = set.level;
     if (set.level == LevelIndex::rigid) scheduler.forget_hair_state(*character);
   }
+  void handle(SessionId session, wire::SetAppearance& set) const {
+    Character* character = scheduler.rooms_.find(character_key(session, set.character));
+    if (!character || (character->tag == set.tag && character->appearance == set.appearance)) return;
+    character->tag = std::move(set.tag);
+    character->appearance = set.appearance;
+    character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
+    scheduler.appearances_changed_.insert(character->key);
+  }
   void handle(SessionId session, const wire::SetMaterial& set) const {
     Character* character = scheduler.rooms_.find(character_key(session, set.character));
     if (!character || character->material == set.scale) return;
@@ -197,7 +210,9 @@ struct Scheduler::CommandHandler {
   void handle(SessionId session, const wire::SetWind& set) const {
     const Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
-    scheduler.rooms_.room(observer->room).wind = set.wind;
+    Room& room = scheduler.rooms_.room(observer->room);
+    room.wind = set.wind;
+    room.wind_session = session;
   }
   void handle(SessionId session, wire::Observe& observe) const {
     Observer* observer = scheduler.rooms_.observer(session);
@@ -239,6 +254,25 @@ struct Scheduler::CommandHandler {
     scheduler.unrecorded_.erase(c.groom);
   }
 };
+
+// Tells other sessions the newest tag and appearance of each character that has changed, a few times a second at most.
+void Scheduler::tell_appearances(std::int64_t now_ns) {
+  std::erase_if(appearances_changed_, [&](CharacterKey key) {
+    Character* const character = rooms_.find(key);
+    if (!character) return true;
+    if (inputs_.tick < character->appearance_told_next || character_messages_left_ <= 0) return false;
+    character->appearance_told_next = inputs_.tick + std::max(1u, def_.tick_rate_hz / kAppearanceChangesPer_s);
+    const Room& room = rooms_.room(character->room);
+    character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
+    const wire::MemberChanged changed{member_of(*character), character->tag, character->appearance};
+    const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, changed});
+    for (const Observer* observer : room.observers) {
+      if (observer->sink && observer->session != session_of(key) && observer->knows(character->slot))
+        observer->sink->push_encoded(changed, packet, now_ns);
+    }
+    return true;
+  });
+}
 
 // Continues what earlier ticks have begun, in turn.
 void Scheduler::announce_members(std::int64_t now_ns) {
@@ -493,7 +527,7 @@ void Scheduler::change_materials() {
   });
 }
 
-void Scheduler::change_winds() {
+void Scheduler::change_winds(std::int64_t now_ns) {
   for (Room& room : rooms_.rooms()) {
     if (!room.in_use || inputs_.tick < room.wind_changes_next) continue;
     if (room.wind_in_world && is_same(*room.wind_in_world, room.wind)) continue;
@@ -501,6 +535,11 @@ void Scheduler::change_winds() {
     room.wind_in_world = room.wind;
     counters_->winds_changed.add();
     inputs_.winds.push_back({room.index, room.wind});
+    if (is_same(room.wind_told.wind, room.wind)) continue;
+    room.wind_told = {room.wind, room.wind_session};
+    for (const Observer* observer : room.observers) {
+      if (observer->sink) observer->sink->push(room.wind_told, now_ns);
+    }
   }
 }
 

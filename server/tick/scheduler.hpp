@@ -57,7 +57,8 @@ class Scheduler {
   void update_interest();
   void update_interest(const Room& room, Observer& observer);
   void change_materials();
-  void change_winds();
+  void change_winds(std::int64_t now_ns);
+  void tell_appearances(std::int64_t now_ns);
   void record_grooms();
   StepReport step(std::int64_t now_ns);
   void record();
@@ -87,12 +88,13 @@ class Scheduler {
   Publisher publisher_;
   std::vector<Command> taken_;  // the ones before next_command_ are done
   std::size_t next_command_ = 0;
-  std::int64_t character_messages_left_ = 0;  // that this tick may send about characters that come and go
-  std::deque<SessionId> announcements_;       // sessions to which some members of their room have not been announced
-  std::size_t announcement_count_left_ = 0;   // at this tick, of all sessions
-  std::set<CharacterKey> materials_changed_;  // that the World does not know yet
-  wire::RecordedTick inputs_;                 // of the tick being made
-  std::vector<MemberHead> heads_;             // of one room at a time
+  std::int64_t character_messages_left_ = 0;    // that this tick may send about characters that come and go
+  std::deque<SessionId> announcements_;         // sessions to which some members of their room have not been announced
+  std::size_t announcement_count_left_ = 0;     // at this tick, of all sessions
+  std::set<CharacterKey> materials_changed_;    // that the World does not know yet
+  std::set<CharacterKey> appearances_changed_;  // that other sessions do not know yet
+  wire::RecordedTick inputs_;                   // of the tick being made
+  std::vector<MemberHead> heads_;               // of one room at a time
   std::vector<bool> wanted_;
   std::size_t state_bytes_ = 0;                            // of all hair states that wait
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet

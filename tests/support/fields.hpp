@@ -47,11 +47,14 @@ BOOST_DESCRIBE_STRUCT(Groom, (),
 
 namespace wire {
 
-BOOST_DESCRIBE_STRUCT(Hello, (), (protocol_version, client_name, room, token, role, session, secret))
+BOOST_DESCRIBE_STRUCT(Hello, (), (protocol_version, client_name, room, token, role, session, secret, message_max))
 BOOST_DESCRIBE_STRUCT(GroomOffer, (), (hash, byte_count))
 BOOST_DESCRIBE_STRUCT(GroomChunk, (), (hash, offset, bytes))
 BOOST_DESCRIBE_STRUCT(HairState, (), (level, step_m, displacements, velocities))
-BOOST_DESCRIBE_STRUCT(AddCharacter, (), (character, groom, level, state))
+BOOST_DESCRIBE_STRUCT(Srgb, (), (red, green, blue))
+BOOST_DESCRIBE_STRUCT(Appearance, (), (hair_root, hair_tip, skin, roughness))
+BOOST_DESCRIBE_STRUCT(AddCharacter, (), (character, groom, level, state, tag, appearance))
+BOOST_DESCRIBE_STRUCT(SetAppearance, (), (character, tag, appearance))
 BOOST_DESCRIBE_STRUCT(SetLevel, (), (character, level))
 BOOST_DESCRIBE_STRUCT(RemoveCharacter, (), (character))
 BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, teleport, pose))
@@ -66,12 +69,14 @@ BOOST_DESCRIBE_STRUCT(GroomRequest, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
-                       secret, resumed, resume_grace_s, pose_delay_ns))
+                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind))
 BOOST_DESCRIBE_STRUCT(GroomNeed, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(GroomStatus, (), (hash, state))
 BOOST_DESCRIBE_STRUCT(GroomData, (), (hash, byte_count, offset, bytes))
 BOOST_DESCRIBE_STRUCT(CharacterAdded, (), (character, groom, level, member))
-BOOST_DESCRIBE_STRUCT(MemberJoined, (), (member, session, character, groom))
+BOOST_DESCRIBE_STRUCT(MemberJoined, (), (member, session, character, groom, tag, appearance))
+BOOST_DESCRIBE_STRUCT(MemberChanged, (), (member, tag, appearance))
+BOOST_DESCRIBE_STRUCT(RoomWind, (), (wind, session))
 BOOST_DESCRIBE_STRUCT(MemberLeft, (), (member))
 BOOST_DESCRIBE_STRUCT(CharacterRemoved, (), (character))
 BOOST_DESCRIBE_STRUCT(LevelRecord, (), (groom, level, geometry))

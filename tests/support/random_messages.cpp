@@ -162,6 +162,7 @@ void RandomMessages::draw(Welcome& w) {
   draw(w.resumed);
   w.resume_grace_s = static_cast<float>(real(0, 100));
   draw(w.pose_delay_ns);
+  draw(w.may_set_wind);
 }
 void RandomMessages::draw(GroomData& data) {
   data = {hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};

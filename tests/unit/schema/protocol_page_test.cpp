@@ -192,7 +192,7 @@ std::map<std::string, std::string> stated_below(const std::string& header) {
 TEST(ProtocolPage, states_the_limits_that_hold) {
   auto limits = constants_of(text_of("schema/limits.hpp"), "inline constexpr [\\w:]+ (k\\w+) = ([\\d'.f]+);");
   EXPECT_EQ(limits.extract("kProtocolVersion").mapped(), std::to_string(kProtocolVersion));
-  EXPECT_EQ(limits.size(), 20u);
+  EXPECT_EQ(limits.size(), 21u);
   EXPECT_EQ(limits["kTimeMax_ns"], std::to_string(kTimeMax_ns));
   EXPECT_EQ(stated_below("| limit |"), limits);
 }
@@ -217,8 +217,11 @@ TEST(ProtocolPage, has_vectors_that_are_what_is_written_and_read) {
   frame.stride = 2;
   frame.step_stride = 2;
   frame.content = content;
+  constexpr Appearance kRed{{0x9e, 0x58, 0x2f}, {0xb0, 0x70, 0x40}, {0xe0, 0xc0, 0xb0}, 77};
   const std::vector<Envelope> said{{1'000'000'000, Hello{3, "example", "hall", "", Role::participant, 0, {}}},
                                    {2'000'000'000, SetLevel{7, LevelIndex::low}},
+                                   {3'000'000'000, SetAppearance{7, "Ann", kRed}},
+                                   {4'000'000'000, MemberChanged{300, "Ann", kRed}},
                                    {3'000'000'000, FrameBatch{42, 2'975'000'000, {frame}, nullptr}}};
   const std::vector<Bytes> packets = vectors();
   ASSERT_EQ(packets.size(), said.size());
