@@ -5,6 +5,7 @@
  */
 export { HairnetError } from "./hair/hairnetError";
 export type { FaultKind } from "./hair/hairnetError";
+export { changedAppearance, defaultAppearance, type Appearance } from "./hair/appearance";
 export { ErrorClass, LevelIndex, kStepsM, kVelocityStepsPerS } from "./hair/level";
 export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseFault, rigidPose } from "./hair/pose";
 export type { Pose } from "./hair/pose";
@@ -49,12 +50,14 @@ export type {
   ErrorMessage,
   GroomStatus,
   MaterialScale,
+  MemberChanged,
   MemberImportance,
   MemberJoined,
   MemberLeft,
   Moderate,
   Observe,
   PoseSample,
+  RoomWind,
   Welcome,
   Wind,
 } from "./net/messages";
@@ -62,4 +65,4 @@ export { decodePacket, encodePacket } from "./net/packet";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
 
 export { connect, Member, OwnCharacter, Room } from "./room/index";
-export type { RoomEvents, RoomState } from "./room/index";
+export type { CharacterOptions, RoomEvents, RoomState } from "./room/index";

@@ -1,3 +1,4 @@
+import type { Appearance } from "./appearance";
 import type { Groom } from "./groom";
 import type { LatticeLayer } from "./latticeBlend";
 import type { Pose } from "./pose";
@@ -16,6 +17,8 @@ export interface ShownMember {
   readonly pose: Pose | null;
   /** at most five; empty: its hair is rigid */
   readonly layers: readonly LatticeLayer[];
+  /** how its owner wants it drawn; absent: the default of its number */
+  readonly appearance?: Appearance;
 }
 
 /** The height of a member's drawn head over the screen's height, and whether any of it is visible. */

@@ -8,8 +8,10 @@ import type {
   ErrorMessage,
   GoodbyeReason,
   GroomStatus,
+  MemberChanged,
   MemberJoined,
   MemberLeft,
+  RoomWind,
   Welcome,
 } from "./messages";
 
@@ -69,7 +71,9 @@ export type LinkEvent =
   | CharacterAdded
   | CharacterRemoved
   | MemberJoined
+  | MemberChanged
   | MemberLeft
+  | RoomWind
   | LevelReceived
   | FrameBatch
   | GroomFetched

@@ -3,7 +3,8 @@ import { LevelIndex } from "../hair/level";
 import { backoffNs } from "./backoff";
 import { BulkScheduler } from "./bulkScheduler";
 import { ClockEstimate } from "./clockEstimate";
-import { validateMessage, validatePoseSample } from "./clientMessages";
+import { validatePoseSample } from "./characterMessages";
+import { kMessageMax, validateMessage } from "./clientMessages";
 import { EventQueue } from "./eventQueue";
 import type { FrameSink, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
@@ -313,6 +314,11 @@ export class LinkCore {
         return this.#push(message);
       case "memberJoined":
         return this.#onMemberJoined(message);
+      case "memberChanged":
+        if (this.#members.change(message)) this.#push(message);
+        return;
+      case "roomWind":
+        return this.#push(message);
       case "memberLeft":
         this.#importance.forget(message.member);
         if (this.#members.leave(message.member)) this.#push(message);
@@ -348,6 +354,7 @@ export class LinkCore {
       role,
       session: welcome ? welcome.session : 0n,
       secret: welcome ? welcome.secret : new Uint8Array(16),
+      messageMax: kMessageMax,
     };
   }
 
@@ -472,7 +479,10 @@ export class LinkCore {
   #onMemberJoined(joined: m.MemberJoined): void {
     const former = this.#members.dropPreviousNumber(joined.session, joined.character, joined.member);
     if (former !== null) this.#tellLeft([former]);
-    if (this.#members.join(joined)) this.#push(joined);
+    const what = this.#members.join(joined);
+    const { member, tag, appearance } = joined;
+    if (what === "new") this.#push(joined);
+    else if (what === "changed") this.#push({ type: "memberChanged", member, tag, appearance }); // during the outage
   }
 
   #onFrameBatch(batch: m.CodedFrameBatch, nowNs: number): void {

@@ -3,13 +3,14 @@ import type { LevelGeometry } from "../hair/lattice";
 import { ErrorClass, LevelIndex, kStepsM } from "../hair/level";
 import type { Pose } from "../hair/pose";
 import { poseFault, rigidPose } from "../hair/pose";
+import { isSameAppearance, type Appearance } from "../hair/appearance";
 import { decodeFrame } from "./codec/decodeFrame";
 import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
 import type { GroomHash } from "./groomHash";
 import type { HairSnapshot } from "./lastKnownHair";
 import type { KnownLevel } from "./levelCatalog";
 import { LevelCatalog, levelKey } from "./levelCatalog";
-import type { CharacterAdded, CodedFrame, LevelRecord, MemberJoined } from "./messages";
+import type { CharacterAdded, CodedFrame, LevelRecord, MemberChanged, MemberJoined } from "./messages";
 
 // Between two requests for a keyframe of one member: the answer takes a round trip.
 const kKeyframeWaitNs = 500_000_000;
@@ -42,6 +43,8 @@ class Member {
     readonly session: bigint | null,
     readonly character: number,
     readonly groom: GroomHash,
+    public tag: Uint8Array = new Uint8Array(),
+    public appearance: Appearance | null = null,
   ) {}
 
   get isOwn(): boolean {
@@ -87,9 +90,25 @@ export class Members {
     geometry: null,
   };
 
-  /** False when the member is known already: after a resume the server announces all members again. */
-  join(joined: MemberJoined): boolean {
-    return this.#put(joined.member, new Member(joined.session, joined.character, joined.groom));
+  /**
+   * After a resume the server announces all members again. Those that are known already are the same, or their tag or
+   * appearance has changed.
+   */
+  join(joined: MemberJoined): "new" | "same" | "changed" {
+    const { session, character, groom, tag, appearance } = joined;
+    if (this.#put(joined.member, new Member(session, character, groom, tag, appearance))) return "new";
+    return this.change(joined) ? "changed" : "same";
+  }
+
+  /** False when there is no such member, or it has both already. */
+  change({ member, tag, appearance }: Pick<MemberChanged, "member" | "tag" | "appearance">): boolean {
+    const known = this.#members.get(member);
+    if (!known) return false;
+    const isSameTag = known.tag.length === tag.length && tag.every((byte, i) => byte === known.tag[i]);
+    if (isSameTag && isSameAppearance(known.appearance, appearance)) return false;
+    known.tag = tag;
+    known.appearance = appearance;
+    return true;
   }
 
   addOwn(added: CharacterAdded): boolean {

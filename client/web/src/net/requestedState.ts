@@ -71,6 +71,9 @@ export class RequestedState {
         if (message.level === LevelIndex.rigid) this.forgetState(message.character);
         return;
     }
+    // A new server announces the character with the newest.
+    if (message.type === "setAppearance")
+      this.#change(message.character, { tag: message.tag, appearance: message.appearance });
     const { resent } = codecOf(message);
     if (resent === "session") this.#settings.set(message.type, message);
     else if (resent === "character" && "character" in message)

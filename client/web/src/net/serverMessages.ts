@@ -1,6 +1,9 @@
 import { validateGeometry, type LevelGeometry } from "../hair/lattice";
+import type { Appearance } from "../hair/appearance";
 import { LevelIndex } from "../hair/level";
+import { appearanceOf, tagOf } from "./appearanceCodec";
 import type { Goodbye } from "./clientMessages";
+import { checkWind, windOf, type Wind } from "./roomMessages";
 import { GroomState, kErrorReasonLast, type ErrorReason } from "../generated/enums";
 import { decodeFrames, type CodedFrame } from "./frameBatch";
 import type { GroomHash } from "./groomHash";
@@ -40,6 +43,8 @@ export interface Welcome {
   readonly resumeGraceS: number;
   /** a tick samples poses this far before its own time */
   readonly poseDelayNs: number;
+  /** the session; a moderator may forbid it later */
+  readonly maySetWind: boolean;
 }
 const welcome: MessageReader<Welcome> = {
   read(from) {
@@ -60,6 +65,7 @@ const welcome: MessageReader<Welcome> = {
       resumed: from.resumed(),
       resumeGraceS,
       poseDelayNs: timeOf(from.poseDelayNs(), "welcome's pose delay"),
+      maySetWind: from.maySetWind(),
     };
   },
 };
@@ -137,11 +143,47 @@ export interface MemberJoined {
   /** the owner's number for it */
   readonly character: number;
   readonly groom: GroomHash;
+  /** the owner's, as in `AddCharacter` */
+  readonly tag: Uint8Array;
+  /** the owner's; null: this client's default */
+  readonly appearance: Appearance | null;
 }
 const memberJoined: MessageReader<MemberJoined> = {
   read(from) {
     const groom = hashOf(from.groom());
-    return { member: from.member(), session: from.session(), character: from.character(), groom };
+    const tag = tagOf(from.tagArray());
+    const appearance = appearanceOf(from.appearance());
+    return { member: from.member(), session: from.session(), character: from.character(), groom, tag, appearance };
+  },
+};
+
+/** The newest tag and appearance of another client's character. */
+export interface MemberChanged {
+  readonly type: "memberChanged";
+  readonly member: number;
+  readonly tag: Uint8Array;
+  readonly appearance: Appearance | null;
+}
+const memberChanged: MessageReader<MemberChanged> = {
+  read: (from) => ({
+    member: from.member(),
+    tag: tagOf(from.tagArray()),
+    appearance: appearanceOf(from.appearance()),
+  }),
+};
+
+/** The wind in which the room's hair moves: when the session joins, and when it changes. */
+export interface RoomWind {
+  readonly type: "roomWind";
+  readonly wind: Wind;
+  /** who has set it; 0n: the server's setting */
+  readonly session: bigint;
+}
+const roomWind: MessageReader<RoomWind> = {
+  read(from) {
+    const wind = windOf(from.wind()!);
+    checkWind(wind);
+    return { wind, session: from.session() };
   },
 };
 
@@ -225,7 +267,9 @@ type ServersAlone =
   | CharacterAdded
   | CharacterRemoved
   | MemberJoined
+  | MemberChanged
   | MemberLeft
+  | RoomWind
   | LevelRecord
   | CodedFrameBatch
   | ErrorMessage;
@@ -240,7 +284,9 @@ export const serverReaders: { readonly [M in ServersAlone as M["type"]]: Message
   characterAdded,
   characterRemoved,
   memberJoined,
+  memberChanged,
   memberLeft,
+  roomWind,
   levelRecord,
   frameBatch,
   error,

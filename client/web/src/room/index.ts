@@ -1,3 +1,3 @@
 export { Member } from "./member";
-export { OwnCharacter } from "./ownCharacter";
+export { OwnCharacter, type CharacterOptions } from "./ownCharacter";
 export { connect, Room, type RoomEvents, type RoomState } from "./room";

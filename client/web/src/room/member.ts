@@ -1,8 +1,10 @@
+import { defaultAppearance, type Appearance } from "../hair/appearance";
 import type { Groom } from "../hair/groom";
 import { LatticeBlend, type LatticeLayer } from "../hair/latticeBlend";
 import { Playout } from "../hair/playout";
 import type { Pose } from "../hair/pose";
 import type { GroomHash } from "../net/groomHash";
+import { decodeText } from "../net/text";
 
 /** One character of a room, from its frames. */
 export class Member {
@@ -14,23 +16,41 @@ export class Member {
   /** null: no frame has arrived */
   pose: Pose | null = null;
   layers: readonly LatticeLayer[] = [];
+  /** Any bytes, at most 256, that the owner's application gave it. */
+  tag: Uint8Array = new Uint8Array();
+  /** As the owner wants it drawn; the default of its number if the owner does not say. */
+  appearance: Appearance;
 
   constructor(
     readonly member: number,
     /** this client's own number for it; 0: another client's character */
     readonly character: number,
     readonly groomKey: GroomHash,
-    /** the owner's; 0n: this client's */
-    readonly session: bigint,
+    /** the owner's; another after this client's session has ended and a new one begun */
+    public session: bigint,
+    /** the owner's own number for it: with `session` it says the same character to all clients */
+    readonly ownerCharacter: number,
     /** the same character under another number: its shown state continues */
     former?: Member,
   ) {
+    this.appearance = defaultAppearance(member);
     this.playout = former?.playout ?? new Playout();
     this.#blend = former ? former.#blend : new LatticeBlend();
   }
 
   get own(): boolean {
     return this.character !== 0;
+  }
+
+  /** The tag as text, such as a person's name; "" if it is no UTF-8 or has control characters. */
+  get tagText(): string {
+    return decodeText(this.tag) ?? "";
+  }
+
+  /** @internal `appearance` null: the default. */
+  show(tag: Uint8Array, appearance: Appearance | null): void {
+    this.tag = tag;
+    this.appearance = appearance ?? defaultAppearance(this.member);
   }
 
   /** Updates pose and layers to the state at `nowNs`. `newest`: a pose that replaces that of the frames. */

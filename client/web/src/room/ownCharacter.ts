@@ -1,12 +1,29 @@
+import { changedAppearance, defaultAppearance, type Appearance } from "../hair/appearance";
 import type { LevelIndex } from "../hair/level";
 import { validatePose, type Pose } from "../hair/pose";
+import { tagBytes } from "../net/appearanceCodec";
 import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";
+import type { Member } from "./member";
+
+/** How an own character is added. */
+export interface CharacterOptions {
+  /** the finest level that it may have; high */
+  readonly level?: LevelIndex;
+  /** any bytes, at most 256; text as UTF-8. By convention the person's name */
+  readonly tag?: Uint8Array | string;
+  /** how everyone draws it; a `hairRoot` alone colours the whole hair. None: everyone chooses the same by its number */
+  readonly appearance?: Partial<Appearance>;
+}
 
 /** One of this client's own characters in a room. */
 export class OwnCharacter {
   #sequence = 0;
   #newest: Pose | null = null;
+  #tag: Uint8Array;
+  #appearance: Appearance | null;
+  /** Its member of the room; null: the server has not added it yet. */
+  member: Member | null = null;
 
   /** Made by `Room.addCharacter`. */
   constructor(
@@ -15,7 +32,21 @@ export class OwnCharacter {
     readonly character: number,
     /** identifies its groom */
     readonly groomKey: string,
-  ) {}
+    { tag, appearance }: CharacterOptions,
+    private readonly onChanged: () => void,
+  ) {
+    this.#tag = tagBytes(tag ?? "");
+    this.#appearance = appearance === undefined ? null : this.#changed(appearance);
+  }
+
+  get tag(): Uint8Array {
+    return this.#tag;
+  }
+
+  /** null: the default of its number */
+  get appearance(): Appearance | null {
+    return this.#appearance;
+  }
 
   /** The last pushed pose: the hair is drawn with it, and with the newest lattice. */
   get newestPose(): Pose | null {
@@ -43,6 +74,28 @@ export class OwnCharacter {
   /** The finest level that it may have. */
   setLevel(level: LevelIndex): void {
     this.link.send({ type: "setLevel", character: this.character, level });
+  }
+
+  /**
+   * Changes how everyone draws it, and its tag if one is given; its hair continues. What `appearance` does not name stays
+   * as it is. Others learn of it at most four times a second. Throws `HairnetError` when one of them is not valid.
+   */
+  setAppearance(appearance: Partial<Appearance>, tag: Uint8Array | string = this.#tag): void {
+    const bytes = tagBytes(tag);
+    this.#appearance = this.#changed(appearance);
+    this.#tag = bytes;
+    this.link.send({
+      type: "setAppearance",
+      character: this.character,
+      tag: this.#tag,
+      appearance: this.#appearance,
+    });
+    this.onChanged();
+  }
+
+  #changed(changes: Partial<Appearance>): Appearance {
+    const base = this.#appearance ?? this.member?.appearance ?? defaultAppearance(this.character);
+    return changedAppearance(base, changes);
   }
 
   setMaterial(scale: MaterialScale): void {

@@ -1,6 +1,7 @@
 import type { Groom } from "../hair/groom";
 import { ErrorClass, LevelIndex } from "../hair/level";
 import { Link, type LinkOptions } from "../net/link";
+import { validateMessage } from "../net/clientMessages";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
 import { isFinal } from "../net/finalGoodbye";
@@ -11,9 +12,17 @@ import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
 import { Member } from "./member";
-import { OwnCharacter } from "./ownCharacter";
+import { OwnCharacter, type CharacterOptions } from "./ownCharacter";
 
 const kGroomRetryNs = 3_000_000_000;
+const kStillAir: Wind = {
+  meanMPerS: [0, 0, 0],
+  gustRatio: 0,
+  gustPeriodS: 4,
+  turbulenceRmsMPerS: 0,
+  turbulenceScaleM: 0.6,
+  seed: 1n,
+};
 
 /** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
 export type RoomState = "connected" | "reconnecting" | "closed";
@@ -27,6 +36,10 @@ export interface RoomEvents {
   state: { state: RoomState; detail: string; waitS: number; isRefused: boolean };
   joined: { member: Member };
   left: { member: Member };
+  /** The owner has changed its tag or its appearance. */
+  changed: { member: Member };
+  /** The room's wind has changed, or this client has learnt of it. `session`: who has set it; 0n: the server's setting. */
+  wind: { wind: Wind; session: bigint };
   /** The server refused something, or a groom is damaged: one line for people. */
   fault: { detail: string };
 }
@@ -61,6 +74,7 @@ export class Room implements HairSource {
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
   readonly #arrivals = new Arrivals();
   readonly #early = new EarlyFrames();
+  #wind: Wind = kStillAir;
   #state: RoomState = "connected";
   #nextCharacter = 1;
 
@@ -90,6 +104,29 @@ export class Room implements HairSource {
 
   get state(): RoomState {
     return this.#state;
+  }
+
+  /** This client's session, as others see it in `Member.session`; another after a server has lost it. */
+  get session(): bigint {
+    return this.link.core.welcome?.session ?? 0n;
+  }
+
+  /** The wind in which the room's hair moves, whoever has set it; still air before the server has told it. */
+  get wind(): Wind {
+    return this.#wind;
+  }
+
+  /** Whether the server let this client set the wind when it joined; a moderator may forbid it later. */
+  get maySetWind(): boolean {
+    return this.link.core.welcome?.maySetWind ?? true;
+  }
+
+  /** The member that is the owner's character of that number; null: not here, or not yet. */
+  memberOf(session: bigint, ownerCharacter: number): Member | null {
+    for (const member of this.members.values()) {
+      if (member.session === session && member.ownerCharacter === ownerCharacter) return member;
+    }
+    return null;
   }
 
   get counters(): LinkCounters {
@@ -128,21 +165,22 @@ export class Room implements HairSource {
 
   /**
    * Adds an own character with the hair of a groom file; it is visible after its first pose. Throws `HairnetError` when
-   * the file is damaged.
+   * the file is damaged, or an option is not valid.
    */
-  addCharacter(groomFile: Uint8Array, level: LevelIndex = LevelIndex.high): OwnCharacter {
+  addCharacter(groomFile: Uint8Array, options: CharacterOptions = {}): OwnCharacter {
     const groomKey = hashGroom(groomFile);
-    this.#keepGroom(groomKey, this.#grooms.get(groomKey) ?? decodeGroom(groomFile), groomFile);
-    return this.#add(groomKey, level);
+    const groom = this.#grooms.get(groomKey) ?? decodeGroom(groomFile);
+    return this.#add(groomKey, options, () => this.#keepGroom(groomKey, groom, groomFile));
   }
 
   /** The same with a groom that is already in the room, by its `groomKey`. */
-  addCharacterLike(member: Member, level: LevelIndex = LevelIndex.high): OwnCharacter {
-    return this.#add(member.groomKey, level);
+  addCharacterLike(member: Member, options: CharacterOptions = {}): OwnCharacter {
+    return this.#add(member.groomKey, options);
   }
 
   removeCharacter(own: OwnCharacter): void {
     this.#own.delete(own.character);
+    own.member = null;
     this.#ownMembers.delete(own.character);
     this.link.send({ type: "removeCharacter", character: own.character });
     this.#forgetUnused(own.groomKey);
@@ -169,18 +207,33 @@ export class Room implements HairSource {
     this.#setState("closed", "", 0);
   }
 
-  #add(groomKey: string, level: LevelIndex): OwnCharacter {
+  /** `keep` is called once the options have been found valid. */
+  #add(groomKey: string, options: CharacterOptions, keep = () => {}): OwnCharacter {
+    const own = new OwnCharacter(this.link, this.#nextCharacter, groomKey, options, () => this.#showOwn(own));
+    const { character, tag, appearance } = own;
+    const { level = LevelIndex.high } = options;
+    const add = { type: "addCharacter", character, groom: groomKey, level, state: null, tag, appearance } as const;
+    validateMessage(add);
+    keep();
+    ++this.#nextCharacter;
     const file = this.#files.get(groomKey);
     if (file) this.link.use((core) => core.offerGroom(file));
-    const own = new OwnCharacter(this.link, this.#nextCharacter++, groomKey);
-    this.#own.set(own.character, own);
-    this.link.send({ type: "addCharacter", character: own.character, groom: groomKey, level, state: null });
+    this.#own.set(character, own);
+    this.link.send(add);
     return own;
+  }
+
+  /** The newest tag and appearance of an own character, which the server tells others. */
+  #showOwn({ member, tag, appearance }: OwnCharacter): void {
+    if (!member) return;
+    member.show(tag, appearance);
+    this.#tell("changed", { member });
   }
 
   #take(event: LinkEvent): void {
     switch (event.type) {
       case "connected":
+        for (const member of this.members.values()) if (member.own) member.session = event.welcome.session;
         return this.#setState("connected", "", 0);
       case "reconnecting":
         for (const member of this.members.values()) member.playout.freeze();
@@ -188,8 +241,20 @@ export class Room implements HairSource {
       case "disconnected":
         for (const member of [...this.members.values()]) this.#drop(member);
         return this.#setState("closed", event.detail, 0, isFinal(event.reason));
-      case "memberJoined":
-        return this.#meet(new Member(event.member, 0, event.groom, event.session));
+      case "memberJoined": {
+        const joined = new Member(event.member, 0, event.groom, event.session, event.character);
+        joined.show(event.tag, event.appearance);
+        return this.#meet(joined);
+      }
+      case "memberChanged": {
+        const member = this.members.get(event.member);
+        if (!member) return;
+        member.show(event.tag, event.appearance);
+        return this.#tell("changed", { member });
+      }
+      case "roomWind":
+        this.#wind = event.wind;
+        return this.#tell("wind", { wind: event.wind, session: event.session });
       case "characterAdded":
         return this.#meetOwn(event.character, event.member, event.groom);
       case "memberLeft": {
@@ -221,10 +286,13 @@ export class Room implements HairSource {
   // A new server gives it another number, which may have belonged to another own character; its hair continues.
   #meetOwn(character: number, number: number, groom: string): void {
     const isKnown = this.members.get(number)?.character === character;
-    if (isKnown || !this.#own.has(character)) return;
+    const own = this.#own.get(character);
+    if (isKnown || !own) return;
     const former = this.#ownMembers.get(character);
     if (former && this.members.get(former.member) === former) this.#drop(former);
-    const member = new Member(number, character, groom, 0n, former);
+    const member = new Member(number, character, groom, this.session, character, former);
+    member.show(own.tag, own.appearance);
+    own.member = member;
     this.#ownMembers.set(character, member);
     this.#meet(member);
   }
@@ -241,6 +309,8 @@ export class Room implements HairSource {
 
   #drop(member: Member): void {
     this.members.delete(member.member);
+    const own = this.#own.get(member.character);
+    if (own?.member === member) own.member = null;
     this.#forgetUnused(member.groomKey);
     this.#tell("left", { member });
   }

@@ -1,17 +1,6 @@
 import { Color, Object3D } from "three";
+import { defaultAppearance, type Appearance } from "../hair/appearance";
 import type { DrawDetail } from "./drawDetail";
-
-/** In the order in which characters get them: neighbours have different colours. Linear RGB albedo. */
-const kHairColours: readonly (readonly [number, number, number])[] = [
-  [0.14, 0.065, 0.03], // brown
-  [0.52, 0.36, 0.17], // blonde
-  [0.022, 0.017, 0.014], // black
-  [0.34, 0.1, 0.03], // red
-  [0.3, 0.19, 0.09], // dark blonde
-  [0.06, 0.03, 0.016], // dark brown
-  [0.2, 0.055, 0.025], // auburn
-  [0.42, 0.42, 0.43], // grey
-];
 
 /**
  * One character of a `HairScene`, placed at its head: +Y up, +Z out of the face, the origin at the head joint. Objects
@@ -19,9 +8,17 @@ const kHairColours: readonly (readonly [number, number, number])[] = [
  * object; `visible` shows or hides it nevertheless.
  */
 export class HairCharacter extends Object3D {
-  /** linear RGB albedo */
-  readonly hairColour: Color;
-  readonly skinColour = new Color().setRGB(0.75, 0.52, 0.42);
+  /**
+   * The colours of its hair at root and tip and of its skin: its member's appearance, set again whenever the owner
+   * changes it.
+   */
+  readonly hairColour = new Color();
+  readonly hairTipColour = new Color();
+  readonly skinColour = new Color();
+  /** of the hair, 0 to 1; as its colours */
+  roughness = 0;
+  /** False: its colours and roughness are the program's own, and the owner's changes are not shown. */
+  followsMember = true;
   /** Whether the groom's own bust is drawn. */
   bodyVisible = true;
   /** null: chosen by its size on the screen */
@@ -33,6 +30,7 @@ export class HairCharacter extends Object3D {
   anchor: Object3D | null = null;
   /** Poses have arrived and its groom is ready: it can be drawn. */
   isReady = false;
+  #followed: Appearance | null = null;
 
   constructor(
     readonly member: number,
@@ -42,7 +40,20 @@ export class HairCharacter extends Object3D {
   ) {
     super();
     this.name = `hairnet character ${member}`;
-    const colour = kHairColours[(member + kHairColours.length - 1) % kHairColours.length];
-    this.hairColour = new Color().setRGB(...colour);
+    this.setAppearance(defaultAppearance(member));
+  }
+
+  /** @internal Takes over what is new in the appearance of its member. */
+  follow(appearance: Appearance | undefined): void {
+    if (appearance === undefined || appearance === this.#followed) return;
+    this.#followed = appearance;
+    if (this.followsMember) this.setAppearance(appearance);
+  }
+
+  setAppearance({ hairRoot, hairTip, skin, roughness }: Appearance): void {
+    this.hairColour.setHex(hairRoot);
+    this.hairTipColour.setHex(hairTip);
+    this.skinColour.setHex(skin);
+    this.roughness = roughness;
   }
 }

@@ -148,6 +148,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const known = this.characters.get(member.member);
       if (known) known.groomKey = member.groomKey;
       else this.#addCharacter(member);
+      this.characters.get(member.member)?.follow(member.appearance);
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
       const groom = this.#grooms.get(member.groomKey);
       if (groom) groom.isWorn = true;

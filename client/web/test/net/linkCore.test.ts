@@ -9,7 +9,7 @@ import { LinkCore } from "../../src/net/linkCore";
 import type * as m from "../../src/net/messages";
 import { ErrorReason, GoodbyeReason, GroomState, ModerateAction, ObserveMode } from "../../src/net/messages";
 import { encodePacket } from "../../src/net/packet";
-import { LinkCoreDriver, addCharacter, kSecond } from "../support/linkCoreDriver";
+import { LinkCoreDriver, addCharacter, kPlain, kSecond } from "../support/linkCoreDriver";
 import type { GeometryVector } from "../support/shapes";
 import { geometryOf } from "../support/shapes";
 import { serverPacket } from "../support/serverPacket";
@@ -21,7 +21,7 @@ const sequence = vectors<{ contents: string[]; orders: number[]; nodes: number[]
 const geometry = geometryOf(sequence.geometry);
 const groom = "ab".repeat(32);
 
-const joined: m.MemberJoined = { type: "memberJoined", member: 300, session: 5n, character: 1, groom };
+const joined: m.MemberJoined = { type: "memberJoined", member: 300, session: 5n, character: 1, groom, ...kPlain };
 const record: m.LevelRecord = { type: "levelRecord", groom, level: LevelIndex.low, geometry };
 
 function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + n): m.CodedFrameBatch {

@@ -36,6 +36,7 @@ const kWide = new Set([
 function plain(key: string, value: unknown): unknown {
   if (kWide.has(key)) return Number(value);
   if (typeof value === "bigint") return value.toString();
+  if (key === "tag" && value instanceof Uint8Array) return new TextDecoder().decode(value);
   if (value instanceof Uint8Array) return toHex(value);
   if (ArrayBuffer.isView(value)) return Array.from(value as Float32Array);
   return value;

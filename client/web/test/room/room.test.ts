@@ -5,7 +5,7 @@ import { Link, type WebSocketLike } from "../../src/net/link";
 import { decodePacket } from "../../src/net/packet";
 import { GoodbyeReason, ModerateAction, type ClientMessage, type ServerMessage } from "../../src/net/messages";
 import { Room } from "../../src/room/index";
-import { LinkCoreDriver } from "../support/linkCoreDriver";
+import { LinkCoreDriver, kPlain } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 
 const kSecond = 1e9;
@@ -71,7 +71,7 @@ class FakeSocket implements WebSocketLike {
 
 test("shows a sleeping member whose only frame came together with the news of it", () => {
   const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
   served.receiveAsleep(5);
   const [member] = served.room.sample(0);
   expect(member.member).toBe(5);
@@ -84,7 +84,7 @@ test("asks for a missing groom, and again later when no member can give it", () 
   const served = new ServedRoom();
   served.room.sample(0);
   served.sent();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
   served.room.sample(0);
   const requests = () => served.sent().filter((message) => message.type === "groomRequest");
   served.link.flush();
@@ -104,8 +104,8 @@ test("forgets members that have left, and reports members in order", () => {
   const heard: string[] = [];
   served.room.on("joined", ({ member }) => heard.push(`joined ${member.member}`));
   const stop = served.room.on("left", ({ member }) => heard.push(`left ${member.member}`));
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
-  served.receive({ type: "memberJoined", member: 6, session: 9n, character: 2, groom });
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
+  served.receive({ type: "memberJoined", member: 6, session: 9n, character: 2, groom, ...kPlain });
   served.receive({ type: "memberLeft", member: 5 });
   expect(served.room.sample(0).map((member) => member.member)).toEqual([6]);
   expect(heard).toEqual(["joined 5", "joined 6", "left 5"]);
@@ -117,7 +117,7 @@ test("forgets members that have left, and reports members in order", () => {
 
 test("an own character is drawn with the last pushed pose, independent of frames", () => {
   const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
   served.room.sample(0);
   const own = served.room.addCharacterLike(served.room.members.get(5)!);
   served.receive({ type: "characterAdded", character: own.character, groom, level: LevelIndex.rigid, member: 7 });
@@ -133,7 +133,7 @@ test("an own character is drawn with the last pushed pose, independent of frames
 
 test("all own characters exist when a new server swaps their numbers, and their hair continues", () => {
   const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
   served.room.sample(0);
   const like = served.room.members.get(5)!;
   const own = [served.room.addCharacterLike(like), served.room.addCharacterLike(like)];
@@ -171,7 +171,8 @@ test("an unused groom is not requested again, and not kept as damaged", () => {
     served.link.flush();
     return served.sent().filter((message) => message.type === "groomRequest").length;
   };
-  const join = (member: number) => served.receive({ type: "memberJoined", member, session: 9n, character: 1, groom });
+  const join = (member: number) =>
+    served.receive({ type: "memberJoined", member, session: 9n, character: 1, groom, ...kPlain });
   const leave = (member: number) => served.receive({ type: "memberLeft", member });
   join(5);
   expect(requests()).toBe(1);
@@ -212,7 +213,7 @@ test("reports a lost and a restored connection", () => {
 
 test("moderates the owner of a member, a named person, or the room", () => {
   const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
   served.room.sample(0);
   served.link.flush();
   served.sent();

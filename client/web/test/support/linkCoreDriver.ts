@@ -8,8 +8,11 @@ import { serverPacket } from "./serverPacket";
 
 export const kSecond = 1e9;
 
+/** No tag and no appearance. */
+export const kPlain = { tag: new Uint8Array(), appearance: null } as const;
+
 export function addCharacter(character: number, groom: string, level = LevelIndex.high): AddCharacter {
-  return { type: "addCharacter", character, groom, level, state: null };
+  return { type: "addCharacter", character, groom, level, state: null, ...kPlain };
 }
 
 /** A core, its connections, and a server that sends what the test wants. The test owns the time. */
@@ -38,6 +41,7 @@ export class LinkCoreDriver {
       resumed: false,
       resumeGraceS: 30,
       poseDelayNs: 0,
+      maySetWind: true,
       ...more,
     };
   }

@@ -1,4 +1,5 @@
 import * as flatbuffers from "flatbuffers";
+import { writeAppearance, writeTag } from "../../src/net/appearanceCodec";
 import * as fb from "../../src/net/generated/messages";
 import type * as m from "../../src/net/messages";
 import { fromHex } from "./vectors";
@@ -36,6 +37,7 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.Welcome.addTickRateHz(to, message.tickRateHz);
       fb.Welcome.addRoom(to, room);
       fb.Welcome.addResumed(to, message.resumed);
+      fb.Welcome.addMaySetWind(to, message.maySetWind);
       fb.Welcome.addSecret(to, fb.Secret.createSecret(to, BigInt(message.secret[0]), 0n));
       return [fb.Body.Welcome, fb.Welcome.endWelcome(to)];
     }
@@ -67,13 +69,36 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       return [fb.Body.CharacterAdded, fb.CharacterAdded.endCharacterAdded(to)];
     case "characterRemoved":
       return [fb.Body.CharacterRemoved, fb.CharacterRemoved.createCharacterRemoved(to, message.character)];
-    case "memberJoined":
+    case "memberJoined": {
+      const tag = writeTag(to, message.tag);
       fb.MemberJoined.startMemberJoined(to);
       fb.MemberJoined.addGroom(to, writeHash(to, message.groom));
       fb.MemberJoined.addSession(to, message.session);
       fb.MemberJoined.addCharacter(to, message.character);
       fb.MemberJoined.addMember(to, message.member);
+      fb.MemberJoined.addTag(to, tag);
+      if (message.appearance) fb.MemberJoined.addAppearance(to, writeAppearance(to, message.appearance));
       return [fb.Body.MemberJoined, fb.MemberJoined.endMemberJoined(to)];
+    }
+    case "memberChanged": {
+      const tag = writeTag(to, message.tag);
+      fb.MemberChanged.startMemberChanged(to);
+      fb.MemberChanged.addTag(to, tag);
+      if (message.appearance) fb.MemberChanged.addAppearance(to, writeAppearance(to, message.appearance));
+      fb.MemberChanged.addMember(to, message.member);
+      return [fb.Body.MemberChanged, fb.MemberChanged.endMemberChanged(to)];
+    }
+    case "roomWind": {
+      const [x, y, z] = message.wind.meanMPerS;
+      const { gustRatio, gustPeriodS, turbulenceRmsMPerS, turbulenceScaleM, seed } = message.wind;
+      fb.RoomWind.startRoomWind(to);
+      fb.RoomWind.addWind(
+        to,
+        fb.Wind.createWind(to, x, y, z, gustRatio, gustPeriodS, turbulenceRmsMPerS, turbulenceScaleM, seed),
+      );
+      fb.RoomWind.addSession(to, message.session);
+      return [fb.Body.RoomWind, fb.RoomWind.endRoomWind(to)];
+    }
     case "memberLeft":
       return [fb.Body.MemberLeft, fb.MemberLeft.createMemberLeft(to, message.member)];
     case "levelRecord": {
