@@ -45,6 +45,11 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMax))) {
     if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;
   }
+  // The w of the last texels of layers, also of those that are not there.
+  const Vec3f tip = character.hair_tip_colour.value_or(character.hair_colour);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    texels[kFirstLayer + 2 + 3 * axis].w() = tip[static_cast<Eigen::Index>(axis)];
+  texels[kFirstLayer + 11].w() = character.roughness;
   texels[4] = {detail.follow_hair_count, kStray_m, static_cast<float>(layers), 0};
 }
 

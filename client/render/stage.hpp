@@ -21,8 +21,10 @@ struct ShownCharacter {
   std::size_t groom = 0;                   // the number from Stage::add_groom
   Pose pose;                               // world; the head's transform moves the hair, all bones the body
   std::span<const LatticeLayer> layers;    // at most kLatticeLayersMax; empty: the hair is rigid
-  Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo
+  Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo, at the root
+  std::optional<Vec3f> hair_tip_colour;    // none: as hair_colour
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
+  float roughness = 77.0f / 255;     // of the hair, 0 to 1: its highlights are wider
   std::optional<DrawDetail> detail;  // none: chosen by its size on the screen
   bool body_shown = true;
 };

@@ -1,11 +1,12 @@
 // A character's record: row `row` of `records`, RGBA float, kRecordTexels wide.
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; first row of its strands' points
-//   2 hair albedo; width of a strand at its root, m
+//   2 hair albedo at the root; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far cards; quadratic share of the FFD
 //   4 follow hairs; how far they stray, m; layers; by how much of itself the character is enlarged
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
-//   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, 0
+//   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, and in w:
+//   18, 21, 24 hair albedo at the tip; 27 roughness of the hair
 const int kRecordTexels = 32;
 const int kBoneCount = 5;
 const int kFirstLayer = 16;
@@ -35,6 +36,12 @@ Character load_character(int row) {
   vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);
   return Character(rotation, position.xyz, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
                    1.0 + more.w, int(more.z), row);
+}
+
+// How the hair changes from its root (s 0) to its tip (s 1).
+vec3 albedo_along(Character character, float s) {
+  int row = character.row;
+  return mix(character.hair_albedo, vec3(record(row, 18).w, record(row, 21).w, record(row, 24).w), s);
 }
 
 vec3 to_scene(Character character, vec3 head) { return rotate(character.rotation, character.size * head) + character.position; }

@@ -12,8 +12,14 @@ float ambient_transmittance(vec4 sides, vec2 ends) {
   return (1.5 * sides.z + 0.5 * sides.w + sides.x + sides.y + ends.x + ends.y) / 6.0;
 }
 
+// Of the hair that is lit, 0 to 1; main sets it. The powers of the highlights below are for this value.
+const float kRoughnessUsual = 77.0 / 255.0;
+float roughness = kRoughnessUsual;
+
+// Rougher hair has a wider and weaker highlight.
 float lobe(float t_h, float power) {
-  return smoothstep(-1.0, 0.0, t_h) * pow(max(1.0 - t_h * t_h, 1e-4), 0.5 * power);
+  float sharper = clamp(kRoughnessUsual / max(roughness, 0.1), 0.3, 3.0);
+  return sharper * smoothstep(-1.0, 0.0, t_h) * pow(max(1.0 - t_h * t_h, 1e-4), 0.5 * power * sharper * sharper);
 }
 
 // Kajiya and Kay's diffuse light and highlight. The highlight appears twice with the tangent shifted (Scheuermann):

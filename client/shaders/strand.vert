@@ -42,6 +42,8 @@ void main() {
   if (present <= 0.0 || character.strand_opacity <= 0.0) return;
 
   float s = ends.z;
+  character.hair_albedo = albedo_along(character, s);
+  roughness = record(character.row, 27).w;
   vec4 chance = random4(uint(strand) * 16u + uint(copy));
   int number = gl_VertexID >> 1, first_row = point_rows(character.row).x;
   uvec4 point = texelFetch(placed_points, texel_of(number, first_row), 0);

@@ -46,7 +46,7 @@ Result<void> run(const ViewOptions& options) {
   const bool local = options.source == Source::local;
   const StreamResult streamed =
       local ? run_locally(options, *characters, times_s) : stream(options, *characters, times_s);
-  if (!local) std::fputs(streamed.statistics.summary().c_str(), stdout);
+  if (!local) std::fputs((streamed.statistics.summary() + streamed.members).c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
   if (streamed.stopped && (pictures || (options.output == Output::video && streamed.moments.empty())))
     return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "video") + " is made");

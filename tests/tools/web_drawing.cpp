@@ -201,6 +201,8 @@ Json record_case() {
       .strand_share = 0.4f, .follow_hair_count = 1.5f, .tolerance_m = 1e-3f, .quadratic = 0.25f, .cards = 0.75f};
   character.detail = detail;
   character.body_shown = false;
+  character.hair_tip_colour = Vec3f(0.25f, 0.5f, 0.75f);
+  character.roughness = 0.625f;
   const std::array geometries{random.geometry({3, 4, 5}), random.geometry({4, 3, 3})};
   const std::array grids{random.vectors(60, 0.1f), random.vectors(36, 0.1f)};
   const std::array<LatticeLayer, 2> layers{{{&geometries[0], grids[0], 1}, {&geometries[1], grids[1], -0.25f}}};
@@ -209,6 +211,8 @@ Json record_case() {
   records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11});
   Json out{{"pose", to_json(character.pose)},
            {"hairAlbedo", flat(std::array{character.hair_colour})},
+           {"hairTipAlbedo", flat(std::array{*character.hair_tip_colour})},
+           {"roughness", character.roughness},
            {"skinAlbedo", flat(std::array{character.skin_colour})},
            {"strandWidthM", 4e-4},
            {"detail",

@@ -36,6 +36,10 @@ constexpr bool holds_structs() {
   return false;
 }
 
+unsigned rgb(const wire::Srgb& c) {
+  return unsigned{c.red} << 16 | unsigned{c.green} << 8 | c.blue;
+}
+
 // As the TypeScript tests read it: 64-bit integers as text, hashes and bytes as hexadecimal digits.
 template <class T>
 Json value_of(const T& value) {
@@ -45,6 +49,11 @@ Json value_of(const T& value) {
     return std::to_string(value);
   } else if constexpr (std::is_same_v<T, Pose>) {
     return to_json(value);
+  } else if constexpr (std::is_same_v<T, wire::Appearance>) {
+    return {{"hairRoot", rgb(value.hair_root)},
+            {"hairTip", rgb(value.hair_tip)},
+            {"skin", rgb(value.skin)},
+            {"roughness", value.roughness / 255.0}};
   } else if constexpr (requires { value.has_value(); }) {
     return value ? value_of(*value) : Json();
   } else if constexpr (requires { Vec3(value.template cast<double>()); }) {

@@ -58,7 +58,7 @@ void Player::make_core() {
   for (const auto& [number, character] : characters_) {
     const Assets::GroomFile& groom = assets().grooms[character.groom];
     core_->offer_groom(groom.hash, groom.bytes);
-    core_->send(wire::AddCharacter{number, groom.hash, character.level});
+    core_->send(wire::AddCharacter{number, groom.hash, character.level, {}, character.tag, character.appearance});
   }
   if (!sees_all_) core_->send(observe_);
   if (calm_) core_->send(wire::SetWind{});  // its room may still have one that it set before it left
@@ -78,11 +78,23 @@ void Player::add_character() {
   character.reach = random_.between(0.02, 0.3);
   character.turn = random_.between(0.1, 0.9);
   character.place = {random_.between(-5, 5), 1.6, random_.between(-5, 5)};
+  change_appearance(character);
   journal_->count("character added");
   if (!core_) return;
   const Assets::GroomFile& groom = assets().grooms[character.groom];
   core_->offer_groom(groom.hash, groom.bytes);
-  core_->send(wire::AddCharacter{number, groom.hash, character.level});
+  core_->send(wire::AddCharacter{number, groom.hash, character.level, {}, character.tag, character.appearance});
+}
+
+// Tags of every size up to the limit, some of them no text; each is another than the one before.
+void Player::change_appearance(Character& character) {
+  const std::uint32_t n = ++change_count_;
+  character.tag = name() + '\xff' + std::to_string(n);
+  character.tag.resize(std::min(character.tag.size() + 37 * (n % 7), wire::kTagBytesMax), '\0');
+  const auto byte = [n](std::uint32_t factor) { return static_cast<std::uint8_t>(n * factor); };
+  character.appearance.reset();
+  if (n % 4 != 0)
+    character.appearance = {{byte(3), byte(5), byte(7)}, {byte(11), byte(13), byte(17)}, {byte(19), 1, 2}, byte(23)};
 }
 
 void Player::leave(bool says_goodbye) {
@@ -419,6 +431,12 @@ void Player::act() {
     pause_reading(true);
     timeline_->after(static_cast<std::int64_t>(random_.between(5e7, 1.2e9)), [this] { pause_reading(false); });
     journal_->count("reads nothing for a while");
+  } else if (pick == 15 && !numbers.empty()) {
+    const std::uint32_t number = numbers[change_count_ % numbers.size()];
+    Character& character = characters_[number];
+    change_appearance(character);
+    core_->send(wire::SetAppearance{number, character.tag, character.appearance});
+    journal_->count("appearance set");
   }
   turn();
 }

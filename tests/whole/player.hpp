@@ -59,6 +59,8 @@ class Player final : public ClientEvents {
     bool asleep = false, discontinuous = false;
     LevelIndex level = LevelIndex::rigid;
     Pose pose;
+    std::string tag;
+    std::optional<wire::Appearance> appearance;
   };
   [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
   struct Character {
@@ -70,11 +72,15 @@ class Player final : public ClientEvents {
     Vec3 place = Vec3::Zero();
     std::int64_t still_since_ns = 0;  // of the motion, while it does not move
     bool teleports = false;           // the next pose
+    std::string tag;                  // this and the next: as last sent
+    std::optional<wire::Appearance> appearance;
   };
   [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
   // The keys of its characters, once the server knows them.
   [[nodiscard]] std::set<server::CharacterKey> keys() const;
   [[nodiscard]] std::uint64_t session() const { return core_ && core_->welcome() ? core_->welcome()->session : 0; }
+  // The wind that the server says its room has.
+  [[nodiscard]] const std::optional<Wind>& room_wind() const { return room_wind_; }
   void finish();  // counts what its last core counted
 
   void on_open() override;
@@ -96,6 +102,7 @@ class Player final : public ClientEvents {
   void add_pose(std::uint32_t number, Character& character, std::vector<wire::PoseSample>& poses);
   void spoil(wire::PoseSample& pose);
   Pose pose_of(const Character& character) const;
+  void change_appearance(Character& character);
   void check(const link::FrameBatch& batch);
   void check(const link::FrameBatch& batch, const link::Frame& frame, Member& member);
   void check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member);
@@ -122,6 +129,8 @@ class Player final : public ClientEvents {
   std::set<std::uint32_t> removing_;
   std::uint32_t last_number_ = 0;
   std::map<std::uint32_t, Member> members_;
+  std::optional<Wind> room_wind_;
+  std::uint32_t change_count_ = 0;  // of appearances
   wire::Observe observe_;
   bool sees_all_ = true;
   std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye

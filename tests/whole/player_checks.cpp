@@ -96,6 +96,8 @@ struct Player::EventHandler {
     Player::Member member;
     member.key = server::character_key(static_cast<server::SessionId>(e.session), e.character);
     member.groom = e.groom;
+    member.tag = e.tag;
+    member.appearance = e.appearance;
     for (const auto& [number, other] : p.members_) {
       if (other.key == member.key && number != e.member) p.fault("gets another's character twice");
     }
@@ -105,6 +107,21 @@ struct Player::EventHandler {
       const wire::MemberImportance seen{e.member, 0.5f, true};
       p.core_->report_importance({&seen, 1});
     }
+  }
+  void operator()(const wire::MemberChanged& e) const {
+    const auto found = p.members_.find(e.member);
+    if (found == p.members_.end()) return p.fault("learns that a member has changed which it does not know");
+    Player::Member& member = found->second;
+    if (member.own) p.fault("learns of its own change");
+    if (member.tag == e.tag && member.appearance == e.appearance) p.fault("learns of a change to what it knows");
+    member.tag = e.tag;
+    member.appearance = e.appearance;
+    p.journal_->mix(e.member);
+    p.journal_->count("appearance changed");
+  }
+  void operator()(const wire::RoomWind& e) const {
+    p.room_wind_ = e.wind;
+    p.journal_->count("wind told");
   }
   void operator()(const wire::MemberLeft& e) const {
     p.journal_->mix(e.member);

@@ -335,6 +335,8 @@ std::string Scenario::unsettled() {
       if (member.own && !player->characters().contains(server::number_of(member.key)))
         return player->name() + " has a character that it removed";
     }
+    if (!player->room_wind() || !player->room_wind()->mean_m_per_s.isZero())
+      return player->name() + " does not know that the air of its room is still";
     const auto expected = keys_of(player->plan().room);
     if (seen != expected)
       return player->name() + " knows " + std::to_string(seen.size()) + " members where there are " +
@@ -346,7 +348,10 @@ std::string Scenario::unsettled() {
       if (member.last_ns < player->calm_since_ns()) return player->name() + " has no frame since all is calm" + which;
       for (const auto& other : players_) {
         if (other->session() != server::session_of(member.key)) continue;
-        const LevelIndex wanted = other->characters().at(server::number_of(member.key)).level;
+        const Player::Character& character = other->characters().at(server::number_of(member.key));
+        if (!member.own && (member.tag != character.tag || member.appearance != character.appearance))
+          return player->name() + " does not know the newest tag and appearance" + which;
+        const LevelIndex wanted = character.level;
         if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
           return player->name() + " has frames on level " + name_of(member.level) + ", where " + name_of(wanted) +
                  " is wanted," + which;

@@ -5,6 +5,7 @@
 
 #include "client/assets/import/placement.hpp"
 #include "client/viewer/characters/hair_colour.hpp"
+#include "schema/wire/text.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -47,6 +48,13 @@ Result<double> parse_unit(const std::string& text) {
   return number;
 }
 
+Result<std::string> parse_name(const std::string& text) {
+  if (std::string fault = wire::validate_tag(text); !fault.empty())
+    return Refusal("name is longer than " + std::to_string(wire::kTagBytesMax) + " bytes");
+  if (!wire::is_text(text)) return Refusal("name is not UTF-8 text free of control characters");
+  return text;
+}
+
 Result<void> set(CharacterOptions& o, const std::string& key, const std::string& value) {
   if (value.empty()) return Refusal(key + " has no value");
   if (key == "groom") return store<std::string>(value, o.groom);
@@ -59,9 +67,10 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
   if (key == "rest") return store(parse_rest_pose(value), o.bvh.rest);
   if (key == "at") return store_optional(parse_place(value), o.place);
   if (key == "material") return store_optional(make_material(value), o.material);
+  if (key == "name") return store(parse_name(value), o.name);
   if (key == "colour") return store_optional(parse_hair_colour(value), o.colour);
   return Refusal(quoted(key) +
-                 " is not one of groom, motion, level, material, at, colour, strands, rest, up, face, unit");
+                 " is not one of groom, motion, level, material, at, name, colour, strands, rest, up, face, unit");
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace hairnet::viewer {
 
-// Parses "groom=made:long_curly,motion=made:dance,level=high,colour=red"; the keys groom and motion are required.
+// Parses "groom=made:long_curly,motion=made:dance,level=high,name=Ann,colour=red"; the keys groom and motion are
+// required.
 Result<CharacterOptions> parse_character(const std::string& spec);
 
 // Parses the whole of `text` as a finite number.

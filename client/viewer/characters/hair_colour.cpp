@@ -1,5 +1,6 @@
 #include "client/viewer/characters/hair_colour.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -28,6 +29,11 @@ float linear_from_srgb(std::uint32_t byte) {
   return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
 
+std::uint8_t byte_from_linear(float c) {
+  const float srgb = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(srgb, 0.0f, 1.0f)));
+}
+
 }  // namespace
 
 Result<Vec3f> parse_hair_colour(const std::string& text) {
@@ -44,6 +50,18 @@ Result<Vec3f> parse_hair_colour(const std::string& text) {
       return Vec3f(linear_from_srgb(rgb >> 16), linear_from_srgb(rgb >> 8 & 0xff), linear_from_srgb(rgb & 0xff));
   }
   return Refusal("colour '" + text + "' is not one of " + names + "or #rrggbb");
+}
+
+wire::Appearance appearance_of(const Vec3f& hair_colour) {
+  constexpr wire::Srgb kSkin{0xe1, 0xbf, 0xad};
+  constexpr std::uint8_t kRoughness = 77;
+  const wire::Srgb hair{byte_from_linear(hair_colour.x()), byte_from_linear(hair_colour.y()),
+                        byte_from_linear(hair_colour.z())};
+  return {hair, hair, kSkin, kRoughness};
+}
+
+Vec3f linear_of(const wire::Srgb& colour) {
+  return {linear_from_srgb(colour.red), linear_from_srgb(colour.green), linear_from_srgb(colour.blue)};
 }
 
 Vec3f default_hair_colour(std::size_t n) {

@@ -5,11 +5,16 @@
 
 #include "core/geometry/vec.hpp"
 #include "core/result.hpp"
+#include "schema/wire/messages.hpp"
 
 namespace hairnet::viewer {
 
 // Linear RGB albedo of a named natural colour, or of #rrggbb (sRGB).
 Result<Vec3f> parse_hair_colour(const std::string& text);
+// How a server's clients draw hair of that linear RGB albedo.
+wire::Appearance appearance_of(const Vec3f& hair_colour);
+// Linear RGB albedo.
+Vec3f linear_of(const wire::Srgb& colour);
 // The colour of the n-th character without a given colour.
 Vec3f default_hair_colour(std::size_t n);
 

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "client/viewer/characters/options.hpp"
@@ -17,6 +18,7 @@ struct CharacterSetup {
   Motion motion;  // at the character's place
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  std::string name;                   // empty: none
   std::optional<Material> material;
 };
 

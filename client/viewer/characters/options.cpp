@@ -18,6 +18,7 @@ namespace {
 constexpr std::string_view kFooter = R"(A character is given as key=value, separated by commas:
   groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|rigid
   material=soft|normal|stiff|gelled|wet (a change while it runs)   at=X:Z:HEADING (metres, degrees)
+  name=TEXT (everyone in the room sees it, and the colour)
   colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
   rest=auto|zero|first up=+y face=+z unit=1 (BVH: the pose that is upright, its axes, metres a unit; found, unless given)
 Motions begin at time 0: heads rest upright until every lattice has arrived.
@@ -25,7 +26,7 @@ A window opens unless --out, --sheet, --trace or --no-draw is given; H in it sho
 Examples:
   hairnet-view --local                                             a testbed: choose hair and motion in the window
   hairnet-view straight.hair        or: head.obj hair.data walk.bvh       what is in files, its unit and axes guessed
-  hairnet-view --connect host:7420 --room hall --character groom=made:bob,motion=made:nod     a live room
+  hairnet-view --connect host:7420 --room hall --character groom=made:bob,motion=made:nod,name=Ann     a live room
   hairnet-view --local --character groom=made:long_curly,motion=made:dance --out dance.mp4
   hairnet-view --character groom=made:long_curly,motion=made:dance --out frame.png
   hairnet-view --connect host:7420 --character groom=a.groom,motion=walk.bvh,level=low --sheet s.png --times 0.5,1.2,2

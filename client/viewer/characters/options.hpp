@@ -21,6 +21,7 @@ struct CharacterOptions {
   std::string groom, motion;   // `groom` may also name a file of strands, see imported_hair.hpp
   std::optional<Place> place;  // none: side by side with the others
   LevelIndex level = LevelIndex::high;
+  std::string name;                  // for everyone in the room; empty: none
   std::optional<Vec3f> colour;       // linear RGB
   std::optional<Material> material;  // at run time; the groom's own is the built one
   HairstyleOptions hairstyle;

@@ -1,6 +1,15 @@
 #include "client/viewer/drawing/render_list.hpp"
 
+#include "client/viewer/characters/hair_colour.hpp"
+
 namespace hairnet::viewer {
+
+void wear(const wire::Appearance& appearance, render::ShownCharacter& shown) {
+  shown.hair_colour = linear_of(appearance.hair_root);
+  shown.hair_tip_colour = linear_of(appearance.hair_tip);
+  shown.skin_colour = linear_of(appearance.skin);
+  shown.roughness = static_cast<float>(appearance.roughness) / 255;
+}
 
 std::size_t RenderList::number_of(const std::shared_ptr<const Groom>& groom) {
   const auto [place, is_new] = grooms_.try_emplace(groom.get());
@@ -18,6 +27,7 @@ std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedC
     shown.pose = character.pose;
     shown.layers = character.layers;
     shown.hair_colour = colour_ != nullptr ? colour_(character) : character.hair_colour;
+    if (character.appearance && colour_ == nullptr) wear(*character.appearance, shown);
     shown_.push_back(shown);
   }
   std::erase_if(grooms_, [this](const auto& entry) {

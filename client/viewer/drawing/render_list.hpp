@@ -11,6 +11,9 @@
 
 namespace hairnet::viewer {
 
+// Draws the character in these colours.
+void wear(const wire::Appearance& appearance, render::ShownCharacter& shown);
+
 // Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, and frees it when
 // no character uses it. One thread: that of the OpenGL context.
 class RenderList {

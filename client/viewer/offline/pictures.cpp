@@ -14,6 +14,7 @@
 #include "client/tools/command_line/progress_bar.hpp"
 #include "client/viewer/characters/hair_colour.hpp"
 #include "client/viewer/drawing/framing.hpp"
+#include "client/viewer/drawing/render_list.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -55,19 +56,21 @@ render::Camera camera_of(const Pose& beginning, const Framing& framing, const Po
 struct Sitter {
   const Groom* groom = nullptr;
   Vec3f hair_colour = Vec3f::Zero();
-  Pose beginning;                      // pose at which the clip begins, or when it was first seen
-  std::vector<const Moment*> moments;  // [time]; null: not seen
+  std::optional<wire::Appearance> appearance;  // replaces hair_colour
+  Pose beginning;                              // pose at which the clip begins, or when it was first seen
+  std::vector<const Moment*> moments;          // [time]; null: not seen
 };
 
 std::vector<Sitter> sitters_of(const std::vector<CharacterSetup>& characters, const StreamResult& streamed) {
   std::vector<Sitter> sitters;
   for (std::size_t c = 0; c < characters.size(); ++c) {
     Sitter& one = sitters.emplace_back(
-        Sitter{characters[c].groom.get(), characters[c].hair_colour, characters[c].motion.poses.front(), {}});
+        Sitter{characters[c].groom.get(), characters[c].hair_colour, {}, characters[c].motion.poses.front(), {}});
     for (const std::vector<Moment>& moment : streamed.moments) one.moments.push_back(&moment[c]);
   }
   for (const SeenCharacter& other : streamed.others) {
-    Sitter& one = sitters.emplace_back(Sitter{other.groom.get(), default_hair_colour(sitters.size()), {}, {}});
+    Sitter& one = sitters.emplace_back(
+        Sitter{other.groom.get(), default_hair_colour(other.joined.member - 1), other.joined.appearance, {}, {}});
     for (const std::optional<Moment>& moment : other.moments) one.moments.push_back(moment ? &*moment : nullptr);
     const auto first = std::find_if(one.moments.begin(), one.moments.end(), [](const Moment* m) { return m; });
     one.beginning = (*first)->pose;
@@ -148,6 +151,7 @@ class RenderedPictures : public Pictures {
     shown.pose = moment->pose;
     shown.layers = blend.layers();
     shown.hair_colour = sitter.hair_colour;
+    if (sitter.appearance) wear(*sitter.appearance, shown);
     return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},
                            options.width, options.height);
   }

@@ -33,6 +33,7 @@ class Streamer {
     if (result_.ended) result_.ended = perform();
     room_.statistics().take_counters(room_.counters());
     result_.statistics = room_.statistics();
+    result_.members = room_.members_summary();
     result_.others = room_.others(result_.moments.size());
     if (trace_) {
       const Result<void> finished = trace_->finish();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "client/viewer/characters/load_characters.hpp"
@@ -15,6 +16,7 @@ struct StreamResult {
   std::vector<std::vector<Moment>> moments;  // [time][character]
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
+  std::string members;   // of other clients, at the end: one line each
   Result<void> ended;    // the error that ended the stream early, if any
   bool stopped = false;  // by a signal, before its end: moments may be missing
 };

@@ -72,10 +72,12 @@ Result<void> draw_video(const ViewOptions& options, std::size_t count,
 // One character as a window would show it: with the cross-fades of its level switches.
 class Shown {
  public:
-  Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour, const Moment& moment) {
+  Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour,
+        const std::optional<wire::Appearance>& appearance, const Moment& moment) {
     viewed_.id = id;
     viewed_.groom = std::move(groom);
     viewed_.hair_colour = hair_colour;
+    viewed_.appearance = appearance;
     viewed_.pose = moment.pose;
     replay(moment, blend_);
   }
@@ -130,12 +132,12 @@ Result<void> record_stream_video(const ViewOptions& options, const std::vector<C
     shown.clear();
     viewed.clear();
     for (std::size_t c = 0; c < streamed.moments[i].size(); ++c)
-      shown.emplace_back(c, characters[c].groom, characters[c].hair_colour, streamed.moments[i][c]);
+      shown.emplace_back(c, characters[c].groom, characters[c].hair_colour, std::nullopt, streamed.moments[i][c]);
     for (std::size_t o = 0; o < streamed.others.size(); ++o) {
       const SeenCharacter& other = streamed.others[o];
       if (i < other.moments.size() && other.moments[i])
-        shown.emplace_back(characters.size() + o, other.groom, default_hair_colour(characters.size() + o),
-                           *other.moments[i]);
+        shown.emplace_back(characters.size() + o, other.groom, default_hair_colour(other.joined.member - 1),
+                           other.joined.appearance, *other.moments[i]);
     }
     for (const Shown& one : shown) viewed.push_back(one.viewed_character());
     return viewed;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "core/levels/level.hpp"
 #include "core/result.hpp"
 #include "core/solver/wind.hpp"
+#include "schema/wire/messages.hpp"
 
 namespace hairnet::viewer {
 
@@ -20,7 +22,8 @@ struct ViewedCharacter {
   std::uint64_t id = 0;  // does not change while the character exists
   std::string name;
   std::shared_ptr<const Groom> groom;
-  Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  Vec3f hair_colour = Vec3f::Zero();           // linear RGB
+  std::optional<wire::Appearance> appearance;  // replaces hair_colour; none: the default skin and roughness
   Pose pose;
   std::span<const LatticeLayer> layers;           // of its hair; empty: rigid
   LevelIndex level = LevelIndex::rigid;           // of the newest lattice
@@ -51,7 +54,7 @@ class HairSource {
   virtual void set_level(std::uint64_t id, LevelIndex level) = 0;
   virtual void teleport(std::uint64_t id) = 0;  // a step aside; the next call moves it back
 
-  [[nodiscard]] virtual const Wind& wind() const = 0;  // the wind that was last set here
+  [[nodiscard]] virtual const Wind& wind() const = 0;  // the wind of all characters
   virtual void set_wind(const Wind& wind) = 0;
   [[nodiscard]] virtual bool paused() const = 0;
   virtual void set_paused(bool paused) = 0;  // own motions stop; hair continues where a server simulates it

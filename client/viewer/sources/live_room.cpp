@@ -76,7 +76,8 @@ Result<void> LiveRoom::open() {
     const auto first = static_cast<std::size_t>(same - characters_.begin());
     own_characters_[i].groom = first == i ? link_.upload(*characters_[i].groom) : own_characters_[first].groom;
     const auto character = static_cast<std::uint32_t>(i + 1);
-    link_.add_character(character, own_characters_[i].groom, characters_[i].level);
+    link_.add_character(character, own_characters_[i].groom, characters_[i].level, characters_[i].name,
+                        appearance_of(characters_[i].hair_colour));
     if (characters_[i].material) link_.set_material(character, own_characters_[i].material);
   }
   if (options_.wind) link_.set_wind(*options_.wind);
@@ -154,6 +155,16 @@ Result<void> LiveRoom::take(const wire::CharacterAdded& added) {
 
 Result<void> LiveRoom::take(const wire::MemberJoined& joined) {
   if (options_.observe) other_characters_.take(joined);
+  return {};
+}
+
+Result<void> LiveRoom::take(const wire::MemberChanged& changed) {
+  other_characters_.take(changed);
+  return {};
+}
+
+Result<void> LiveRoom::take(const wire::RoomWind& told) {
+  wind_ = told.wind;
   return {};
 }
 
@@ -317,7 +328,8 @@ void LiveRoom::show(std::int64_t now_ns) {
     const OwnCharacter& own = own_characters_[i];
     ViewedCharacter& character = add(characters_[i].groom, own.sample, own.blend);
     character.id = i + 1;
-    character.name = characters_[i].groom->name + " " + std::to_string(i + 1);
+    character.name =
+        characters_[i].name.empty() ? characters_[i].groom->name + " " + std::to_string(i + 1) : characters_[i].name;
     character.hair_colour = characters_[i].hair_colour;
     character.pose = pose_of(i, motion_time_s(now_ns));
     character.material = own.material;
@@ -329,8 +341,10 @@ void LiveRoom::show(std::int64_t now_ns) {
     if (!member.here || !groom || !member.sample.valid) continue;
     ViewedCharacter& character = add(groom, member.sample, member.blend);
     character.id = kOther + number;
-    character.name = groom->name + ", member " + std::to_string(number);
-    character.hair_colour = default_hair_colour(number);
+    const std::string person = member.name();
+    character.name = (person.empty() ? groom->name : person) + ", member " + std::to_string(number);
+    character.hair_colour = default_hair_colour(number - 1);
+    character.appearance = member.joined.appearance;
   }
 }
 

@@ -48,6 +48,8 @@ class LiveRoom : public HairSource {
   [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const {
     return other_characters_.seen(moment_count);
   }
+  // One line for each other member.
+  [[nodiscard]] std::string members_summary() const { return other_characters_.summary(); }
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_.counters(); }
   [[nodiscard]] double latency_ms() const { return latency_ms_; }      // from pose to frame, of the last batch
@@ -96,7 +98,9 @@ class LiveRoom : public HairSource {
   Result<void> take(const wire::Error& error);
   Result<void> take(const wire::CharacterAdded& added);
   Result<void> take(const wire::MemberJoined& joined);
+  Result<void> take(const wire::MemberChanged& changed);
   Result<void> take(const wire::MemberLeft& left);
+  Result<void> take(const wire::RoomWind& told);
   Result<void> take(const link::GroomFetched& fetched);
   Result<void> take(const wire::GroomStatus& status);
   Result<void> take(const link::FrameBatch& batch);

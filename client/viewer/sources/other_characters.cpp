@@ -1,9 +1,12 @@
 #include "client/viewer/sources/other_characters.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <utility>
 
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/text.hpp"
 
 namespace hairnet::viewer {
 
@@ -13,6 +16,37 @@ void OtherCharacters::take(const wire::MemberJoined& joined) {
   member = {};
   member.joined = joined;
   want(joined.groom);
+}
+
+void OtherCharacters::take(const wire::MemberChanged& changed) {
+  const auto found = members_.find(changed.member);
+  if (found == members_.end()) return;
+  found->second.joined.tag = changed.tag;
+  found->second.joined.appearance = changed.appearance;
+}
+
+std::string OtherCharacters::Member::name() const {
+  return wire::is_text(joined.tag) ? joined.tag : std::string();
+}
+
+std::string OtherCharacters::summary() const {
+  std::string lines;
+  for (const auto& [number, member] : members_) {
+    if (!member.here) continue;
+    const wire::MemberJoined& joined = member.joined;
+    lines += "member " + std::to_string(number) + ": '" + member.name() + "', character " +
+             std::to_string(joined.character) + " of session " + std::to_string(joined.session);
+    if (joined.appearance) {
+      const auto& [root, tip, skin, roughness] = *joined.appearance;
+      std::array<char, 96> text{};
+      std::snprintf(text.data(), text.size(),
+                    ", hair #%02x%02x%02x to #%02x%02x%02x, skin #%02x%02x%02x, roughness %.2f", root.red, root.green,
+                    root.blue, tip.red, tip.green, tip.blue, skin.red, skin.green, skin.blue, roughness / 255.0);
+      lines += text.data();
+    }
+    lines += '\n';
+  }
+  return lines;
 }
 
 void OtherCharacters::want(const wire::GroomHash& groom) {
@@ -97,7 +131,7 @@ std::vector<SeenCharacter> OtherCharacters::seen(std::size_t moment_count) const
   const auto add = [&](const Member& member) {
     const std::shared_ptr<const Groom>& groom = grooms_.at(member.joined.groom);
     if (!groom || member.moments.empty()) return;
-    SeenCharacter& one = seen.emplace_back(SeenCharacter{groom, {}});
+    SeenCharacter& one = seen.emplace_back(SeenCharacter{groom, member.joined, {}});
     one.moments.resize(moment_count);
     for (const auto& [moment, shown] : member.moments) one.moments[static_cast<std::size_t>(moment)] = shown;
   };

@@ -18,6 +18,7 @@ namespace hairnet::viewer {
 // Another client's character in the moments of a stream; none at moments when it was absent or its hair was unknown.
 struct SeenCharacter {
   std::shared_ptr<const Groom> groom;
+  wire::MemberJoined joined;                   // with its newest tag and appearance
   std::vector<std::optional<Moment>> moments;  // [time]
 };
 
@@ -26,18 +27,21 @@ struct SeenCharacter {
 class OtherCharacters {
  public:
   struct Member {
-    wire::MemberJoined joined;
+    wire::MemberJoined joined;  // with its newest tag and appearance
     link::Playout playout;
     SwitchHistory trail;
     link::LatticeBlend blend;
     link::Playout::Sample sample;  // the last sample of play()
     bool here = true;
     std::map<std::ptrdiff_t, Moment> moments;
+
+    [[nodiscard]] std::string name() const;  // its tag; empty if that is no text
   };
 
   explicit OtherCharacters(link::Link& link) : link_(link) {}
 
   void take(const wire::MemberJoined& joined);
+  void take(const wire::MemberChanged& changed);
   void take(const wire::MemberLeft& left);
   // The error is one line when the received groom is not valid.
   Result<void> take(const link::GroomFetched& fetched);
@@ -56,6 +60,8 @@ class OtherCharacters {
   [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
   // Null: not received yet.
   [[nodiscard]] std::shared_ptr<const Groom> groom_of(const Member& member) const;
+  // One line for each that is here: its name, whose it is and its colours.
+  [[nodiscard]] std::string summary() const;
   // The characters whose hair was seen in at least one moment. `moment_count`: of all moments.
   [[nodiscard]] std::vector<SeenCharacter> seen(std::size_t moment_count) const;
 

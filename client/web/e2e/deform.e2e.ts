@@ -60,6 +60,8 @@ for (const kind of ["quadratic", "linear"] as const) {
       {
         pose: rigidPose(),
         hairAlbedo: [0, 0, 0],
+        hairTipAlbedo: [0, 0, 0],
+        roughness: 0.3,
         skinAlbedo: [0, 0, 0],
         widthM: 1,
         detail: {

@@ -40,6 +40,8 @@ test("the GPU places the points of strands as the CPU does, and none is further 
     {
       pose: rigidPose(),
       hairAlbedo: [0, 0, 0],
+      hairTipAlbedo: [0, 0, 0],
+      roughness: 0.3,
       skinAlbedo: [0, 0, 0],
       widthM: 1,
       detail: { strandShare: 1, followHairCount: 0, toleranceM: 0, quadratic: 1, cards: 0 },

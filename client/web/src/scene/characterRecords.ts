@@ -17,7 +17,11 @@ export interface PlacedLayer {
 export interface CharacterRecord {
   /** scene */
   readonly pose: Pose;
+  /** at the root */
   readonly hairAlbedo: readonly [number, number, number];
+  readonly hairTipAlbedo: readonly [number, number, number];
+  /** of the hair, 0 to 1 */
+  readonly roughness: number;
   readonly skinAlbedo: readonly [number, number, number];
   readonly widthM: number;
   readonly detail: DrawDetail;
@@ -97,6 +101,9 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
     put(kFirstLayer + 3 * l + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
     put(kFirstLayer + 3 * l + 2, dims[0], dims[1], dims[2], 0);
   }
+  // The w of the last texels of layers, also of those that are not there.
+  for (let i = 0; i < 4; ++i)
+    out[4 * (kFirstLayer + 3 * i + 2) + 3] = i < 3 ? record.hairTipAlbedo[i] : record.roughness;
 }
 
 /** The displacements of all lattices in a frame. */

@@ -8,14 +8,12 @@ import type { DrawDetail } from "./drawDetail";
  * object; `visible` shows or hides it nevertheless.
  */
 export class HairCharacter extends Object3D {
-  /**
-   * The colours of its hair at root and tip and of its skin: its member's appearance, set again whenever the owner
-   * changes it.
-   */
+  /** Of its hair, at the root. This and the next three: its member's appearance, set again when the owner changes it. */
   readonly hairColour = new Color();
-  readonly hairTipColour = new Color();
+  /** null: as at the root */
+  hairTipColour: Color | null = null;
   readonly skinColour = new Color();
-  /** of the hair, 0 to 1; as its colours */
+  /** of the hair, 0 to 1 */
   roughness = 0;
   /** False: its colours and roughness are the program's own, and the owner's changes are not shown. */
   followsMember = true;
@@ -52,7 +50,7 @@ export class HairCharacter extends Object3D {
 
   setAppearance({ hairRoot, hairTip, skin, roughness }: Appearance): void {
     this.hairColour.setHex(hairRoot);
-    this.hairTipColour.setHex(hairTip);
+    this.hairTipColour = hairTip === hairRoot ? null : new Color().setHex(hairTip);
     this.skinColour.setHex(skin);
     this.roughness = roughness;
   }

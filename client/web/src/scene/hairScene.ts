@@ -260,9 +260,12 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows): void {
     const { character } = one;
+    const tip = character.hairTipColour ?? character.hairColour;
     this.#records.add({
       pose: one.pose,
       hairAlbedo: [character.hairColour.r, character.hairColour.g, character.hairColour.b],
+      hairTipAlbedo: [tip.r, tip.g, tip.b],
+      roughness: character.roughness,
       skinAlbedo: [character.skinColour.r, character.skinColour.g, character.skinColour.b],
       widthM: groom.strandWidthM * widthScale(one.detail) * one.size,
       detail: one.detail,

@@ -17,6 +17,8 @@ import { madeGroom } from "../support/madeGroom";
 const record: CharacterRecord = {
   pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
   hairAlbedo: [0.1, 0.2, 0.3],
+  hairTipAlbedo: [0.2, 0.3, 0.4],
+  roughness: 0.5,
   skinAlbedo: [0.4, 0.5, 0.6],
   widthM: 4e-4,
   detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1, cards: 0.25 },

@@ -36,6 +36,8 @@ interface Vectors {
   record: {
     pose: number[];
     hairAlbedo: [number, number, number];
+    hairTipAlbedo: [number, number, number];
+    roughness: number;
     skinAlbedo: [number, number, number];
     strandWidthM: number;
     detail: DrawDetail;
