@@ -40,6 +40,18 @@ bool is_final(GoodbyeReason reason) {
          reason == GoodbyeReason::session_taken_over || reason == GoodbyeReason::removed;
 }
 
+// What no server takes is refused here, with the error that a server would send.
+std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
+  const auto refused = [](const auto& m) -> std::optional<wire::Error> {
+    if constexpr (requires { m.tag; }) {
+      if (std::string fault = wire::validate_tag(m.tag); !fault.empty())
+        return wire::Error{wire::ErrorReason::limit_exceeded, m.character, {}, std::move(fault)};
+    }
+    return std::nullopt;
+  };
+  return std::visit(refused, message);
+}
+
 bool may_come_first(const wire::Message& message) {
   return std::holds_alternative<wire::Welcome>(message) || std::holds_alternative<wire::Error>(message) ||
          std::holds_alternative<wire::Goodbye>(message);
@@ -100,6 +112,7 @@ void LinkCore::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes by
 }
 
 void LinkCore::send(wire::ClientMessage message) {
+  if (std::optional<wire::Error> error = refused_here(message)) return push(std::move(*error));
   if (const auto* removed = std::get_if<wire::RemoveCharacter>(&message)) last_known_.drop(removed->character);
   if (const auto* wanted = std::get_if<wire::SetLevel>(&message); wanted && wanted->level == LevelIndex::rigid)
     last_known_.drop(wanted->character);

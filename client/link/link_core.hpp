@@ -96,7 +96,8 @@ class LinkCore {
   // null.
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
   // Sends a request. Poses, importance and grooms have calls of their own. Requests that must outlive the connection
-  // are also stored: characters, levels, and the newest of every message that has a kResent.
+  // are also stored: characters, levels, and the newest of every message that has a kResent. A tag that is too long is
+  // refused at once, with an Error event.
   void send(wire::ClientMessage message);
   void push_poses(std::vector<wire::PoseSample> poses);
   // Sends at most four reports a second, of relevant changes only.

@@ -398,6 +398,66 @@ TEST_F(Settled, members_announced_again_are_known_and_the_others_have_left) {
   EXPECT_EQ(left[0].member, 42u);
 }
 
+TEST_F(Settled, a_member_that_changed_during_the_outage_is_told_as_changed) {
+  const wire::Appearance grey{{1, 1, 1}, {2, 2, 2}, {3, 3, 3}, 4};
+  for (const std::uint32_t member : {40u, 41u}) d.send(wire::MemberJoined{member, 9, member, hash_of(3), "Ann", grey});
+  d.send(wire::MemberChanged{40, "Anna", grey});
+  d.send(wire::MemberChanged{40, "Anna", grey});  // the same
+  d.send(wire::MemberChanged{99, "Eve", grey});   // nobody
+  const auto changed = d.events<wire::MemberChanged>();
+  ASSERT_EQ(changed.size(), 1u);
+  EXPECT_EQ(changed[0].tag, "Anna");
+  break_off();
+  come_back(welcome_to(5, true));
+  d.core.take_events();
+  d.send(wire::MemberJoined{40, 9, 40, hash_of(3), "Anna", {}});
+  d.send(wire::MemberJoined{41, 9, 41, hash_of(3), "Ann", grey});
+  std::vector<wire::MemberChanged> meanwhile;
+  for (const Event& event : d.core.take_events()) {
+    EXPECT_FALSE(std::holds_alternative<wire::MemberJoined>(event));
+    if (const auto* one = std::get_if<wire::MemberChanged>(&event)) meanwhile.push_back(*one);
+  }
+  ASSERT_EQ(meanwhile.size(), 1u);
+  EXPECT_EQ(meanwhile[0].member, 40u);
+  EXPECT_FALSE(meanwhile[0].appearance);
+}
+
+TEST_F(Settled, the_newest_tag_and_appearance_are_sent_again) {
+  const wire::Appearance grey{{1, 1, 1}, {2, 2, 2}, {3, 3, 3}, 4};
+  d.core.send(wire::SetAppearance{7, "Anna", grey});
+  d.take_all();
+  for (const bool resumed : {true, false}) {
+    break_off();
+    come_back(welcome_to(resumed ? 5 : 6, resumed));
+    bool has_set = false, has_added = false;
+    for (const wire::Message& message : d.take_all()) {
+      if (const auto* set = std::get_if<wire::SetAppearance>(&message)) {
+        has_set = true;
+        EXPECT_EQ(set->tag, "Anna");
+        EXPECT_EQ(set->appearance, grey);
+      }
+      if (const auto* added = std::get_if<wire::AddCharacter>(&message)) {
+        has_added = true;
+        EXPECT_EQ(added->tag, "Anna");
+        EXPECT_EQ(added->appearance, grey);
+      }
+    }
+    EXPECT_TRUE(has_set);
+    EXPECT_EQ(has_added, !resumed);
+  }
+}
+
+TEST_F(Settled, a_tag_that_is_too_long_is_refused_here_and_changes_nothing) {
+  d.core.send(wire::SetAppearance{7, std::string(257, 'x'), {}});
+  d.core.send(wire::AddCharacter{8, hash_of(1), LevelIndex::low, {}, std::string(300, 'x'), {}});
+  const auto errors = d.events<wire::Error>();
+  ASSERT_EQ(errors.size(), 2u);
+  EXPECT_EQ(errors[0].reason, wire::ErrorReason::limit_exceeded);
+  EXPECT_EQ(errors[0].character, 7u);
+  EXPECT_EQ(errors[1].detail, "tag: 300 bytes, more than 256");
+  EXPECT_TRUE(d.take_all().empty());
+}
+
 TEST_F(Settled, a_new_session_begins_without_members) {
   d.send(wire::MemberJoined{40, 9, 1, hash_of(3)});
   break_off();

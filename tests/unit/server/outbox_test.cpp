@@ -52,6 +52,38 @@ TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
   EXPECT_EQ(counters_.frames_sent.value(), 1u);
 }
 
+TEST_F(OutboxTest, only_the_newest_change_of_a_member_waits_and_after_what_came_before_it) {
+  outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
+  outbox_.push(wire::MemberChanged{6, "b", {}}, 0);
+  outbox_.push(wire::MemberLeft{5}, 0);
+  outbox_.push(wire::MemberJoined{.member = 5}, 0);
+  for (int i = 0; i < 1000; ++i) outbox_.push(wire::MemberChanged{5, "newest", {}}, 0);
+  EXPECT_FALSE(outbox_.overflowed());
+  EXPECT_EQ(std::get<wire::MemberChanged>(take()).tag, "b");
+  EXPECT_EQ(std::get<wire::MemberLeft>(take()).member, 5u);
+  EXPECT_EQ(std::get<wire::MemberJoined>(take()).member, 5u);
+  EXPECT_EQ(std::get<wire::MemberChanged>(take()).tag, "newest");
+  EXPECT_TRUE(is_empty());
+  EXPECT_EQ(counters_.messages_cancelled.value(), 1000u);
+}
+
+TEST_F(OutboxTest, forgets_the_change_of_a_member_that_leaves_unannounced) {
+  outbox_.push(wire::CharacterRemoved{2}, 0);
+  outbox_.mark_blocked();
+  outbox_.push(wire::MemberJoined{.member = 5}, 0);
+  outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
+  outbox_.push(wire::MemberLeft{5}, 0);
+  EXPECT_EQ(std::get<wire::CharacterRemoved>(take()).character, 2u);
+  EXPECT_TRUE(is_empty());
+}
+
+TEST_F(OutboxTest, sends_no_message_that_the_client_does_not_know) {
+  outbox_.set_message_max(26);
+  outbox_.push(wire::RoomWind{}, 0);
+  outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
+  EXPECT_TRUE(is_empty());
+}
+
 TEST_F(OutboxTest, sets_the_clock_of_every_packet_when_it_is_taken) {
   outbox_.push(wire::CharacterRemoved{2}, 5);
   outbox_.push_frames(frames_of(1));

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "server/session/message_price.hpp"
 #include "tests/unit/server/session_fixture.hpp"
 
 namespace hairnet::server {
@@ -62,6 +63,33 @@ TEST_F(SessionTest, more_work_than_a_client_may_ask_for_is_refused_and_plain_mes
   now_ns_ += 2 * kSecond_ns;
   send(costly);
   EXPECT_EQ(requests<wire::RequestKeyframes>().size(), 1u) << "later there is time for it";
+}
+
+TEST_F(SessionTest, appearances_count_against_the_rate_of_messages) {
+  hello();
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  for (int i = 0; i < 1000 && session_.state() == State::active; ++i) send(wire::SetAppearance{1, "Ann", {}});
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
+}
+
+TEST_F(SessionTest, an_appearance_costs_more_in_a_room_of_many) {
+  Census rooms;
+  const auto price = [&] { return price_of(wire::SetAppearance{}, rooms, "hall"); };
+  const double alone = price();
+  for (int i = 0; i < 256; ++i) rooms.enter("hall");
+  EXPECT_GE(price(), alone + 4);
+}
+
+TEST_F(SessionTest, a_new_tag_is_refused_while_memory_is_full) {
+  hello();
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  context_.is_memory_full = [] { return true; };
+  send(wire::SetAppearance{1, "Ann", {}});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_EQ(counters_.messages_refused_memory.value(), 1u);
+  EXPECT_THAT(requests<wire::SetAppearance>(), IsEmpty());
+  send(wire::SetAppearance{1, "", wire::Appearance{}});
+  EXPECT_EQ(requests<wire::SetAppearance>().size(), 1u) << "it frees memory";
 }
 
 TEST_F(SessionTest, no_message_costs_more_than_a_client_can_save_up) {

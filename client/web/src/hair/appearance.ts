@@ -41,9 +41,11 @@ export function changedAppearance(base: Appearance, changes: Partial<Appearance>
   for (const name of Object.keys(changes)) {
     if (!kFields.includes(name)) throw fault(`has no ${JSON.stringify(name)}; it has ${kFields.join(", ")}`);
   }
-  const hairTip = changes.hairTip ?? changes.hairRoot ?? base.hairTip;
-  const given = Object.entries(changes).filter(([, value]) => value !== undefined);
-  const changed: Appearance = { ...base, ...Object.fromEntries(given), hairTip };
+  const given: Partial<Appearance> = Object.fromEntries(
+    Object.entries(changes).filter(([, value]) => value !== undefined),
+  );
+  const whole = "hairRoot" in given ? { hairTip: given.hairRoot } : {};
+  const changed = { ...base, ...whole, ...given } as Appearance;
   checkAppearance(changed);
   // As others receive it.
   return { ...changed, roughness: Math.round(255 * changed.roughness) / 255 };

@@ -35,7 +35,7 @@ export class OwnCharacter {
     { tag, appearance }: CharacterOptions,
     private readonly onChanged: () => void,
   ) {
-    this.#tag = tagBytes(tag ?? "");
+    this.#tag = tagBytes(tag === undefined ? "" : tag);
     this.#appearance = appearance === undefined ? null : this.#changed(appearance);
   }
 
