@@ -18,6 +18,7 @@ class Client {
       : piece_bytes_(std::size_t{16} << (byte & 7)), prologue_((byte & 8) != 0), resumed_((byte & 16) != 0), core_({}) {
     core_.offer_groom(link_groom(), std::make_shared<const std::vector<std::uint8_t>>(200'000));
     core_.send(wire::AddCharacter{kOwnCharacter, link_groom(), LevelIndex::high});
+    core_.send(wire::SetAppearance{kOwnCharacter, "Ben", wire::Appearance{}});
     core_.request_groom({9});
     core_.start();
   }

@@ -47,9 +47,13 @@ inline std::vector<wire::Message> link_prologue(std::uint64_t session, bool resu
     if (node % 5 == 4) geometry.trimmed_nodes.push_back(node);
   }
   geometry.trimmed_begin.assign(geometry.trimmed_nodes.size() + 1, 0);
-  return {welcome, wire::CharacterAdded{kOwnCharacter, link_groom(), LevelIndex::low, kOwnMember},
-          wire::MemberJoined{kOtherMember, session + 1, 1, link_groom()},
-          wire::LevelRecord{link_groom(), LevelIndex::low, std::move(geometry)}, link_frames(codec::kHistoryMax, 0)};
+  return {welcome,
+          wire::CharacterAdded{kOwnCharacter, link_groom(), LevelIndex::low, kOwnMember},
+          wire::MemberJoined{kOtherMember, session + 1, 1, link_groom(), "Ann", wire::Appearance{}},
+          wire::MemberChanged{kOtherMember, "Anna", {}},
+          wire::RoomWind{{}, session},
+          wire::LevelRecord{link_groom(), LevelIndex::low, std::move(geometry)},
+          link_frames(codec::kHistoryMax, 0)};
 }
 
 }  // namespace hairnet::fuzz

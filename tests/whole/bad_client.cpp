@@ -267,7 +267,7 @@ wire::Message BadClient::random_valid_message() {
   const auto number = [&] { return static_cast<std::uint32_t>(random_.next() % 6); };
   const auto level = [&] { return static_cast<LevelIndex>(2 + random_.next() % 3); };
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
-  switch (random_.next() % 14) {
+  switch (random_.next() % 15) {
     case 0:
       return wire::GroomOffer{groom.hash, groom.bytes->size() + random_.next() % 2};
     case 1: {
@@ -304,6 +304,8 @@ wire::Message BadClient::random_valid_message() {
       return wire::GroomRequest{groom.hash, random_.next() % (groom.bytes->size() + 2)};
     case 12:
       return wire::GroomChunk{groom.hash, random_.next() % 2, {1, 2, 3}};
+    case 13:
+      return wire::SetAppearance{number(), std::string(random_.next() % 400, '\xfe'), wire::Appearance{}};
     default:
       return messages_.message(random_.next() % wire::kMessageKinds);
   }

@@ -447,6 +447,32 @@ TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
   EXPECT_GT(reddish, 6);
 }
 
+TEST_F(ViewRenderer, shows_hair_in_one_colour_at_the_root_and_another_at_the_tip) {
+  Groom groom = bare();
+  const std::array<Vec3f, 6> edges{Vec3f(-0.05f, 0.15f, 0), Vec3f(0.05f, 0.15f, 0),   Vec3f(-0.05f, 0, 0),
+                                   Vec3f(0.05f, 0, 0),      Vec3f(-0.05f, -0.15f, 0), Vec3f(0.05f, -0.15f, 0)};
+  groom.add_card(edges, {.rooted = false});
+  ShownCharacter character = shown(groom);
+  character.hair_colour = Vec3f(0.6f, 0.02f, 0.02f);
+  character.hair_tip_colour = Vec3f(0.02f, 0.02f, 0.6f);
+  const Image image = draw(std::span(&character, 1));
+  int red_above = 0, blue_below = 0;
+  for (int x = column_of(-0.04f); x < column_of(0.04f); ++x) {
+    const auto above = pixel(image, x, row_of(0.1f)), below = pixel(image, x, row_of(-0.12f));
+    red_above += above[0] > above[2] + 20 ? 1 : 0;
+    blue_below += below[2] > below[0] + 20 ? 1 : 0;
+  }
+  EXPECT_GT(red_above, 6);
+  EXPECT_GT(blue_below, 6);
+}
+
+TEST_F(ViewRenderer, rougher_hair_looks_different) {
+  ShownCharacter character = shown(level_strand());
+  const Image usual = draw(std::span(&character, 1));
+  character.roughness = 1;
+  EXPECT_NE(draw(std::span(&character, 1)).rgba, usual.rgba);
+}
+
 TEST_F(ViewRenderer, leaves_out_characters_at_invalid_places) {
   const Image empty = draw_nothing();
   ShownCharacter character = shown(level_strand());

@@ -118,6 +118,26 @@ TEST(CharacterSpec, refuses_what_it_does_not_know_in_one_line) {
   }
 }
 
+TEST(CharacterSpec, takes_a_name_that_fits_a_tag_and_is_text) {
+  const auto named = [](const std::string& name) { return parse_character("groom=a,motion=b,name=" + name); };
+  EXPECT_EQ(named("Zo\xc3\xab the 2nd")->name, "Zo\xc3\xab the 2nd");
+  EXPECT_EQ(named(std::string(256, 'x'))->name.size(), 256u);
+  for (const std::string& bad : {std::string(257, 'x'), std::string("a\nb"), std::string("\xff"), std::string()}) {
+    const auto refused = named(bad);
+    ASSERT_FALSE(refused) << bad;
+    EXPECT_EQ(refused.error().rfind("name ", 0), 0u) << refused.error();
+  }
+}
+
+TEST(HairColour, survives_the_way_to_other_clients) {
+  for (std::size_t n = 0; n < 8; ++n) {
+    const wire::Appearance sent = appearance_of(default_hair_colour(n));
+    EXPECT_EQ(sent.hair_root, sent.hair_tip);
+    EXPECT_LT((linear_of(sent.hair_root) - default_hair_colour(n)).norm(), 0.01f) << n;
+    EXPECT_EQ(appearance_of(linear_of(sent.hair_root)), sent) << n;
+  }
+}
+
 TEST(HairColour, hexadecimal_colours_are_srgb) {
   const auto colour = parse_hair_colour("#ff8000");
   ASSERT_TRUE(colour);
