@@ -1,4 +1,5 @@
 import type { Groom } from "../hair/groom";
+import { HairnetError } from "../hair/hairnetError";
 import { ErrorClass, LevelIndex } from "../hair/level";
 import { Link, type LinkOptions } from "../net/link";
 import { validateMessage } from "../net/clientMessages";
@@ -209,6 +210,11 @@ export class Room implements HairSource {
 
   /** `keep` is called once the options have been found valid. */
   #add(groomKey: string, options: CharacterOptions, keep = () => {}): OwnCharacter {
+    if (typeof options !== "object" || options === null)
+      throw new HairnetError(
+        "invalid",
+        'a character\'s options are an object such as { level: LevelIndex.low, tag: "Ann" }',
+      );
     const own = new OwnCharacter(this.link, this.#nextCharacter, groomKey, options, () => this.#showOwn(own));
     const { character, tag, appearance } = own;
     const { level = LevelIndex.high } = options;

@@ -103,6 +103,7 @@ describe("tags and appearances that are not valid", () => {
       refused(() => own.setAppearance(bad as Partial<Appearance>));
       refused(() => served.room.addCharacterLike(other, { appearance: bad as Partial<Appearance> }));
     }
+    expect(() => served.room.addCharacterLike(other, LevelIndex.low as never)).toThrow(HairnetError);
     refused(() => own.setAppearance(null as unknown as Appearance));
     expect(own.tag).toEqual(tag);
     expect(own.appearance).toEqual(appearance);
