@@ -15,8 +15,9 @@ struct StreamResult {
   std::vector<std::vector<Moment>> moments;  // [time][character]
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
-  Result<void> ended;    // the error that ended the stream early, if any
-  bool stopped = false;  // by a signal, before its end: moments may be missing
+  bool connected = false;  // to a server; without, the statistics count nothing
+  Result<void> ended;      // the error that ended the stream early, if any
+  bool stopped = false;    // by a signal, before its end: moments may be missing
 };
 
 // Streams the characters in real time until the end that `options` sets or until a stop signal. Writes the trace, and

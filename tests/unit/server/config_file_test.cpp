@@ -66,7 +66,7 @@ TEST_F(ConfigFile, an_empty_file_sets_nothing) {
 }
 
 TEST_F(ConfigFile, says_file_line_and_key_of_what_is_wrong) {
-  EXPECT_EQ(refusal("[server]\nprot = 1\n"), ":2: there is no key 'server.prot'");
+  EXPECT_EQ(refusal("[server]\nprot = 1\n"), ":2: there is no key 'server.prot'; did you mean 'server.port'?");
   EXPECT_EQ(refusal("\n[sever]\nport = 1\n"), ":2: there is no section 'sever'");
   EXPECT_EQ(refusal("port = 1\n"), ":1: there is no key 'port'");
   EXPECT_EQ(refusal("server = 1\n"), ":1: 'server' is a section, not a key");
