@@ -467,7 +467,7 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
 }
 
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {
-  lose(goodbye.reason, "the server says: " + goodbye.detail, now_ns);
+  lose(goodbye.reason, "the server says goodbye: " + goodbye.detail, now_ns);
 }
 
 std::int64_t LinkCore::to_local_ns(std::int64_t server_time_ns) const {

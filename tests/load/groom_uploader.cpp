@@ -71,7 +71,7 @@ void GroomUploader::on_lost(std::string_view reason, std::int64_t) {
 void GroomUploader::on_end(std::string_view reason, std::int64_t) {
   if (!fault_.empty()) return;
   fault_ = reason.empty() ? "cannot talk to the server: " + (closed_.empty() ? "no welcome" : closed_)
-                          : "the server says: " + std::string(reason);
+                          : "the server says goodbye: " + std::string(reason);
   if (!last_word_.empty()) fault_ += ", " + last_word_;
 }
 

@@ -40,7 +40,7 @@ TEST_F(Failure, a_draining_server_sends_goodbye_to_its_client) {
   server->send(SIGTERM);
   finish(*view, 1);
   finish(*server, 0);
-  EXPECT_THAT(view->err(), HasSubstr("hairnet-view: the server says: "));
+  EXPECT_THAT(view->err(), HasSubstr("hairnet-view: the server says goodbye"));
 }
 
 TEST_F(Failure, the_server_continues_when_a_client_is_killed) {

@@ -330,7 +330,7 @@ export class LinkCore {
       case "error":
         return this.#onError(message);
       case "goodbye":
-        return this.#lose(message.reason, `the server says: ${message.detail}`, nowNs);
+        return this.#lose(message.reason, `the server says goodbye: ${message.detail}`, nowNs);
       default:
         return this.#lose(GoodbyeReason.protocolError, "the server sent a message that only clients send", nowNs);
     }

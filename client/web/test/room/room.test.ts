@@ -238,7 +238,7 @@ test("a removal by a moderator closes the room as refused", () => {
   });
   served.receive({ type: "goodbye", reason: GoodbyeReason.removed, detail: "be kind" });
   served.room.sample(0);
-  expect(closed).toEqual([{ detail: "the server says: be kind", isRefused: true }]);
+  expect(closed).toEqual([{ detail: "the server says goodbye: be kind", isRefused: true }]);
   expect(served.sockets.length).toBe(1);
 });
 
