@@ -149,6 +149,13 @@ TEST_F(ConfigFile, the_example_names_every_key_at_its_default) {
   EXPECT_EQ(config_file_text(settings), defaults);
 }
 
+TEST_F(ConfigFile, the_settings_for_hosting_are_sound) {
+  Config config;
+  const auto named = read_config_file(HAIRNET_DEPLOY_DIR "/hosting/server.toml", settings_of(config));
+  ASSERT_TRUE(named) << named.error();
+  EXPECT_EQ(validate(config), "");
+}
+
 TEST(Settings, every_default_is_in_its_range) {
   Config config;
   for (const Setting& setting : settings_of(config)) {
