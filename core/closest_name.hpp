@@ -27,8 +27,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-// The known name that a person who typed `name` probably meant; empty when none is close. Names longer than 64 bytes are
-// close to none.
+// The known name that a person who typed `name` probably meant; empty when none is close. Names longer than 64 bytes
+// are close to none.
 inline std::string_view closest_name(std::string_view name, std::span<const std::string> known) {
   if (name.size() > 64) return {};
   std::string_view closest;

@@ -48,7 +48,8 @@ std::string fault_of(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, ignored)) return "is a folder, not a file: give a file's name in it";
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) return {};
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder, ignored)) return "there is no folder " + folder.string() + ": make it first";
+  if (!std::filesystem::is_directory(folder, ignored))
+    return "there is no folder " + folder.string() + ": make it first";
   if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return "cannot be written, its folder " + folder.string() + ": " + std::strerror(errno);
 }

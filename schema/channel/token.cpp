@@ -129,13 +129,15 @@ std::string_view to_string(TokenRefusal refusal) {
 std::string explain(TokenRefusal refusal, std::string_view token, const TokenKey& key, std::string_view room) {
   constexpr const char* kAskForNew = "; ask the operator of the server for a new one";
   if (token.empty())
-    return "this room needs a token; ask the operator of the server for one, and give it with --token, or as ?token= in "
+    return "this room needs a token; ask the operator of the server for one, and give it with --token, or as ?token= "
+           "in "
            "the page's address";
   const auto claims = read_claims(token, key);
   switch (refusal) {
     case TokenRefusal::malformed:
       return open_jwt(token, key)
-                 ? "the token's claims are not those that hairnet-token make writes: at least 'role' and 'exp' in seconds"
+                 ? "the token's claims are not those that hairnet-token make writes: at least 'role' and 'exp' in "
+                   "seconds"
                  : "this is not a token: hairnet-token make prints three words joined by dots; copy the whole line";
     case TokenRefusal::bad_signature:
       return std::string("the token is damaged, or was not made with the key of this server") + kAskForNew;
@@ -147,8 +149,9 @@ std::string explain(TokenRefusal refusal, std::string_view token, const TokenKey
     case TokenRefusal::wrong_audience:
       return std::string("the token was made for another service: its claim 'aud' does not name hairnet") + kAskForNew;
     case TokenRefusal::wrong_room:
-      return "the token is for " + (claims && claims->room ? room_text(*claims->room) : "another room") + ", and not for " +
-             room_text(room) + "; join that room, or ask the operator of the server for a token of this one";
+      return "the token is for " + (claims && claims->room ? room_text(*claims->room) : "another room") +
+             ", and not for " + room_text(room) +
+             "; join that room, or ask the operator of the server for a token of this one";
   }
   return "the token is refused";
 }

@@ -56,7 +56,8 @@ class Reader {
       const std::string name = fmt::format("{}.{}", section, key.str());
       const auto setting =
           std::find_if(settings_->begin(), settings_->end(), [&](const Setting& s) { return s.name() == name; });
-      if (setting == settings_->end()) return place(node, fmt::format("there is no key '{}'{}", name, nearest_to(name)));
+      if (setting == settings_->end())
+        return place(node, fmt::format("there is no key '{}'{}", name, nearest_to(name)));
       std::optional<Setting::Value> value = value_of(node);
       if (!value) return place(node, name + ": is of a type that no setting takes");
       if (const std::string wrong = check(*setting, *value); !wrong.empty())

@@ -15,8 +15,8 @@ struct ContentCodingName {
 };
 ContentCodingName name_of(ContentCoding coding);
 
-// What a client takes, best first, by the field Accept-Encoding (RFC 9110, 12.5.3). The last one is always `identity`: a
-// client that refuses even this gets the file as it is. Of codings that the client likes equally, the smaller comes
+// What a client takes, best first, by the field Accept-Encoding (RFC 9110, 12.5.3). The last one is always `identity`:
+// a client that refuses even this gets the file as it is. Of codings that the client likes equally, the smaller comes
 // first. Ignores words that it cannot read.
 std::vector<ContentCoding> accepted_codings(std::string_view accept_encoding);
 

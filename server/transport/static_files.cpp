@@ -148,8 +148,7 @@ StaticFiles::~StaticFiles() {
   ::close(folder_);
 }
 
-StaticFind StaticFiles::find(std::string_view path, StaticFile& file,
-                             const std::vector<ContentCoding>& codings) const {
+StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std::vector<ContentCoding>& codings) const {
   std::string decoded;
   if (!decode_path(path, decoded)) return StaticFind::bad_path;
   if (decoded.ends_with('/')) decoded += "index.html";

@@ -34,8 +34,7 @@ std::string shown(const Figures& figures, const char* name, const char* format) 
 // How much of its threshold a figure uses: above 1 it is not met.
 double used_share(const Requirement& requirement, double value) {
   using Relation = Requirement::Relation;
-  const bool at_least =
-      requirement.relation == Relation::greater || requirement.relation == Relation::greater_equal;
+  const bool at_least = requirement.relation == Relation::greater || requirement.relation == Relation::greater_equal;
   const double part = at_least ? requirement.bound : value, whole = at_least ? value : requirement.bound;
   if (whole > 0) return part / whole;
   return part > 0 ? std::numeric_limits<double>::infinity() : 0;
@@ -48,7 +47,8 @@ std::string worst_figure(const Report& report) {
   for (const Verdict& verdict : report.verdicts) {
     const auto requirement = parse_requirement(verdict.requirement);
     if (!requirement) continue;
-    const double used = verdict.value ? used_share(*requirement, *verdict.value) : std::numeric_limits<double>::infinity();
+    const double used =
+        verdict.value ? used_share(*requirement, *verdict.value) : std::numeric_limits<double>::infinity();
     if (used <= most) continue;
     most = used;
     worst = &verdict;
@@ -80,9 +80,9 @@ std::string to_sentence(const Report& report) {
     return "This run says nothing about the server: " +
            (report.outcome_text.empty() ? "nothing was measured" : report.outcome_text) + ".";
   const Figures& figures = stage->figures;
-  const std::string load = fmt::format("{} characters of {} clients, {} frames a second for each",
-                                       shown(figures, "characters", "{:.0f}"), shown(figures, "clients", "{:.0f}"),
-                                       shown(figures, "frames_per_character_s", "{:.1f}"));
+  const std::string load =
+      fmt::format("{} characters of {} clients, {} frames a second for each", shown(figures, "characters", "{:.0f}"),
+                  shown(figures, "clients", "{:.0f}"), shown(figures, "frames_per_character_s", "{:.1f}"));
   const char* held = report.outcome == Outcome::threshold ? "The server did not hold"
                      : report.verdicts.empty()            ? "No threshold was given; the server carried"
                                                           : "The server held";

@@ -38,7 +38,8 @@ Mat3 rotation_to_head(Axis up, Axis face) {
 }
 
 std::string validate(const Placement& placement) {
-  if (parallel(placement.up, placement.face)) return "up and face lie along the same axis: give --up and --face two axes, such as +z and +y";
+  if (parallel(placement.up, placement.face))
+    return "up and face lie along the same axis: give --up and --face two axes, such as +z and +y";
   if (!(std::isfinite(placement.unit_m) && placement.unit_m > 0)) return "the unit is not a positive number of metres";
   if (placement.origin && !placement.origin->allFinite()) return "the origin is not finite";
   return {};

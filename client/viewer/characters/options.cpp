@@ -119,7 +119,7 @@ double seconds(const std::string& flag, const std::string& text, double least_s)
 }
 
 void check_picture_name(const std::string& flag, const std::string& path, bool is_right) {
-  if (is_right || path.empty() || extension_of(path) == ".png") return;
+  if (is_right || path.empty() || extension_of(path) == ".png" || path.starts_with("/dev/")) return;
   refuse(flag, "'" + path + "' has another ending than .png" +
                    (flag == "--out" ? ", or .mp4, .gif or .webm for a video" : "") + ": give it one of these");
 }

@@ -6,7 +6,9 @@ import { extname, join } from "node:path";
 import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 
 const kEndings = new Set(
-  ".css .glb .gltf .glsl .groom .hdr .html .js .json .map .md .mjs .svg .task .tflite .txt .vrm .wasm .webmanifest".split(" "),
+  ".css .glb .gltf .glsl .groom .hdr .html .js .json .map .md .mjs .svg .task .tflite .txt .vrm .wasm .webmanifest".split(
+    " ",
+  ),
 );
 const kShareMax = 0.9; // of the file's own bytes
 const kSlowBrotliBytesMax = 1 << 20; // the best quality takes two seconds a megabyte
@@ -27,7 +29,9 @@ if (!folder || !existsSync(folder) || !statSync(folder).isDirectory()) {
   console.error("compress.mjs: give a folder whose files are to be compressed");
   process.exit(2);
 }
-const files = readdirSync(folder, { recursive: true }).map((name) => join(folder, name)).sort();
+const files = readdirSync(folder, { recursive: true })
+  .map((name) => join(folder, name))
+  .sort();
 const isCopy = (path) => kCodings.some(({ ending }) => path.endsWith(ending));
 for (const path of files.filter(isCopy)) rmSync(path);
 const sums = { file: 0, ".gz": 0, ".br": 0 };

@@ -222,7 +222,8 @@ TEST(Token, explains_a_refusal_to_its_bearer) {
   EXPECT_THAT(explained(token, rfc_key(), kNow_s, "attic"),
               testing::StartsWith("the token is for room 'stage.2', and not for room 'attic'; "));
   EXPECT_THAT(explained(token, rfc_key(), kNow_s, ""), testing::HasSubstr("and not for the lobby; "));
-  EXPECT_THAT(explained(token, rfc_key(), kNow_s + 60, "stage.2"), testing::HasSubstr("expired, on 2023-11-14 22:14 UTC"));
+  EXPECT_THAT(explained(token, rfc_key(), kNow_s + 60, "stage.2"),
+              testing::HasSubstr("expired, on 2023-11-14 22:14 UTC"));
   EXPECT_THAT(explained(token, rfc_key(), kNow_s - 61, "stage.2"), testing::HasSubstr("from 2023-11-14 22:12 UTC on"));
   // Another key's token is data of a stranger: nothing of it is repeated.
   EXPECT_THAT(explained(token, key_of(1), kNow_s, "attic"),

@@ -423,7 +423,8 @@ TEST(ContentCoding, the_field_accept_encoding_orders_what_is_sent) {
 }
 
 TEST(ContentCoding, words_that_make_no_sense_are_ignored) {
-  for (const char* field : {"br;q=2", "br;q=-1", "br;q=nan", "br;q=", "br;q=1x", "brr", "b r", ",;,=;q", "br=1", ";q=1"})
+  for (const char* field :
+       {"br;q=2", "br;q=-1", "br;q=nan", "br;q=", "br;q=1x", "brr", "b r", ",;,=;q", "br=1", ";q=1"})
     EXPECT_EQ(accepted_of(field), "-") << field;
   EXPECT_EQ(accepted_of("br;q=nan,gzip"), "gzip -");
   EXPECT_EQ(accepted_of(std::string(8000, ',') + "br"), "br -");
