@@ -42,7 +42,27 @@ mode_t mode_of_new_files() {
   return 0666 & ~mask;
 }
 
+// Empty, or why no file can be written there.
+std::string fault_of(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return "is a folder, not a file: give a file's name in it";
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) return {};
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, ignored))
+    return "there is no folder " + folder.string() + ": make it first";
+  if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  return "cannot be written, its folder " + folder.string() + ": " + std::strerror(errno);
+}
+
 }  // namespace
+
+Result<void> check_can_write(std::initializer_list<std::string_view> paths) {
+  for (const std::string_view path : paths) {
+    if (path.empty()) continue;
+    if (const std::string fault = fault_of(path); !fault.empty()) return Refusal(std::string(path) + ": " + fault);
+  }
+  return {};
+}
 
 Result<void> write_file(const std::string& path, std::span<const std::byte> bytes) {
   std::error_code ignored;

@@ -39,7 +39,8 @@ asio::awaitable<std::string> connect_socket(tcp::socket& socket, const Address& 
   const auto found = co_await resolver.async_resolve(address.host, std::to_string(address.port), redirect());
   if (error) co_return "cannot find " + name_of(address) + ": " + error.message();
   co_await asio::async_connect(socket, found, redirect());
-  if (error) co_return "cannot connect to " + name_of(address) + ": " + error.message();
+  if (error)
+    co_return "cannot connect to " + name_of(address) + ": " + error.message() + "; is hairnet-server running there?";
   tune(socket);
   co_return std::string();
 }

@@ -2,6 +2,7 @@
 #include <string>
 #include <utility>
 
+#include "client/files/write_file.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
 #include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/characters/options.hpp"
@@ -27,6 +28,7 @@ std::vector<double> moment_times_s(const ViewOptions& options) {
 
 Result<void> run(const ViewOptions& options) {
   install_stop_signal_handlers();
+  if (const Result<void> possible = check_can_write({options.out, options.sheet}); !possible) return possible;
   if (options.output == Output::window) return run_window(options);
   std::unique_ptr<Pictures> pictures;
   if (options.output == Output::pictures) {
@@ -46,7 +48,7 @@ Result<void> run(const ViewOptions& options) {
   const bool local = options.source == Source::local;
   const StreamResult streamed =
       local ? run_locally(options, *characters, times_s) : stream(options, *characters, times_s);
-  if (!local) std::fputs((streamed.statistics.summary() + streamed.members).c_str(), stdout);
+  if (!local && streamed.connected) std::fputs((streamed.statistics.summary() + streamed.members).c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
   if (streamed.stopped && (pictures || (options.output == Output::video && streamed.moments.empty())))
     return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "video") + " is made");

@@ -15,7 +15,11 @@ export default defineConfig({
     sourcemap: false,
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 900,
-    rollupOptions: { input: { index: here("page/index.html"), vrm: here("page/vrm.html") } },
+    rollupOptions: {
+      // A server knows by these hashes which files never change.
+      output: { hashCharacters: "hex" },
+      input: { index: here("page/index.html"), vrm: here("page/vrm.html") },
+    },
   },
   server: {
     fs: { allow: [here("..")] },

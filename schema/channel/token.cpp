@@ -1,7 +1,9 @@
 #include "schema/channel/token.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -92,6 +94,18 @@ std::optional<wire::Role> role_of(const std::optional<std::string>& text) {
   return std::nullopt;
 }
 
+std::string utc_text(std::int64_t time_s) {
+  const std::time_t time = time_s;
+  std::tm parts{};
+  std::array<char, 32> text{};
+  gmtime_r(&time, &parts);
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &parts)};
+}
+
+std::string room_text(std::string_view room) {
+  return room.empty() ? "the lobby" : "room '" + std::string(room) + "'";
+}
+
 }  // namespace
 
 std::string_view to_string(TokenRefusal refusal) {
@@ -110,6 +124,36 @@ std::string_view to_string(TokenRefusal refusal) {
       return "wrong_room";
   }
   return "unknown";
+}
+
+std::string explain(TokenRefusal refusal, std::string_view token, const TokenKey& key, std::string_view room) {
+  constexpr const char* kAskForNew = "; ask the operator of the server for a new one";
+  if (token.empty())
+    return "this room needs a token; ask the operator of the server for one, and give it with --token, or as ?token= "
+           "in "
+           "the page's address";
+  const auto claims = read_claims(token, key);
+  switch (refusal) {
+    case TokenRefusal::malformed:
+      return open_jwt(token, key)
+                 ? "the token's claims are not those that hairnet-token make writes: at least 'role' and 'exp' in "
+                   "seconds"
+                 : "this is not a token: hairnet-token make prints three words joined by dots; copy the whole line";
+    case TokenRefusal::bad_signature:
+      return std::string("the token is damaged, or was not made with the key of this server") + kAskForNew;
+    case TokenRefusal::expired:
+      return "the token has expired" + (claims ? ", on " + utc_text(claims->expires_s) : "") + kAskForNew;
+    case TokenRefusal::not_yet:
+      return "the token is not valid yet, but from " +
+             (claims && claims->not_before_s ? utc_text(*claims->not_before_s) : "later") + " on; come back then";
+    case TokenRefusal::wrong_audience:
+      return std::string("the token was made for another service: its claim 'aud' does not name hairnet") + kAskForNew;
+    case TokenRefusal::wrong_room:
+      return "the token is for " + (claims && claims->room ? room_text(*claims->room) : "another room") +
+             ", and not for " + room_text(room) +
+             "; join that room, or ask the operator of the server for a token of this one";
+  }
+  return "the token is refused";
 }
 
 std::string validate(const TokenClaims& claims) {

@@ -44,6 +44,9 @@ enum class TokenRefusal : std::uint8_t {
   wrong_room,
 };
 std::string_view to_string(TokenRefusal refusal);
+// One line for the person who has the token: what is wrong with it, and what to do. It tells nothing that the token
+// itself does not say. `token`, `key` and `room` are those that were verified.
+std::string explain(TokenRefusal refusal, std::string_view token, const TokenKey& key, std::string_view room);
 
 // Returns an empty string when the claims can be signed; else one line with the reason.
 std::string validate(const TokenClaims& claims);

@@ -151,7 +151,9 @@ Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimit
     return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
   const AlignedBytes aligned(bytes);
   const auto* root = verified_root<fb::Groom>(aligned.bytes(), fb::GroomIdentifier());
-  if (!root) return Refusal("not a whole and sound groom file");
+  if (!root)
+    return Refusal(
+        "is not a .groom file, or is damaged; hairnet-groom import makes one of .hair, .tfx and .data files");
   if (root->version() < 1 || root->version() > kGroomVersion)
     return Refusal("groom file of version " + std::to_string(root->version()) + ", not 1 to " +
                    std::to_string(kGroomVersion));

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/closest_name.hpp"
 #include "core/solver/step.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/app/config_file.hpp"
@@ -107,6 +108,10 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
     std::fputs(app.help().c_str(), stdout);
     parsed.exit_code = 0;
     return parsed;
+  } catch (const CLI::ExtrasError&) {
+    std::vector<std::string> flags{"config", "check", "help"};
+    for (const Setting& setting : settings) flags.push_back(setting.flag.substr(2));
+    return refused(unexpected_argument(app.remaining(), flags, {}));
   } catch (const CLI::ParseError& error) {
     return refused(error.what());
   }

@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include "core/closest_name.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -54,7 +56,8 @@ class Reader {
       const std::string name = fmt::format("{}.{}", section, key.str());
       const auto setting =
           std::find_if(settings_->begin(), settings_->end(), [&](const Setting& s) { return s.name() == name; });
-      if (setting == settings_->end()) return place(node, fmt::format("there is no key '{}'", name));
+      if (setting == settings_->end())
+        return place(node, fmt::format("there is no key '{}'{}", name, nearest_to(name)));
       std::optional<Setting::Value> value = value_of(node);
       if (!value) return place(node, name + ": is of a type that no setting takes");
       if (const std::string wrong = check(*setting, *value); !wrong.empty())
@@ -63,6 +66,12 @@ class Reader {
       names_.insert(name);
     }
     return {};
+  }
+  [[nodiscard]] std::string nearest_to(const std::string& name) const {
+    std::vector<std::string> names;
+    for (const Setting& setting : *settings_) names.push_back(setting.name());
+    const std::string_view nearest = closest_name(name, names);
+    return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
   }
   Refusal fault(const toml::node& node, const std::string& what) const { return Refusal(place(node, what)); }
   std::string place(const toml::node& node, const std::string& what) const {

@@ -131,11 +131,12 @@ class List {
 
 void add_server(List& list, Config& c) {
   list.section("server");
-  list.text(c.bind, "bind", "numeric address to listen on").may_be_empty = false;
+  list.text(c.bind, "bind", "numeric address to listen on, or localhost").may_be_empty = false;
   list.integer(c.port, "port", 0, 65535, "TCP port; 0 picks a free one");
   list.integer(c.service_port, "service_port", 0, 65535,
                "TCP port of /healthz, /readyz and /metrics alone, without TLS; 0: they are on the other port");
-  list.text(c.service_bind, "service_bind", "numeric address to listen on for service_port").may_be_empty = false;
+  list.text(c.service_bind, "service_bind", "numeric address to listen on for service_port, or localhost")
+      .may_be_empty = false;
   list.text(c.port_file, "port_file", "write the port in use to this file; empty: nowhere");
   list.integer(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");

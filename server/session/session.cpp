@@ -248,7 +248,8 @@ void Session::check_token(std::int64_t unix_s, std::int64_t now_ns) {
   SessionCounters& counters = context_->counters;
   (is_revoked ? counters.sessions_closed_by_server_token_revoked : counters.sessions_closed_by_server_token_expired)
       .add();
-  const char* detail = is_revoked ? "the token was revoked" : "the token has expired";
+  const char* detail =
+      is_revoked ? kTokenRevoked : "the token has expired; ask the operator of the server for a new one";
   refuse({ErrorReason::token_invalid, detail}, now_ns);
   drain(GoodbyeReason::token_refused, detail, now_ns);
 }

@@ -50,6 +50,7 @@ struct SessionContext {
 };
 
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
+inline constexpr const char* kTokenRevoked = "the operator of the server has revoked the token; ask for a new one";
 
 // One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks, an active
 // session is detached until another session takes over its identity or the grace time ends. I/O thread.

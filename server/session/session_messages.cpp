@@ -252,8 +252,9 @@ struct Session::MessageHandler {
                       std::optional<channel::TokenClaims>& claims) const {
     if (!context.token_key) return {};
     auto verified = channel::verify(token, *context.token_key, context.unix_time_s(), room);
-    if (!verified) return {ErrorReason::token_invalid, std::string(channel::to_string(verified.error()))};
-    if (context.revoked_tokens.contains(*verified)) return {ErrorReason::token_invalid, "revoked"};
+    if (!verified)
+      return {ErrorReason::token_invalid, channel::explain(verified.error(), token, *context.token_key, room)};
+    if (context.revoked_tokens.contains(*verified)) return {ErrorReason::token_invalid, kTokenRevoked};
     if (verified->role == wire::Role::observer && role == wire::Role::participant)
       return {ErrorReason::token_invalid, "the token lets its bearer observe only"};
     claims = std::move(*verified);

@@ -137,7 +137,10 @@ class HttpConnection {
           {view(request.method_string()), path, query, stream_->peer(), stream_->is_from_loopback()});
     }
     if (!router_->files) return refusal(404, "there is no such page");
-    switch (router_->files->find(path, file)) {
+    std::string accepted;  // a header may have several of these fields
+    const auto fields = request.equal_range(http::field::accept_encoding);
+    for (auto field = fields.first; field != fields.second; ++field) accepted.append(view(field->value())).append(",");
+    switch (router_->files->find(path, file, accepted_codings(accepted))) {
       case StaticFind::bad_path:
         return refusal(400, "this is no path");
       case StaticFind::not_found:
@@ -153,6 +156,8 @@ class HttpConnection {
     HttpResponse response;
     response.content_type = file.content_type;
     response.cache_control = file.cache_control;
+    response.content_encoding = file.content_encoding;
+    response.vary = "Accept-Encoding";
     response.etag = file.etag;
     response.file_bytes = file.bytes;
     if (names_tag(view(request[http::field::if_none_match]), file.etag)) response.status = 304;

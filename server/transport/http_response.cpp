@@ -87,10 +87,12 @@ std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_
   add(header, "Date", http_date(date_s));
   if (response.status != 304) {
     add(header, "Content-Type", response.content_type);
+    add(header, "Content-Encoding", response.content_encoding);
     add(header, "Content-Length", std::to_string(response.body.empty() ? response.file_bytes : response.body.size()));
   }
   add(header, "Cache-Control", response.cache_control);
   add(header, "ETag", response.etag);
+  add(header, "Vary", response.vary);
   add(header, "Location", response.location);
   add(header, "Upgrade", response.upgrade);
   if (response.status == 405) add(header, "Allow", "GET, HEAD");

@@ -12,8 +12,9 @@ struct HttpResponse {
   std::string content_type = "text/plain; charset=utf-8";
   std::string cache_control = "no-store";
   std::string body;
-  std::uint64_t file_bytes = 0;                        // size of a body that is sent from a file, instead of `body`
-  std::string etag = {}, location = {}, upgrade = {};  // their headers, when not empty
+  std::uint64_t file_bytes = 0;  // size of a body that is sent from a file, instead of `body`
+  // Their headers, when not empty.
+  std::string etag = {}, location = {}, upgrade = {}, content_encoding = {}, vary = {};
 };
 
 HttpResponse refusal(int status, std::string_view why);

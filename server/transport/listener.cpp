@@ -29,7 +29,7 @@ std::string shown(const std::string& address, std::uint16_t port) {
 
 boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& text, std::uint16_t port) {
   boost::system::error_code error;
-  const auto address = asio::ip::make_address(text, error);
+  const auto address = asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
   if (error) return error;
   const tcp::endpoint endpoint(address, port);
   acceptor.open(endpoint.protocol(), error);
@@ -40,6 +40,13 @@ boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& tex
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   return error;
+}
+
+std::string reason_of(const boost::system::error_code& error) {
+  if (error == asio::error::invalid_argument)
+    return "this is no numeric address; 127.0.0.1 or localhost is for this machine alone, :: or 0.0.0.0 for all";
+  if (error == asio::error::access_denied) return error.message() + "; ports below 1024 need privileges";
+  return error.message();
 }
 
 asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<tcp::acceptor> acceptor) {
@@ -111,7 +118,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
   for (const std::string& address : options.addresses) {
     auto acceptor = std::make_shared<tcp::acceptor>(loop.core().serial);
     if (const auto error = listen(*acceptor, address, port))
-      return Refusal("cannot listen on " + shown(address, port) + ": " + error.message());
+      return Refusal("cannot listen on " + shown(address, port) + ": " + reason_of(error));
     boost::system::error_code ignored;
     const tcp::endpoint local = acceptor->local_endpoint(ignored);
     port = local.port();  // all addresses use the port that the system picked for the first

@@ -79,11 +79,11 @@ bool is_hashed(std::string_view name) {
          std::ranges::any_of(hash, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-std::string etag_of(const struct stat& status) {
+std::string etag_of(const struct stat& status, std::string_view ending) {
   std::array<char, 64> text;
   const auto time_ns = status.st_mtim.tv_sec * 1'000'000'000LL + status.st_mtim.tv_nsec;
-  std::snprintf(text.data(), text.size(), "\"%llx-%llx\"", static_cast<unsigned long long>(time_ns),
-                static_cast<unsigned long long>(status.st_size));
+  std::snprintf(text.data(), text.size(), "\"%llx-%llx%.*s\"", static_cast<unsigned long long>(time_ns),
+                static_cast<unsigned long long>(status.st_size), static_cast<int>(ending.size()), ending.data());
   return text.data();
 }
 
@@ -104,6 +104,12 @@ class Descriptor {
   int value_;
 };
 
+// O_NONBLOCK: opening a pipe without a writer would block.
+bool open_and_stat(int folder, const std::string& name, Descriptor& opened, struct stat& status) {
+  opened.reset(::openat(folder, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  return opened.value() >= 0 && ::fstat(opened.value(), &status) == 0;
+}
+
 }  // namespace
 
 StaticFile::StaticFile(StaticFile&& other) noexcept {
@@ -118,6 +124,7 @@ StaticFile& StaticFile::operator=(StaticFile&& other) noexcept {
   etag = std::move(other.etag);
   content_type = std::move(other.content_type);
   cache_control = std::move(other.cache_control);
+  content_encoding = std::move(other.content_encoding);
   return *this;
 }
 
@@ -141,7 +148,7 @@ StaticFiles::~StaticFiles() {
   ::close(folder_);
 }
 
-StaticFind StaticFiles::find(std::string_view path, StaticFile& file) const {
+StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std::vector<ContentCoding>& codings) const {
   std::string decoded;
   if (!decode_path(path, decoded)) return StaticFind::bad_path;
   if (decoded.ends_with('/')) decoded += "index.html";
@@ -160,16 +167,27 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file) const {
       rest.remove_prefix(slash + 1);
       continue;
     }
-    // O_NONBLOCK: opening a pipe without a writer would block.
-    Descriptor opened(::openat(from, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    Descriptor opened(-1);
     struct stat status {};
-    if (opened.value() < 0 || ::fstat(opened.value(), &status) != 0) return StaticFind::not_found;
+    if (!open_and_stat(from, name, opened, status)) return StaticFind::not_found;
     if (S_ISDIR(status.st_mode)) return StaticFind::is_folder;
     if (!S_ISREG(status.st_mode)) return StaticFind::not_found;
+    ContentCodingName coding;
+    for (const ContentCoding wanted : codings) {
+      coding = name_of(wanted);
+      if (coding.ending.empty()) break;
+      Descriptor copy(-1);
+      struct stat of_copy {};
+      if (!open_and_stat(from, name + std::string(coding.ending), copy, of_copy) || !S_ISREG(of_copy.st_mode)) continue;
+      opened.reset(copy.release());
+      status = of_copy;
+      break;
+    }
     file = StaticFile();
     file.descriptor_ = opened.release();
     file.bytes = static_cast<std::uint64_t>(status.st_size);
-    file.etag = etag_of(status);
+    file.etag = etag_of(status, coding.ending);
+    file.content_encoding = coding.token;
     file.content_type = type_of(name);
     file.cache_control = is_hashed(name) ? "public, max-age=31536000, immutable" : "no-cache";
     return StaticFind::found;

@@ -6,12 +6,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/result.hpp"
+#include "server/transport/content_coding.hpp"
 
 namespace hairnet::server {
 
-// A file open for reading. `etag` changes when the file changes.
+// A file open for reading, or its compressed copy. `etag` changes when the file changes, and with the coding.
 class StaticFile {
  public:
   StaticFile() = default;
@@ -23,6 +25,7 @@ class StaticFile {
 
   std::uint64_t bytes = 0;
   std::string etag, content_type, cache_control;
+  std::string content_encoding;  // empty: the bytes are the file's own
 
  private:
   friend class StaticFiles;
@@ -40,8 +43,10 @@ class StaticFiles {
   static Result<std::unique_ptr<StaticFiles>> open(const std::string& folder);
   ~StaticFiles();
   // `path` as in the request, from '/' on and without the query. A path that ends in '/' means its index.html; the
-  // result `is_folder` means a folder without that '/'.
-  StaticFind find(std::string_view path, StaticFile& file) const;
+  // result `is_folder` means a folder without that '/'. `codings` end with identity: the first one counts in which the
+  // file or a compressed copy beside it ("index.js.br", "index.js.gz") exists.
+  StaticFind find(std::string_view path, StaticFile& file,
+                  const std::vector<ContentCoding>& codings = {ContentCoding::identity}) const;
 
  private:
   explicit StaticFiles(int folder) : folder_(folder) {}

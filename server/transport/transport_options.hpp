@@ -17,7 +17,7 @@ struct TlsFiles {
 
 // The settings of one port: addresses, TLS, pages, limits and timeouts.
 struct TransportOptions {
-  std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric; "::" is all of both
+  std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric or localhost; "::" is all
   std::uint16_t port = 7420;                           // 0: the system picks one
 
   TlsFiles tls;

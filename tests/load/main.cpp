@@ -71,6 +71,10 @@ Result<void> write(const std::string& path, const std::string& text) {
 }
 
 int perform(const Options& options) {
+  if (const auto possible =
+          check_can_write({options.json, options.html, options.spawn.empty() ? "" : options.server_log});
+      !possible)
+    return fail(possible.error());
   auto assets = load_assets(options.plan);
   if (!assets) return fail(assets.error());
   RunOptions run_options;

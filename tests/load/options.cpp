@@ -9,6 +9,7 @@
 
 #include "client/files/read_file.hpp"
 #include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "tests/load/attacks.hpp"
 #include "tests/load/stage_figures.hpp"
 
@@ -187,13 +188,8 @@ std::variant<Options, int> parse_options(int argc, const char* const* argv) {
                "hairnet-load");
   app.footer(kFooter);
   app.get_formatter()->column_width(28);
-  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   add_options(app, o, given);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  if (const auto exit_status = parse_command_line(app, argc, argv)) return *exit_status;
   if (given.list) {
     print_list();
     return 0;

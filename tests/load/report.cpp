@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <limits>
 #include <string_view>
 #include <thread>
 
@@ -30,7 +31,65 @@ std::string shown(const Figures& figures, const char* name, const char* format) 
   return found == figures.end() ? "-" : fmt::format(fmt::runtime(format), found->second);
 }
 
+// How much of its threshold a figure uses: above 1 it is not met.
+double used_share(const Requirement& requirement, double value) {
+  using Relation = Requirement::Relation;
+  const bool at_least = requirement.relation == Relation::greater || requirement.relation == Relation::greater_equal;
+  const double part = at_least ? requirement.bound : value, whole = at_least ? value : requirement.bound;
+  if (whole > 0) return part / whole;
+  return part > 0 ? std::numeric_limits<double>::infinity() : 0;
+}
+
+// Empty without a threshold.
+std::string worst_figure(const Report& report) {
+  const Verdict* worst = nullptr;
+  double most = -1;
+  for (const Verdict& verdict : report.verdicts) {
+    const auto requirement = parse_requirement(verdict.requirement);
+    if (!requirement) continue;
+    const double used =
+        verdict.value ? used_share(*requirement, *verdict.value) : std::numeric_limits<double>::infinity();
+    if (used <= most) continue;
+    most = used;
+    worst = &verdict;
+  }
+  if (!worst) return {};
+  const std::string where = worst->stage.empty() ? "" : fmt::format(" in stage {}", worst->stage);
+  if (!worst->value) return fmt::format("; {} could not be judged{}", worst->requirement, where);
+  return fmt::format("; nearest to its threshold is {:.4g}{}, of {}", *worst->value, where, worst->requirement);
+}
+
+// Of the measured stage with the most characters.
+const StageResult* largest_stage(const Report& report) {
+  const StageResult* largest = nullptr;
+  const auto characters = [](const StageResult& stage) {
+    const auto found = stage.figures.find("characters");
+    return found == stage.figures.end() ? 0.0 : found->second;
+  };
+  if (report.runs.empty()) return nullptr;
+  for (const StageResult& stage : report.runs.back().stages)
+    if (stage.stage.measured && (!largest || characters(stage) > characters(*largest))) largest = &stage;
+  return largest;
+}
+
 }  // namespace
+
+std::string to_sentence(const Report& report) {
+  const StageResult* stage = largest_stage(report);
+  if (!stage || report.outcome == Outcome::failed || report.outcome == Outcome::untrusted)
+    return "This run says nothing about the server: " +
+           (report.outcome_text.empty() ? "nothing was measured" : report.outcome_text) + ".";
+  const Figures& figures = stage->figures;
+  const std::string load =
+      fmt::format("{} characters of {} clients, {} frames a second for each", shown(figures, "characters", "{:.0f}"),
+                  shown(figures, "clients", "{:.0f}"), shown(figures, "frames_per_character_s", "{:.1f}"));
+  const char* held = report.outcome == Outcome::threshold ? "The server did not hold"
+                     : report.verdicts.empty()            ? "No threshold was given; the server carried"
+                                                          : "The server held";
+  const std::string capacity =
+      report.capacity ? fmt::format("Capacity: {} characters. ", report.capacity->capacity) : "";
+  return fmt::format("{}{} {}{}.", capacity, held, load, worst_figure(report));
+}
 
 std::string machine_name() {
   std::ifstream file("/proc/cpuinfo");

@@ -39,6 +39,9 @@ std::string machine_name();
 // The verdicts on one run: its thresholds, and whether it is trusted.
 std::vector<Verdict> judge_run(const std::vector<Requirement>& requirements, const RunResult& run);
 
+// The result in one sentence: whether the server held, under how many characters at what rate, and the measured figure
+// that comes nearest to its threshold, or lies furthest beyond it.
+std::string to_sentence(const Report& report);
 std::string to_json_text(const Report& report);
 // One HTML page that needs nothing beside itself.
 std::string to_page(const Report& report);

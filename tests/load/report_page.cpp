@@ -46,10 +46,11 @@ class Page {
 
   std::string write() {
     html_ = kHead;
-    html_ += fmt::format("<h1>hairnet-load</h1><p class=\"sub\">{}</p><p class=\"sub\">{}</p>\n",
-                         escaped(report_.machine), escaped(report_.command));
-    html_ += fmt::format("<p class=\"{}\"><strong>{}</strong></p>\n", report_.outcome == Outcome::ok ? "good" : "bad",
-                         escaped(report_.outcome_text));
+    const char* colour = report_.outcome == Outcome::ok ? "good" : "bad";
+    html_ += fmt::format("<h1>hairnet-load</h1><p class=\"{}\"><strong>{}</strong></p>\n", colour,
+                         escaped(to_sentence(report_)));
+    html_ += fmt::format("<p class=\"sub\">{}</p><p class=\"sub\">{}</p><p class=\"{}\">{}</p>\n",
+                         escaped(report_.machine), escaped(report_.command), colour, escaped(report_.outcome_text));
     write_verdicts();
     if (report_.capacity) write_capacity(*report_.capacity);
     if (!report_.runs.empty()) write_run(report_.runs.back());

@@ -14,6 +14,7 @@
 namespace hairnet::load {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -91,6 +92,41 @@ TEST(Page, is_well_formed_and_self_contained) {
   for (const char* part : {"Latency", "Levels of detail", "Bytes", "Processor", "Memory", "Thresholds", "Capacity",
                            "Errors and refusals", "Server, by thread", "slow: goodbye_slow_consumer"})
     EXPECT_THAT(page, HasSubstr(part));
+}
+
+Report judged_report(std::vector<Verdict> verdicts, Outcome outcome) {
+  Report report;
+  RunResult run;
+  for (const double characters : {8.0, 64.0}) {
+    StageResult& stage = run.stages.emplace_back();
+    stage.stage.measured = true;
+    stage.figures = {{"characters", characters}, {"clients", 8}, {"frames_per_character_s", 29.97}};
+  }
+  report.runs.push_back(std::move(run));
+  report.verdicts = std::move(verdicts);
+  report.outcome = outcome;
+  report.outcome_text = "the server died";
+  return report;
+}
+
+TEST(Sentence, says_what_held_and_which_figure_is_nearest_to_its_threshold) {
+  EXPECT_EQ(to_sentence(judged_report({{"latency_p99_ms<100", "steady", 43.5, true},
+                                       {"level_high_share>=0.9", "steady", 0.95, true},
+                                       {"errors==0", "steady", 0, true}},
+                                      Outcome::ok)),
+            "The server held 64 characters of 8 clients, 30.0 frames a second for each; nearest to its threshold is "
+            "0.95 in stage steady, of level_high_share>=0.9.");
+  EXPECT_THAT(to_sentence(judged_report({{"latency_p99_ms<100", "steady", 250, false}, {"errors==0", "soak", 1, false}},
+                                        Outcome::threshold)),
+              AllOf(HasSubstr("did not hold 64 characters"), HasSubstr("1 in stage soak, of errors==0.")));
+  EXPECT_THAT(to_sentence(judged_report({{"no_such<1", "", std::nullopt, false}}, Outcome::threshold)),
+              HasSubstr("no_such<1 could not be judged"));
+  EXPECT_THAT(to_sentence(judged_report({}, Outcome::ok)), HasSubstr("No threshold was given; the server carried 64"));
+  EXPECT_EQ(to_sentence(judged_report({}, Outcome::failed)),
+            "This run says nothing about the server: the server died.");
+  Report capacity = judged_report({}, Outcome::ok);
+  capacity.capacity = CapacityReport{48, false, false, {}};
+  EXPECT_THAT(to_page(capacity), HasSubstr("<strong>Capacity: 48 characters. "));
 }
 
 TEST(Page, is_well_formed_without_data) {

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -21,6 +22,12 @@ namespace {
 using std::chrono::milliseconds;
 constexpr milliseconds kStartWait{20'000}, kStopWait{5'000}, kPollInterval{20};
 
+// The program itself when `name` has a slash; else the one beside this program, or the first in PATH.
+std::string program_path(const std::string& name, const std::filesystem::path& own_folder) {
+  const std::filesystem::path beside = own_folder / name;
+  return name.find('/') == std::string::npos && access(beside.c_str(), X_OK) == 0 ? beside.string() : name;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& program,
@@ -30,7 +37,8 @@ Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& p
   const std::string port_file =
       std::filesystem::temp_directory_path(ignored) / fmt::format("hairnet-load-{}.port", getpid());
   std::filesystem::remove(port_file, ignored);
-  std::vector<std::string> words{program};
+  const std::filesystem::path own_folder = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+  std::vector<std::string> words{program_path(program, own_folder)};
   words.insert(words.end(), arguments.begin(), arguments.end());
   for (const char* word : {"--bind", "127.0.0.1", "--port", "0", "--port-file"}) words.emplace_back(word);
   words.push_back(port_file);
@@ -44,8 +52,11 @@ Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& p
   posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   posix_spawn_file_actions_adddup2(&actions, 1, 2);
   pid_t pid = -1;
-  const int fault = posix_spawnp(&pid, program.c_str(), &actions, nullptr, argv.data(), environ);
+  const int fault = posix_spawnp(&pid, argv.front(), &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
+  if (fault == ENOENT && program.find('/') == std::string::npos)
+    return Refusal(fmt::format("cannot start {}: it is neither in {} nor in a folder of PATH; give its whole path",
+                               program, own_folder.string()));
   if (fault != 0) return Refusal(fmt::format("cannot start {}: {}", program, std::strerror(fault)));
 
   std::unique_ptr<SpawnedServer> server(new SpawnedServer(pid));

@@ -54,10 +54,9 @@ std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, con
   }
   const Vec3 size_m = high - low;
   const bool may_be_part = !guess.is_sure && placement.unit_m < guess.m;
-  return std::string(may_be_part ? "this is a small part of a head, or in another unit"
-                                 : "this is not the size of a head") +
-         ": the roots reach over " + decimal(size_m.x(), 3) + " x " + decimal(size_m.y(), 3) + " x " +
-         decimal(size_m.z(), 3) + " m; --unit " + decimal(guess.m, 3) + " would make it one";
+  return "give --unit " + decimal(guess.m, 3) + (may_be_part ? ", unless this is a small part of a head" : "") +
+         ": with the unit of " + decimal(placement.unit_m, 3) + " m the roots reach over " + decimal(size_m.x(), 3) +
+         " x " + decimal(size_m.y(), 3) + " x " + decimal(size_m.z(), 3) + " m, which is not the size of a head";
 }
 
 // Estimates neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, from
@@ -223,7 +222,7 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
     imported.warnings.push_back(joint_warning(def.placement, joint, from));
   }
   if (std::string fault = validate(groom); !fault.empty())
-    return Refusal(misfit.empty() ? fault : fault + "; " + misfit);
+    return Refusal(misfit.empty() ? fault : misfit + "; " + fault);
   return imported;
 }
 

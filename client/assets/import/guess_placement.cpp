@@ -254,10 +254,9 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
 }
 
 std::string to_string(const Placement& placement) {
-  constexpr std::array<const char*, 6> kNames{"+x", "-x", "+y", "-y", "+z", "-z"};
   char text[80];
-  std::snprintf(text, sizeof text, "up %s, face %s, %.3g m a unit", kNames[static_cast<std::size_t>(placement.up)],
-                kNames[static_cast<std::size_t>(placement.face)], placement.unit_m);
+  std::snprintf(text, sizeof text, "up %s, face %s, %.3g m a unit", name_of(placement.up).data(),
+                name_of(placement.face).data(), placement.unit_m);
   return text;
 }
 

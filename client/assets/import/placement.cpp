@@ -14,6 +14,11 @@ Result<Axis> parse_axis(std::string_view text) {
   return static_cast<Axis>(2 * (letter % 3) + (minus ? 1 : 0));
 }
 
+std::string_view name_of(Axis axis) {
+  constexpr std::array<std::string_view, 6> kNames{"+x", "-x", "+y", "-y", "+z", "-z"};
+  return kNames[static_cast<std::size_t>(axis)];
+}
+
 Vec3 direction(Axis axis) {
   const auto index = static_cast<int>(axis);
   Vec3 out = Vec3::Zero();
@@ -33,7 +38,8 @@ Mat3 rotation_to_head(Axis up, Axis face) {
 }
 
 std::string validate(const Placement& placement) {
-  if (parallel(placement.up, placement.face)) return "up and face lie along the same axis";
+  if (parallel(placement.up, placement.face))
+    return "up and face lie along the same axis: give --up and --face two axes, such as +z and +y";
   if (!(std::isfinite(placement.unit_m) && placement.unit_m > 0)) return "the unit is not a positive number of metres";
   if (placement.origin && !placement.origin->allFinite()) return "the origin is not finite";
   return {};

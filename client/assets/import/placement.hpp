@@ -16,6 +16,7 @@ namespace hairnet {
 enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
 Result<Axis> parse_axis(std::string_view text);  // "+x", "-z", "y"
 
+std::string_view name_of(Axis axis);  // "+x"
 Vec3 direction(Axis axis);
 bool parallel(Axis a, Axis b);  // or opposite
 

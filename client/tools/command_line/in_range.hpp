@@ -5,13 +5,13 @@
 
 namespace hairnet {
 
-// CLI::Range accepts "nan", because no comparison with NaN is true.
-inline CLI::Validator in_range(double least, double most) {
-  return {[least, most](std::string& text) {
+// CLI::Range accepts "nan", because no comparison with NaN is true. `unit` is for the error's text.
+inline CLI::Validator in_range(double least, double most, const std::string& unit = "") {
+  return {[least, most, unit](std::string& text) {
             double value = 0;
             if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return std::string();
             return "'" + text + "' is not a number in " + CLI::detail::to_string(least) + " ... " +
-                   CLI::detail::to_string(most);
+                   CLI::detail::to_string(most) + (unit.empty() ? "" : " " + unit);
           },
           "NUMBER"};
 }

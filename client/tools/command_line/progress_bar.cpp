@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kBarCells = 30;
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
+constexpr auto kLineInterval = std::chrono::seconds(10);  // of a log, which cannot be redrawn
 
 }  // namespace
 
@@ -24,16 +25,17 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::show(double fraction, std::string_view stage) {
   const bool new_stage = !drawn_ || stage != stage_;
   if (new_stage) stage_ = stage;
-  if (!is_terminal_) {
-    if (new_stage) std::fprintf(stderr, "%s: %s\n", title_.c_str(), stage_.c_str());
-    drawn_ = true;
-    return;
-  }
   const Clock::time_point now = Clock::now();
-  if (!new_stage && now - drawn_at_ < kRedrawInterval) return;
+  if (!new_stage && now - drawn_at_ < (is_terminal_ ? kRedrawInterval : kLineInterval)) return;
   drawn_at_ = now;
   drawn_ = true;
-  draw(std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0);
+  const double share = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;
+  if (is_terminal_)
+    draw(share);
+  else if (new_stage)
+    std::fprintf(stderr, "%s: %s\n", title_.c_str(), stage_.c_str());
+  else
+    std::fprintf(stderr, "%s: %s, %.0f %%\n", title_.c_str(), stage_.c_str(), 100 * share);
 }
 
 void ProgressBar::draw(double fraction) const {

@@ -6,7 +6,8 @@
 
 namespace hairnet {
 
-// One line on stderr that redraws itself. If stderr is not a terminal, one line for each new stage.
+// One line on stderr that redraws itself. If stderr is not a terminal, a line for each new stage and for every ten
+// seconds of it.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string title);

@@ -23,6 +23,7 @@ struct ImportOptions {
   std::vector<std::string> groups;  // one for each file, or none: the files' stems
   std::string body;                 // OBJ; empty: a skull is fitted to the roots
   Placement placement;
+  std::optional<Axis> face;                // none: +z; found from the strands when +z is up or down
   std::optional<Axis> body_up, body_face;  // if the mesh has other axes than the strands
   std::optional<double> body_unit_m;
   double hairs_in_all = 100'000;

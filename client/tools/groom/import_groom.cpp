@@ -1,7 +1,9 @@
 #include <filesystem>
 
+#include "client/assets/import/guess_placement.hpp"
 #include "client/assets/print_warnings.hpp"
 #include "client/assets/strand_file.hpp"
+#include "client/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
 #include "core/groom/root_lengths.hpp"
@@ -21,9 +23,22 @@ void spread_root_lengths(const ImportOptions& options, Groom& groom) {
   }
 }
 
+// Hair hangs down the back: the strands tell where the face is, unless they are of another head than a usual one.
+Axis face_of(const ImportOptions& options, const GroomDef& def) {
+  if (options.face) return *options.face;
+  const Axis up = options.placement.up;
+  if (!parallel(up, options.placement.face)) return options.placement.face;
+  const Result<Placement> guessed = guess_placement(def.files);
+  const Axis face = guessed && guessed->up == up ? guessed->face : Axis::plus_y;
+  print_warnings(options.files.front(), std::vector{"the face is taken to look along " + std::string(name_of(face)) +
+                                                    "; give --face if the hair sits back to front"});
+  return face;
+}
+
 }  // namespace
 
 Result<void> import_groom(const ImportOptions& options) {
+  if (const Result<void> possible = check_can_write({options.out}); !possible) return possible;
   GroomDef def;
   for (std::size_t i = 0; i < options.files.size(); ++i) {
     auto strands = read_strands(options.files[i]);
@@ -38,9 +53,10 @@ Result<void> import_groom(const ImportOptions& options) {
   }
   def.name = options.name.empty() ? std::filesystem::path(options.out).stem().string() : options.name;
   def.placement = options.placement;
+  def.placement.face = face_of(options, def);
   if (options.body_up || options.body_face || options.body_unit_m) {
     def.body_placement = Placement{options.body_up.value_or(options.placement.up),
-                                   options.body_face.value_or(options.placement.face),
+                                   options.body_face.value_or(def.placement.face),
                                    options.body_unit_m.value_or(options.placement.unit_m),
                                    {}};
   }

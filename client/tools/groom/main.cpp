@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "client/tools/groom/commands.hpp"
 
 namespace {
@@ -31,7 +32,7 @@ void parse_into(CLI::App& app, const char* flag, std::function<void(Axis)> store
 }
 
 void add_hairstyle_flags(CLI::App& app, HairstyleOptions& o) {
-  app.add_option("--length", o.length_m, "m (the style's own)")->check(in_range(0.01, 1.2));
+  app.add_option("--length", o.length_m, "metres (the style's own)")->check(in_range(0.01, 1.2, "metres"));
   app.add_option("--curl", o.curl, "0 straight ... 1 tight curls (the style's own)")->check(in_range(0, 1));
   app.add_option("--strands", o.strand_count, "density (the style's own, 10000 or so)")->check(CLI::Range(10, 100000));
   app.add_option("--seed", o.seed, "another head of the same style (1)");
@@ -76,8 +77,8 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
   parse_into(
       import, "--up", [&o](Axis a) { o.placement.up = a; }, "axis that points up (+y)");
   parse_into(
-      import, "--face", [&o](Axis a) { o.placement.face = a; }, "axis that the face looks along (+z)");
-  import.add_option("--unit", o.placement.unit_m, "metres a file unit (1)")->check(in_range(1e-6, 1e3));
+      import, "--face", [&o](Axis a) { o.face = a; }, "axis that the face looks along (+z; guessed with --up z)");
+  import.add_option("--unit", o.placement.unit_m, "metres a file unit (1)")->check(in_range(1e-6, 1e3, "metres"));
   import.add_option("--origin", origin, "head joint in file units, x,y,z (under the body's skull, else the roots')")
       ->delimiter(',')
       ->expected(3);
@@ -110,8 +111,6 @@ int run(int argc, char** argv) {
   CLI::App app("Imports, makes and inspects hairstyles.", "hairnet-groom");
   app.footer(kFooter);
   app.require_subcommand(1);
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return std::string("hairnet-groom: ") + e.what() + "\n"; });
   groom::ImportOptions import;
   std::vector<double> origin;
   add_import(app, import, origin);
@@ -128,13 +127,11 @@ int run(int argc, char** argv) {
   inspect_app.add_flag("--levels", inspect.levels, "build the levels: counts before and after decimation, times");
   add_hairstyle_flags(inspect_app, inspect.hairstyle);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
-  try {
-    app.parse(argc, argv);
+  const auto check_flags = [&] {
     if (!import.groups.empty() && import.groups.size() != import.files.size())
       throw CLI::ValidationError("--group", "as many names as files, or none");
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  };
+  if (const auto exit_status = parse_command_line(app, argc, argv, check_flags)) return *exit_status;
   if (origin.size() == 3) import.placement.origin = Vec3(origin[0], origin[1], origin[2]);
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (make_app.parsed()) return report(groom::make_groom(make));

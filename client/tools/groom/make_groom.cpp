@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "client/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
 #include "core/hair_cards/far_cards.hpp"
@@ -7,6 +8,7 @@
 namespace hairnet::groom {
 
 Result<void> make_groom(const MakeOptions& options) {
+  if (const Result<void> possible = check_can_write({options.out}); !possible) return possible;
   Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
   if (!made) return Refusal("made:" + options.style + ": " + made.error());
   if (const Result<void> applied = apply_materials(options.materials, *made); !applied) return applied;

@@ -8,6 +8,7 @@
 
 #include "client/assets/import/placement.hpp"
 #include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
 
 namespace hairnet::sim {
@@ -115,21 +116,17 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
 
   CLI::App app("Hair simulated without a server: files in, files out.", "hairnet-sim");
   app.footer(std::string(kFooter));
-  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   add_simulation_flags(app, simulate);
   app.add_option("--replay", replay.recording, "a server's recording: step it again and check every tick's hash");
   app.add_option("--trace", replay.trace, "--replay: folder for every frame of every character");
   const auto* character_flag = app.add_option(
       "--character", character, "--replay: whose nodes --out holds; client's number, or session << 32 | number");
-  try {
-    app.parse(argc, argv);
+  const auto check_flags = [&] {
     if (character_flag->count() > 0) replay.character = character;
     replay.out = simulate.out;
-    const std::string wrong = check(simulate, replay);
-    if (!wrong.empty()) throw CLI::ValidationError(wrong);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+    if (const std::string wrong = check(simulate, replay); !wrong.empty()) throw CLI::ValidationError(wrong);
+  };
+  if (const auto exit_status = parse_command_line(app, argc, argv, check_flags)) return *exit_status;
   if (simulate.substep_count == 0) simulate.substep_count = substep_count_for(1 / simulate.rate_hz);
   if (!replay.recording.empty()) return Options(replay);
   return Options(simulate);

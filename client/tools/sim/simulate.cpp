@@ -118,6 +118,8 @@ Result<void> write_model(const SimulateOptions& o, const Level& level, std::vect
 }  // namespace
 
 Result<void> simulate(const SimulateOptions& o) {
+  if (const Result<void> possible = check_can_write({o.out, o.velocities, o.points, o.poses, o.dump_model}); !possible)
+    return possible;
   const Result<Groom> groom = load_sound_groom(o);
   if (!groom) return Refusal(groom.error());
   StepperDef def;

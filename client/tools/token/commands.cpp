@@ -57,7 +57,7 @@ Result<std::string> show_token(const ShowOptions& options, std::int64_t now_s) {
   const Result<channel::TokenKey> key = read_key(options.key_file);
   if (!key) return Refusal(key.error());
   const auto claims = read_claims(options.token, *key);
-  if (!claims) return Refusal("the token is refused: " + std::string(to_string(claims.error())));
+  if (!claims) return Refusal(explain(claims.error(), options.token, *key, ""));
   nlohmann::ordered_json json;
   json["state"] = state(*claims, now_s);
   json["room"] = claims->room ? nlohmann::ordered_json(*claims->room) : nlohmann::ordered_json(nullptr);

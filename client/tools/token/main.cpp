@@ -5,6 +5,7 @@
 #include <iostream>
 #include <optional>
 
+#include "client/tools/command_line/parse.hpp"
 #include "client/tools/token/commands.hpp"
 #include "client/tools/token/duration.hpp"
 
@@ -85,8 +86,6 @@ int run(int argc, char** argv) {
   CLI::App app("Makes keys and tokens that say who may enter which room of a hairnet-server.", "hairnet-token");
   app.footer(kFooter);
   app.require_subcommand(1);
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return std::string("hairnet-token: ") + e.what() + "\n"; });
   token::MakeOptions make;
   add_make(app, make);
   token::ShowOptions show;
@@ -94,11 +93,7 @@ int run(int argc, char** argv) {
   show_app.add_option("--key-file", show.key_file, "the server's key")->required();
   show_app.add_option("token", show.token, "the token; without it, the first line of standard input");
   CLI::App& key_app = *app.add_subcommand("key", "a new key, on standard output: keep it as secret as a password");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  if (const auto exit_status = parse_command_line(app, argc, argv)) return *exit_status;
   const std::int64_t now_s = std::time(nullptr);
   if (key_app.parsed()) return report(token::make_key());
   if (!show_app.parsed()) return report(token::make_token(make, now_s));

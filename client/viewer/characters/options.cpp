@@ -7,8 +7,10 @@
 #include <limits>
 #include <string_view>
 
+#include "client/files/read_file.hpp"
 #include "client/files/video_writer.hpp"
 #include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
 #include "client/viewer/characters/character_spec.hpp"
 
@@ -27,6 +29,7 @@ Examples:
   hairnet-view --local                                             a testbed: choose hair and motion in the window
   hairnet-view straight.hair        or: head.obj hair.data walk.bvh       what is in files, its unit and axes guessed
   hairnet-view --connect host:7420 --room hall --character groom=made:bob,motion=made:nod,name=Ann     a live room
+  hairnet-view --local --out hair.png                              a head of curls, as a picture
   hairnet-view --local --character groom=made:long_curly,motion=made:dance --out dance.mp4
   hairnet-view --character groom=made:long_curly,motion=made:dance --out frame.png
   hairnet-view --connect host:7420 --character groom=a.groom,motion=walk.bvh,level=low --sheet s.png --times 0.5,1.2,2
@@ -37,6 +40,8 @@ Examples:
 )";
 
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
+// Who is shown without a window when nobody is named.
+constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:look_around,colour=auburn";
 constexpr double kDuration_s_max = 24 * 3600;
 
 // Values as typed that need parsing before they go into the options.
@@ -114,10 +119,18 @@ double seconds(const std::string& flag, const std::string& text, double least_s)
   return *number;
 }
 
+void check_picture_name(const std::string& flag, const std::string& path, bool is_right) {
+  if (is_right || path.empty() || extension_of(path) == ".png" || path.starts_with("/dev/")) return;
+  refuse(flag, "'" + path + "' has another ending than .png" +
+                   (flag == "--out" ? ", or .mp4, .gif or .webm for a video" : "") + ": give it one of these");
+}
+
 void take_output(ViewOptions& o, const Texts& texts) {
   const bool pictures = !o.out.empty() || !o.sheet.empty();
   o.source = texts.local || !o.files.empty() ? Source::local : Source::server;
   if (pictures && texts.no_draw) refuse("--no-draw", "excludes --out and --sheet");
+  check_picture_name("--out", o.out, is_video(o.out));
+  check_picture_name("--sheet", o.sheet, false);
   if (is_video(o.out)) {
     if (!o.sheet.empty()) refuse("--sheet", "is made without a video: give them one after the other");
     if (!o.trace.empty() && o.source == Source::local)
@@ -180,7 +193,7 @@ void take_characters(ViewOptions& o, const Texts& texts) {
   }
   if (!o.characters.empty() || !o.files.empty()) return;
   if (o.source == Source::local) {
-    if (o.output != Output::window) refuse("--character", "at least one is required, or a file");
+    if (o.output != Output::window) o.characters.push_back(*parse_character(kDefaultCharacter));
     return;
   }
   // Without a character, a room or a server there is nothing to show.
@@ -259,14 +272,9 @@ std::variant<ViewOptions, int> parse_options(int argc, char** argv) {
       "Shows living hair, of a hairnet server's room or simulated here: in a window, as pictures or as a video.",
       "hairnet-view");
   app.footer(std::string(kFooter));
-  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   add_flags(app, options, texts);
-  try {
-    app.parse(argc, argv);
-    take_texts(options, texts);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  if (const auto exit_status = parse_command_line(app, argc, argv, [&] { take_texts(options, texts); }))
+    return *exit_status;
   return options;
 }
 

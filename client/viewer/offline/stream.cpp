@@ -30,6 +30,7 @@ class Streamer {
 
   StreamResult run() {
     result_.ended = open();
+    result_.connected = result_.ended.has_value();
     if (result_.ended) result_.ended = perform();
     room_.statistics().take_counters(room_.counters());
     result_.statistics = room_.statistics();

@@ -16,9 +16,10 @@ struct StreamResult {
   std::vector<std::vector<Moment>> moments;  // [time][character]
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
-  std::string members;   // of other clients, at the end: one line each
-  Result<void> ended;    // the error that ended the stream early, if any
-  bool stopped = false;  // by a signal, before its end: moments may be missing
+  std::string members;     // of other clients, at the end: one line each
+  bool connected = false;  // to a server; without, the statistics count nothing
+  Result<void> ended;      // the error that ended the stream early, if any
+  bool stopped = false;    // by a signal, before its end: moments may be missing
 };
 
 // Streams the characters in real time until the end that `options` sets or until a stop signal. Writes the trace, and

@@ -1,5 +1,5 @@
 import { PageViewer } from "./viewer";
-import { readQuery } from "./query";
+import { pageServer, readQuery } from "./query";
 import { missingOf } from "./requirements";
 
 const lack = missingOf(document.createElement("canvas"));
@@ -10,7 +10,7 @@ if (lack) {
   document.querySelector<HTMLElement>("#state")!.dataset.state = "closed";
   document.querySelector<HTMLElement>("#state")!.textContent = "cannot draw";
 } else {
-  const viewer = new PageViewer(readQuery(new URL(location.href)));
+  const viewer = new PageViewer(readQuery(new URL(location.href), pageServer(document)));
   void viewer.start();
   // For the browser console and the tests.
   Object.assign(window, { hairnet: viewer });

@@ -1,5 +1,5 @@
 import { makeMinimalVrm } from "./minimalVrm";
-import { readQuery } from "./query";
+import { pageServer, readQuery } from "./query";
 import { missingOf } from "./requirements";
 import { VrmViewer } from "./vrmViewer";
 
@@ -9,7 +9,7 @@ if (lack) {
   fault.textContent = lack;
   fault.hidden = false;
 } else {
-  const viewer = new VrmViewer(readQuery(new URL(location.href)));
+  const viewer = new VrmViewer(readQuery(new URL(location.href), pageServer(document)));
   Object.assign(window, { hairnet: viewer });
   void viewer.start(makeMinimalVrm());
 }

@@ -46,6 +46,26 @@ TEST(ViewOptions, a_window_opens_unless_something_else_is_asked_for) {
     EXPECT_EQ(sound({"--local", "--character", kOne, "--out", video}).output, Output::video);
 }
 
+TEST(ViewOptions, a_simulation_without_characters_shows_one_of_ours_where_there_is_no_window) {
+  EXPECT_TRUE(sound({"--local"}).characters.empty()) << "the window lets a person choose";
+  for (const char* out : {"a.png", "a.mp4"}) {
+    const ViewOptions options = sound({"--local", "--out", out});
+    ASSERT_EQ(options.characters.size(), 1u);
+    EXPECT_TRUE(options.characters[0].groom.starts_with("made:"));
+    EXPECT_TRUE(options.characters[0].motion.starts_with("made:"));
+  }
+  EXPECT_TRUE(sound({"a.hair", "--out", "a.png"}).characters.empty()) << "the file is shown";
+}
+
+TEST(ViewOptions, a_picture_has_an_ending_that_can_be_written) {
+  for (const char* name : {"a.jpg", "a.jpeg", "a.bmp", "a", "png", "a.png.txt"}) {
+    EXPECT_TRUE(refused({"--local", "--out", name})) << name;
+    EXPECT_TRUE(refused({"--local", "--sheet", name, "--times", "1"})) << name;
+  }
+  EXPECT_TRUE(refused({"--local", "--sheet", "a.mp4", "--times", "1"}));
+  EXPECT_EQ(sound({"--local", "--out", "A.PNG"}).output, Output::pictures);
+}
+
 TEST(ViewOptions, a_characters_motion_has_a_rest_pose_axes_and_a_unit_or_they_are_found) {
   const BvhImport found = sound({"--character", kOne}).characters[0].bvh;
   EXPECT_EQ(found.rest, RestPose::automatic);

@@ -210,6 +210,26 @@ TEST(Token, says_why_it_is_refused) {
   EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but without a role
 }
 
+TEST(Token, explains_a_refusal_to_its_bearer) {
+  const std::string token = sign(full_claims(), rfc_key());
+  const auto explained = [](const std::string& text, const TokenKey& key, std::int64_t now_s, std::string_view room) {
+    const auto verified = verify(text, key, now_s, room);
+    return verified ? "taken" : explain(verified.error(), text, key, room);
+  };
+  EXPECT_THAT(explained("", rfc_key(), kNow_s, ""), testing::StartsWith("this room needs a token; ask the operator"));
+  EXPECT_THAT(explained("let me in", rfc_key(), kNow_s, ""), testing::StartsWith("this is not a token: "));
+  EXPECT_THAT(explained(kRfcToken, rfc_key(), 0, ""), testing::StartsWith("the token's claims are not those"));
+  EXPECT_THAT(explained(token, rfc_key(), kNow_s, "attic"),
+              testing::StartsWith("the token is for room 'stage.2', and not for room 'attic'; "));
+  EXPECT_THAT(explained(token, rfc_key(), kNow_s, ""), testing::HasSubstr("and not for the lobby; "));
+  EXPECT_THAT(explained(token, rfc_key(), kNow_s + 60, "stage.2"),
+              testing::HasSubstr("expired, on 2023-11-14 22:14 UTC"));
+  EXPECT_THAT(explained(token, rfc_key(), kNow_s - 61, "stage.2"), testing::HasSubstr("from 2023-11-14 22:12 UTC on"));
+  // Another key's token is data of a stranger: nothing of it is repeated.
+  EXPECT_THAT(explained(token, key_of(1), kNow_s, "attic"),
+              testing::AllOf(testing::StartsWith("the token is damaged"), testing::Not(testing::HasSubstr("stage.2"))));
+}
+
 TEST(Token, may_have_claims_of_others_and_whole_or_broken_times) {
   EXPECT_EQ(
       refusal_of_payload(R"({"iss":"joe","sub":"x","iat":1,"x":{"y":[1,{}]},"role":"observer","exp":1700000001})"),

@@ -66,7 +66,7 @@ TEST_F(ConfigFile, an_empty_file_sets_nothing) {
 }
 
 TEST_F(ConfigFile, says_file_line_and_key_of_what_is_wrong) {
-  EXPECT_EQ(refusal("[server]\nprot = 1\n"), ":2: there is no key 'server.prot'");
+  EXPECT_EQ(refusal("[server]\nprot = 1\n"), ":2: there is no key 'server.prot'; did you mean 'server.port'?");
   EXPECT_EQ(refusal("\n[sever]\nport = 1\n"), ":2: there is no section 'sever'");
   EXPECT_EQ(refusal("port = 1\n"), ":1: there is no key 'port'");
   EXPECT_EQ(refusal("server = 1\n"), ":1: 'server' is a section, not a key");
@@ -147,6 +147,13 @@ TEST_F(ConfigFile, the_example_names_every_key_at_its_default) {
   ASSERT_TRUE(named) << named.error();
   for (const Setting& setting : settings) EXPECT_TRUE(named->count(setting.name()) == 1) << setting.name();
   EXPECT_EQ(config_file_text(settings), defaults);
+}
+
+TEST_F(ConfigFile, the_settings_for_hosting_are_sound) {
+  Config config;
+  const auto named = read_config_file(HAIRNET_DEPLOY_DIR "/hosting/server.toml", settings_of(config));
+  ASSERT_TRUE(named) << named.error();
+  EXPECT_EQ(validate(config), "");
 }
 
 TEST(Settings, every_default_is_in_its_range) {

@@ -196,6 +196,29 @@ TEST_F(SubjectTest, a_resume_needs_a_token_of_the_same_subject) {
   EXPECT_THAT(back.goodbyes(), ElementsAre(GoodbyeReason::token_refused));
 }
 
+TEST_F(SubjectTest, a_refused_token_is_told_in_words_that_name_the_cure) {
+  channel::TokenClaims other_room = claims("alice"), expired = claims("alice"), observer = claims("alice");
+  other_room.room = "attic";
+  expired.expires_s = unix_s_;
+  observer.role = wire::Role::observer;
+  wire::Hello none = hello_with(claims("alice")), garbage = none, only_observes = hello_with(observer);
+  only_observes.role = wire::Role::participant;
+  none.token.clear();
+  garbage.token = "letmein";
+  const auto told = [&](const wire::Hello& hello) {
+    Client refused = connect(hello);
+    const std::string error = refused.connection->all<wire::Error>().at(0).detail;
+    EXPECT_EQ(refused.connection->all<wire::Goodbye>().at(0).detail, error) << "a client may show either";
+    return error;
+  };
+  EXPECT_THAT(told(none), HasSubstr("this room needs a token; ask the operator"));
+  EXPECT_THAT(told(garbage), HasSubstr("this is not a token"));
+  EXPECT_THAT(told(hello_with(expired)), HasSubstr("the token has expired, on "));
+  EXPECT_THAT(told(hello_with(other_room)), HasSubstr("the token is for room 'attic', and not for the lobby"));
+  EXPECT_THAT(told(only_observes), HasSubstr("observe only"));
+  EXPECT_EQ(counters_.sessions_refused_token.value(), 5u);
+}
+
 TEST_F(SubjectTest, a_session_without_a_subject_resumes_from_another_address) {
   Client client = join(claims(""), "192.0.2.1");
   EXPECT_TRUE(resume(client, hello_with(claims("")), "192.0.2.2").welcome().resumed);

@@ -111,6 +111,41 @@ TEST_F(HttpTest, head_is_answered_as_get_is_without_the_body) {
   EXPECT_EQ(header_value(head, "ETag"), header_value(got, "ETag"));
 }
 
+TEST_F(HttpTest, a_client_that_takes_a_compressed_copy_gets_it_under_the_pages_own_name) {
+  std::ofstream(root_ / "index.html.br") << "small";
+  std::ofstream(root_ / "index.html.gz") << "smaller";
+  const std::string plain = get("/"), small = get("/", "Accept-Encoding: gzip, deflate, br\r\n");
+  EXPECT_EQ(body_of(plain), "<html>hair</html>");
+  EXPECT_EQ(header_value(plain, "Content-Encoding"), "");
+  EXPECT_EQ(body_of(small), "small");
+  EXPECT_EQ(header_value(small, "Content-Encoding"), "br");
+  EXPECT_EQ(header_value(small, "Content-Length"), "5");
+  for (const std::string& response : {plain, small}) {
+    EXPECT_EQ(header_value(response, "Content-Type"), "text/html; charset=utf-8");
+    EXPECT_EQ(header_value(response, "Cache-Control"), "no-cache");
+    EXPECT_EQ(header_value(response, "Vary"), "Accept-Encoding");
+  }
+  EXPECT_NE(header_value(plain, "ETag"), header_value(small, "ETag"));
+  EXPECT_EQ(body_of(get("/", "Accept-Encoding: gzip\r\n")), "smaller");
+  EXPECT_EQ(body_of(get("/", "Accept-Encoding: deflate\r\nAccept-Encoding: gzip\r\n")), "smaller");
+  EXPECT_EQ(body_of(get("/", "Accept-Encoding: br;q=0, gzip;q=0\r\n")), "<html>hair</html>");
+
+  const std::string head = get("/", "Accept-Encoding: br\r\n", "HEAD");
+  EXPECT_EQ(body_of(head), "");
+  EXPECT_EQ(header_value(head, "Content-Length"), "5");
+  const std::string tag = "If-None-Match: " + header_value(small, "ETag") + "\r\n";
+  const std::string again = get("/", tag + "Accept-Encoding: br\r\n");
+  EXPECT_THAT(again, StartsWith("HTTP/1.1 304 "));
+  EXPECT_EQ(header_value(again, "Vary"), "Accept-Encoding");
+  EXPECT_THAT(get("/", tag), StartsWith("HTTP/1.1 200 ")) << "it is the tag of another representation";
+}
+
+TEST_F(HttpTest, a_part_of_a_page_is_never_sent) {
+  const std::string whole = get("/", "Range: bytes=0-3\r\n");
+  EXPECT_THAT(whole, StartsWith("HTTP/1.1 200 "));
+  EXPECT_EQ(body_of(whole), "<html>hair</html>");
+}
+
 TEST_F(HttpTest, a_page_that_has_not_changed_is_not_sent_again) {
   const std::string etag = header_value(get("/"), "ETag");
   ASSERT_FALSE(etag.empty());

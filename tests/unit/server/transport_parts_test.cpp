@@ -377,6 +377,59 @@ TEST_F(StaticFilesTest, a_tag_changes_with_the_file) {
   EXPECT_NE(before.etag, after.etag);
 }
 
+TEST_F(StaticFilesTest, a_compressed_copy_is_a_plain_file_beside_its_page) {
+  const std::vector<ContentCoding> any{ContentCoding::brotli, ContentCoding::gzip, ContentCoding::identity};
+  StaticFile file;
+  const auto encoding_of = [&](std::string_view path) {
+    return files_->find(path, file, any) == StaticFind::found ? "'" + file.content_encoding + "'" : "none";
+  };
+  const std::filesystem::path root = outer_ / "root";
+  EXPECT_EQ(encoding_of("/index.html"), "''");
+  std::ofstream(root / "index.html.gz") << "zip";
+  EXPECT_EQ(encoding_of("/index.html"), "'gzip'");
+  EXPECT_EQ(encoding_of("/"), "'gzip'");
+  EXPECT_EQ(file.bytes, 3u);
+  std::filesystem::create_directory(root / "index.html.br");
+  EXPECT_EQ(encoding_of("/index.html"), "'gzip'") << "a folder is no copy";
+  std::filesystem::remove(root / "index.html.br");
+  std::ofstream(outer_ / "outside") << "secret";
+  std::filesystem::create_symlink(outer_ / "outside", root / "index.html.br");
+  EXPECT_EQ(encoding_of("/index.html"), "'gzip'") << "a link is not followed";
+  std::ofstream(root / "lonely.html.br") << "copy";
+  EXPECT_EQ(encoding_of("/lonely.html"), "none") << "a copy without its page is none";
+  EXPECT_EQ(encoding_of("/lonely.html.br"), "''");
+  EXPECT_EQ(file.content_type, "application/octet-stream");
+  EXPECT_EQ(encoding_of("/.."), "none");
+}
+
+std::string accepted_of(std::string_view field) {
+  std::string text;
+  for (const ContentCoding coding : accepted_codings(field))
+    text += (text.empty() ? "" : " ") + (name_of(coding).token.empty() ? "-" : std::string(name_of(coding).token));
+  return text;
+}
+
+TEST(ContentCoding, the_field_accept_encoding_orders_what_is_sent) {
+  EXPECT_EQ(accepted_of(""), "-");
+  EXPECT_EQ(accepted_of("gzip"), "gzip -");
+  EXPECT_EQ(accepted_of("gzip, deflate, br, zstd"), "br gzip -");
+  EXPECT_EQ(accepted_of(" GZIP ;Q=1.0 ,BR\t; q=0.9 "), "gzip br -");
+  EXPECT_EQ(accepted_of("x-gzip"), "gzip -");
+  EXPECT_EQ(accepted_of("*"), "br gzip -");
+  EXPECT_EQ(accepted_of("*;q=0.5, br;q=0"), "gzip -");
+  EXPECT_EQ(accepted_of("br;q=0.2, gzip;q=0.8, identity;q=0.5"), "gzip -");
+  EXPECT_EQ(accepted_of("gzip, identity;q=0"), "gzip -") << "the file itself is better than no answer";
+  EXPECT_EQ(accepted_of("*;q=0"), "-");
+}
+
+TEST(ContentCoding, words_that_make_no_sense_are_ignored) {
+  for (const char* field :
+       {"br;q=2", "br;q=-1", "br;q=nan", "br;q=", "br;q=1x", "brr", "b r", ",;,=;q", "br=1", ";q=1"})
+    EXPECT_EQ(accepted_of(field), "-") << field;
+  EXPECT_EQ(accepted_of("br;q=nan,gzip"), "gzip -");
+  EXPECT_EQ(accepted_of(std::string(8000, ',') + "br"), "br -");
+}
+
 TEST_F(StaticFilesTest, no_path_leads_out_of_the_root_or_to_what_is_no_page) {
   using std::string_view_literals::operator""sv;
   for (const std::string_view path : {"/../secret.txt"sv,

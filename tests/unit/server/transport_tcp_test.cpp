@@ -170,6 +170,15 @@ TEST_F(TransportTest, what_waits_leaves_in_the_order_it_was_sent_however_large_e
   EXPECT_EQ(counters_.sent_bytes_tcp.value(), sent.size());
 }
 
+TEST_F(TransportTest, localhost_is_the_address_of_this_machine_alone) {
+  TransportOptions named = options();
+  named.addresses = {"localhost"};
+  named.port = 0;
+  const auto local = Listener::create(loop_, named, counters_, {});
+  ASSERT_TRUE(local) << local.error();
+  const Peer peer((*local)->port());  // connects to 127.0.0.1
+}
+
 TEST_F(TransportTest, a_port_in_use_is_one_clear_line) {
   TransportOptions taken = options();
   taken.port = listener_->port();
@@ -179,7 +188,9 @@ TEST_F(TransportTest, a_port_in_use_is_one_clear_line) {
   EXPECT_THAT(second.error(), testing::HasSubstr("in use"));
   TransportOptions nowhere = options();
   nowhere.addresses = {"not-an-address"};
-  EXPECT_FALSE(Listener::create(loop_, nowhere, counters_, {}));
+  const auto refused = Listener::create(loop_, nowhere, counters_, {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), testing::HasSubstr("no numeric address; 127.0.0.1 or localhost is for this machine"));
 }
 
 }  // namespace

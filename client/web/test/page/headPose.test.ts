@@ -55,6 +55,10 @@ test("reads room, server, token and role from the page's address", () => {
     observe: true,
   });
   expect(here("?observe=0").observe).toBe(false);
+  const elsewhere = (search: string) =>
+    readQuery(new URL(`https://pages.example/hair/${search}`), "wss://hair.example");
+  expect(elsewhere("").server).toBe("wss://hair.example");
+  expect(elsewhere("?server=ws://other:1").server).toBe("ws://other:1");
 });
 
 function moved(pose: Float64Array, bone: Bone, rest: readonly number[]): number[] {

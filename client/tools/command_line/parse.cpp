@@ -1,0 +1,61 @@
+#include "client/tools/command_line/parse.hpp"
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "core/closest_name.hpp"
+
+namespace hairnet {
+namespace {
+
+struct KnownWords {
+  std::vector<std::string> flags, commands;
+};
+
+// Of the program and of the command that was given; option groups are commands without a name.
+void add_known(const CLI::App& app, KnownWords& known) {
+  for (const CLI::Option* option : app.get_options())
+    known.flags.insert(known.flags.end(), option->get_lnames().begin(), option->get_lnames().end());
+  for (const CLI::App* part : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (part->get_name().empty() || part->parsed())
+      add_known(*part, known);
+    else if (app.get_subcommands().empty())
+      known.commands.push_back(part->get_name());
+  }
+}
+
+int refuse(const CLI::App& app, const std::string& why) {
+  std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), why.c_str());
+  return 2;
+}
+
+// CLI11 finds a misspelt flag last, after a missing one, and prints unexpected words in reverse.
+int refuse_unknown(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty()) return refuse(app, error.what());
+  KnownWords known;
+  add_known(app, known);
+  return refuse(app, unexpected_argument(unknown, known.flags, known.commands));
+}
+
+}  // namespace
+
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv,
+                                      const std::function<void()>& check) {
+  try {
+    app.parse(argc, argv);
+    check();
+    return std::nullopt;
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ExtrasError& error) {
+    return refuse_unknown(app, error);
+  } catch (const CLI::RequiredError& error) {
+    return refuse_unknown(app, error);
+  } catch (const CLI::ParseError& error) {
+    return refuse(app, error.what());
+  }
+}
+
+}  // namespace hairnet
