@@ -73,6 +73,11 @@ class AlignedBytes {
   std::span<const std::uint8_t> bytes_;
 };
 
+// Whether the bytes begin as a size-prefixed buffer of that kind; they may end anywhere.
+inline bool has_identifier(std::span<const std::uint8_t> bytes, const char* identifier) {
+  return bytes.size() >= 12 && std::memcmp(bytes.data() + 8, identifier, 4) == 0;
+}
+
 // The root of a size-prefixed buffer, or null when the 8-byte aligned `bytes` are not exactly one valid buffer.
 template <class Root>
 const Root* verified_root(std::span<const std::uint8_t> bytes, const char* identifier) {
@@ -92,6 +97,12 @@ const Root* verified_root(std::span<const std::uint8_t> bytes, const char* ident
 template <class Struct>
 bool is_aligned(const flatbuffers::Vector<const Struct*>& structs) {
   return structs.size() == 0 || reinterpret_cast<std::uintptr_t>(structs.Data()) % alignof(Struct) == 0;
+}
+
+// Takes an absent vector for an empty one.
+template <class T>
+std::span<const T> span_of(const flatbuffers::Vector<T>* scalars) {
+  return scalars ? std::span<const T>(scalars->data(), scalars->size()) : std::span<const T>();
 }
 
 // Scalars, or plain structs of the same layout. Asserts that the last struct is whole: the caller has checked it.

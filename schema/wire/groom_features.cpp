@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "schema/wire/flatbuffer_convert.hpp"
+#include "schema/wire/groom_numbers.hpp"
 
 namespace hairnet::wire {
 namespace {
@@ -182,12 +183,20 @@ std::string read_knots(const fb::Groom& in, Groom& out) {
 }
 
 std::string read_far_cards(const fb::Groom& in, FarCards& out) {
-  Pieces points(in.far_card_points());
-  std::vector<Vec3f> edges;
+  std::uint32_t next = 0;
   for (const fb::FarCard& s : structs(in.far_cards())) {
-    if (!points.take(s.point_count(), edges)) return "fewer points of far cards than counted";
-    out.add(edges, {{}, s.root_length_m(), s.strand_count(), s.group(), s.rooted()});
+    if (s.point_count() > ~next) return "more points of far cards than can be counted";
+    const PointRange points{next, next + s.point_count()};
+    next = points.end;
+    out.cards.push_back({points, s.root_length_m(), s.strand_count(), s.group(), s.rooted()});
   }
+  if (in.version() >= 3) {
+    const std::string fault =
+        decode_points(span_of(in.far_card_weights()), span_of(in.far_card_planes()), point_runs(out), out.points);
+    return fault.empty() ? "" : "far cards: " + fault;
+  }
+  Pieces points(in.far_card_points());
+  if (!points.take(next, out.points)) return "fewer points of far cards than counted";
   return points.all_taken() ? "" : "more points of far cards than counted";
 }
 
@@ -202,7 +211,6 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<fb::Cloth> cloths;
   std::vector<fb::Knot> knots;
   std::vector<fb::FarCard> far_cards;
-  std::vector<float> far_points;
   std::vector<std::uint32_t> triangles, tied;
   for (const RootBlend& blend : groom.root_blends) {
     HAIRNET_ASSERT(blend.points.size() <= std::numeric_limits<std::uint16_t>::max());
@@ -223,7 +231,6 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   }
   for (const FarCard& s : groom.far_cards.cards)
     far_cards.emplace_back(count_of(s.points), s.strand_count, s.root_length_m, s.group, s.rooted);
-  for (const Vec3f& x : groom.far_cards.points) far_points.insert(far_points.end(), x.begin(), x.end());
   FlatFeatures flat;  // one after the other: the order decides the bytes
   flat.root_blend_counts = write(to, blend_counts);
   flat.root_blend_points = write(to, blend_points);
@@ -236,8 +243,21 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   flat.knots = write_structs(to, knots);
   flat.knot_points = write(to, tied);
   flat.far_cards = write_structs(to, far_cards);
-  flat.far_card_points = write(to, far_points);
   return flat;
+}
+
+void add_features(const FlatFeatures& features, fb::GroomBuilder& table) {
+  table.add_root_blend_counts(features.root_blend_counts);
+  table.add_root_blend_points(features.root_blend_points);
+  table.add_clumps(features.clumps);
+  table.add_threads(features.threads);
+  table.add_cards(features.cards);
+  table.add_cloths(features.cloths);
+  table.add_cloth_triangles(features.cloth_triangles);
+  table.add_cloth_root_distances(features.cloth_root_distances);
+  table.add_knots(features.knots);
+  table.add_knot_points(features.knot_points);
+  table.add_far_cards(features.far_cards);
 }
 
 std::string read_features(const fb::Groom& in, Groom& out) {

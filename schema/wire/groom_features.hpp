@@ -22,13 +22,13 @@ struct FlatFeatures {
   Vector<const fb::Knot*> knots;
   Vector<std::uint32_t> knot_points;
   Vector<const fb::FarCard*> far_cards;
-  Vector<float> far_card_points;
 };
 
 // Features that a groom lacks are absent from the buffer.
 FlatFeatures write_features(flatbuffers::FlatBufferBuilder& to, const Groom& groom);
+void add_features(const FlatFeatures& features, fb::GroomBuilder& table);
 
-// Empty when the counts agree; else one line. `out` has its strands and points already.
+// Empty when the counts agree; else one line. `out` has its strands already.
 std::string read_features(const fb::Groom& in, Groom& out);
 
 }  // namespace hairnet::wire

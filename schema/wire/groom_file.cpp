@@ -8,21 +8,16 @@
 #include "groom_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_features.hpp"
+#include "schema/wire/groom_numbers.hpp"
+#include "schema/wire/groom_packing.hpp"
 #include "schema/wire/text.hpp"
 
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kGroomVersion = 2;  // version 1 has strands and a body alone
+constexpr std::uint16_t kGroomVersion = 3;  // version 1 has strands and a body alone, version 2 has floats
 
 using flatbuffers::FlatBufferBuilder;
-
-// An array of structs of Scalars as one vector of them.
-template <class Scalar, class T>
-auto write_scalars(FlatBufferBuilder& to, const std::vector<T>& from) {
-  static_assert(sizeof(T) % sizeof(Scalar) == 0);
-  return to.CreateVector(reinterpret_cast<const Scalar*>(from.data()), from.size() * (sizeof(T) / sizeof(Scalar)));
-}
 
 auto write_strands(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<fb::StrandProperties> strands;
@@ -62,11 +57,67 @@ fb::Joints flatten_joints(const Body& body) {
           joint(Bone::upper_trunk)};
 }
 
-std::size_t bulk_bytes(const Groom& groom) {
-  const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return bytes(groom.points) + bytes(groom.strand_begin) + bytes(groom.strands) + bytes(groom.body.mesh.vertices) +
-         bytes(groom.body.mesh.triangles) + bytes(groom.body.bone_weights) + bytes(groom.far_cards.points) +
-         groom.group_names.size() * (kTextBytesMax / 16);
+auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
+  std::vector<std::uint32_t> counts;
+  counts.reserve(groom.strand_count());
+  for (std::size_t s = 0; s < groom.strand_count(); ++s)
+    counts.push_back(static_cast<std::uint32_t>(groom.strand_points(s).size()));
+  return to.CreateVector(counts);
+}
+
+// The table, as pack_groom() takes it.
+std::vector<std::uint8_t> write_table(const Groom& groom) {
+  FlatBufferBuilder to(std::size_t{1} << 16);
+  const Body& body = groom.body;
+  const std::size_t vertex_count = body.mesh.vertices.size();
+  const fb::Joints joints = flatten_joints(body);
+  const std::vector<PointRun> runs = point_runs(groom), far_runs = point_runs(groom.far_cards);
+  const EncodedPoints points = encode_points(groom.points, runs);
+  const EncodedPoints far_points = encode_points(groom.far_cards.points, far_runs);
+  const PointRun whole_body{0, vertex_count, 1};
+  std::vector<std::string> names;
+  for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
+  // One after the other: the order of evaluation of arguments would decide the bytes.
+  const auto name = to.CreateString(fit_text(groom.name));
+  const auto group_names = to.CreateVectorOfStrings(names);
+  const auto strands = write_strands(to, groom);
+  const auto no_integers = to.CreateVector(std::vector<std::uint32_t>());
+  const auto no_numbers = to.CreateVector(std::vector<float>());
+  const fb::Material material = flatten_material(groom.materials.base);
+  const auto group_materials = write_group_materials(to, groom.materials);
+  const FlatFeatures features = write_features(to, groom);
+  const auto point_counts = write_point_counts(to, groom);
+  const auto point_weights = to.CreateVector(points.weights);
+  const auto point_planes = to.CreateVector(points.planes);
+  const auto vertex_planes = to.CreateVector(encode_points(body.mesh.vertices, {&whole_body, 1}).planes);
+  const auto bone_weight_planes = to.CreateVector(encode_bone_weights(body.bone_weights));
+  const auto triangle_planes = to.CreateVector(encode_triangles(body.mesh.triangles));
+  const auto far_weights = to.CreateVector(far_points.weights);
+  const auto far_planes = to.CreateVector(far_points.planes);
+  fb::GroomBuilder table(to);
+  table.add_version(kGroomVersion);
+  table.add_fitted_from_roots(body.fitted_from_roots);
+  table.add_name(name);
+  table.add_group_names(group_names);
+  table.add_strands(strands);
+  table.add_strand_begin(no_integers);
+  table.add_points(no_numbers);
+  table.add_joints(&joints);
+  table.add_vertices(no_numbers);
+  table.add_bone_weights(no_numbers);
+  table.add_triangles(no_integers);
+  table.add_material(&material);
+  table.add_group_materials(group_materials);
+  add_features(features, table);
+  table.add_strand_point_counts(point_counts);
+  table.add_point_weights(point_weights);
+  table.add_point_planes(point_planes);
+  table.add_vertex_planes(vertex_planes);
+  table.add_bone_weight_planes(bone_weight_planes);
+  table.add_triangle_planes(triangle_planes);
+  table.add_far_card_weights(far_weights);
+  table.add_far_card_planes(far_planes);
+  return finish(to, table.Finish(), fb::GroomIdentifier());
 }
 
 std::string read_names(const fb::Groom& in, const GroomLimits& limits, Groom& out) {
@@ -88,9 +139,22 @@ std::string read_strands(const fb::Groom& in, Groom& out) {
   out.strands.reserve(in.strands()->size());
   for (const fb::StrandProperties* s : *in.strands())
     out.strands.push_back({s->radius_m(), s->hair_count(), s->root_length_m(), s->group(), s->rooted()});
-  from_flatbuffer(*in.strand_begin(), out.strand_begin);
-  from_flatbuffer(*in.points(), out.points);
+  if (in.version() < 3) {
+    from_flatbuffer(*in.strand_begin(), out.strand_begin);
+    from_flatbuffer(*in.points(), out.points);
+    return {};
+  }
+  for (const std::uint32_t count : span_of(in.strand_point_counts())) {
+    if (count > ~out.strand_begin.back()) return "more points than can be counted";
+    out.strand_begin.push_back(out.strand_begin.back() + count);
+  }
   return {};
+}
+
+// Version 3: the points, once it is known what has how many of them.
+std::string read_points(const fb::Groom& in, Groom& out) {
+  if (in.version() < 3) return {};
+  return decode_points(span_of(in.point_weights()), span_of(in.point_planes()), point_runs(out), out.points);
 }
 
 std::string read_materials(const fb::Groom& in, const GroomLimits& limits, MaterialSet& out) {
@@ -107,9 +171,18 @@ std::string read_materials(const fb::Groom& in, const GroomLimits& limits, Mater
 std::string read_body(const fb::Groom& in, Body& out) {
   if (in.vertices()->size() % 3 != 0 || in.triangles()->size() % 3 != 0 || in.bone_weights()->size() % kBoneCount != 0)
     return "body: vertices or triangles are not 3 numbers each, or bone weights not 5";
-  from_flatbuffer(*in.vertices(), out.mesh.vertices);
-  from_flatbuffer(*in.triangles(), out.mesh.triangles);
-  from_flatbuffer(*in.bone_weights(), out.bone_weights);
+  if (in.version() < 3) {
+    from_flatbuffer(*in.vertices(), out.mesh.vertices);
+    from_flatbuffer(*in.triangles(), out.mesh.triangles);
+    from_flatbuffer(*in.bone_weights(), out.bone_weights);
+  } else {
+    const std::span<const std::uint8_t> vertices = span_of(in.vertex_planes());
+    const PointRun whole_body{0, vertices.size() / 9, 1};
+    std::string fault = decode_points({}, vertices, {&whole_body, 1}, out.mesh.vertices);
+    if (fault.empty()) fault = decode_triangles(span_of(in.triangle_planes()), out.mesh.triangles);
+    if (fault.empty()) fault = decode_bone_weights(span_of(in.bone_weight_planes()), out.bone_weights);
+    if (!fault.empty()) return "body: " + fault;
+  }
   const fb::Joints& joints = *in.joints();
   out.joints = {from_flatbuffer(joints.head()), from_flatbuffer(joints.neck()), from_flatbuffer(joints.left_shoulder()),
                 from_flatbuffer(joints.right_shoulder()), from_flatbuffer(joints.upper_trunk())};
@@ -117,43 +190,9 @@ std::string read_body(const fb::Groom& in, Body& out) {
   return {};
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> encode_groom(const Groom& groom) {
-  FlatBufferBuilder to(bulk_bytes(groom) + 4096);
-  const Body& body = groom.body;
-  const fb::Joints joints = flatten_joints(body);
-  std::vector<std::string> names;
-  for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
-  // One after the other: the order of evaluation of arguments would decide the bytes.
-  const auto name = to.CreateString(fit_text(groom.name));
-  const auto group_names = to.CreateVectorOfStrings(names);
-  const auto strands = write_strands(to, groom);
-  const auto strand_begin = to.CreateVector(groom.strand_begin);
-  const auto points = write_scalars<float>(to, groom.points);
-  const auto vertices = write_scalars<float>(to, body.mesh.vertices);
-  const auto bone_weights = write_scalars<float>(to, body.bone_weights);
-  const auto triangles = write_scalars<std::uint32_t>(to, body.mesh.triangles);
-  const fb::Material material = flatten_material(groom.materials.base);
-  const auto group_materials = write_group_materials(to, groom.materials);
-  const FlatFeatures features = write_features(to, groom);
-  const auto root =
-      fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin, points,
-                      &joints, vertices, bone_weights, triangles, &material, group_materials,
-                      features.root_blend_counts, features.root_blend_points, features.clumps, features.threads,
-                      features.cards, features.cloths, features.cloth_triangles, features.cloth_root_distances,
-                      features.knots, features.knot_points, features.far_cards, features.far_card_points);
-  return finish(to, root, fb::GroomIdentifier());
-}
-
-Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits) {
-  if (bytes.size() > kGroomBytesMax)
-    return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
-  const AlignedBytes aligned(bytes);
-  const auto* root = verified_root<fb::Groom>(aligned.bytes(), fb::GroomIdentifier());
-  if (!root)
-    return Refusal(
-        "is not a .groom file, or is damaged; hairnet-groom import makes one of .hair, .tfx and .data files");
+Result<Groom> read_table(std::span<const std::uint8_t> table, const GroomLimits& limits) {
+  const auto* root = verified_root<fb::Groom>(table, fb::GroomIdentifier());
+  if (!root) return Refusal("not whole: cut off or damaged");
   if (root->version() < 1 || root->version() > kGroomVersion)
     return Refusal("groom file of version " + std::to_string(root->version()) + ", not 1 to " +
                    std::to_string(kGroomVersion));
@@ -162,10 +201,29 @@ Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimit
   if (fault.empty()) fault = read_strands(*root, groom);
   if (fault.empty()) fault = read_materials(*root, limits, groom.materials);
   if (fault.empty()) fault = read_features(*root, groom);
+  if (fault.empty()) fault = read_points(*root, groom);
   if (fault.empty()) fault = read_body(*root, groom.body);
   if (fault.empty()) fault = validate(groom, limits);
   if (!fault.empty()) return Refusal(std::move(fault));
   return groom;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_groom(const Groom& groom) {
+  return pack_groom(write_table(groom));
+}
+
+Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits) {
+  if (bytes.size() > kGroomBytesMax)
+    return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
+  if (is_packed_groom(bytes)) {
+    const Result<std::vector<std::uint8_t>> table = unpack_groom(bytes);
+    return table ? read_table(*table, limits) : Refusal(table.error());
+  }
+  if (!has_identifier(bytes, fb::GroomIdentifier())) return Refusal("not a .groom file (it does not begin as one)");
+  const AlignedBytes aligned(bytes);
+  return read_table(aligned.bytes(), limits);
 }
 
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes) {

@@ -11,10 +11,12 @@
 
 namespace hairnet::wire {
 
-// A groom as a file; clients upload the same bytes. Encoding is deterministic. The groom must pass validate(); fit_text
-// changes its names where they are not valid text (messages.hpp).
+// A groom as a file; clients upload the same bytes. Encoding is deterministic for one version of zlib. The groom must
+// pass validate(). Points, vertices and bone weights are rounded (groom_numbers.hpp): what is decoded is the same groom
+// to 0.05 mm, and its file is the same bytes again. fit_text changes names where they are not valid text
+// (messages.hpp).
 std::vector<std::uint8_t> encode_groom(const Groom& groom);
-// Files of version 1 have no materials; their hair gets the material `normal`.
+// Reads all versions. Files of version 1 have no materials; their hair gets the material `normal`.
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits = {});
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes);
 

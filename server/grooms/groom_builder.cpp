@@ -9,6 +9,7 @@
 #include "core/levels/build.hpp"
 #include "core/levels/build_estimate.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/groom_packing.hpp"
 #include "server/grooms/build_pool.hpp"
 #include "server/threading/memory_reserve.hpp"
 
@@ -149,6 +150,9 @@ GroomResult GroomBuilder::build(GroomJob job) {
   if (file->size() > def_.bytes_max)
     return refused(BuildFault::size,
                    fmt::format("a groom of {} bytes; at most {} are taken", file->size(), def_.bytes_max));
+  if (const std::size_t unpacked_bytes = wire::unpacked_groom_bytes(*file); unpacked_bytes > def_.bytes_max)
+    return refused(BuildFault::size, fmt::format("a groom of {} bytes when unpacked; at most {} are taken",
+                                                 unpacked_bytes, def_.bytes_max));
   const Result<Groom> groom = wire::decode_groom(*file, def_.build.groom);
   if (!groom) return refused(BuildFault::invalid, groom.error());
   if (groom->points.empty()) return refused(BuildFault::invalid, "the groom has no strand points");

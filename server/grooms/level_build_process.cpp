@@ -20,6 +20,7 @@
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/groom_packing.hpp"
 #include "schema/wire/level_file.hpp"
 #include "server/grooms/build_pool.hpp"
 #include "server/grooms/level_build.hpp"
@@ -38,7 +39,7 @@ struct Request {
   GroomLimits groom;
   std::uint64_t thread_count, memory_bytes_max;
   std::int64_t ns_max;
-  std::uint64_t file_bytes;
+  std::uint64_t file_bytes, unpacked_bytes;
 };
 static_assert(std::is_trivially_copyable_v<Request>);
 
@@ -46,9 +47,9 @@ constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '1'};
 constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
 constexpr int kExitNoMemory = 3;
 // Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is
-// there as a file and decoded.
+// there as a file, unpacked, as integers and decoded.
 constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20,
-                        kBytesPerFileByte = 4;
+                        kBytesPerUnpackedByte = 6;
 
 class File {
  public:
@@ -166,8 +167,8 @@ void confine(const Request& request) {
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CPU, 2 + static_cast<std::uint64_t>(request.ns_max) / 1'000'000'000 * request.thread_count);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes that they never touch
-  limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + kBytesPerFileByte * request.file_bytes +
-                         request.memory_bytes_max);
+  limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + request.file_bytes +
+                         kBytesPerUnpackedByte * request.unpacked_bytes + request.memory_bytes_max);
 #endif
   // When the machine itself is out of memory, this process ends first.
   if (const File score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score.get() >= 0)
@@ -217,7 +218,14 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
     return faulty(BuildFault::crash, fmt::format("no process for its build: {}", std::strerror(error)));
   Child child(id);
   theirs.close();
-  const Request request{kMagic, hash, def.groom, def.thread_count, def.memory_bytes_max, def.ns_max, file.size()};
+  const Request request{kMagic,
+                        hash,
+                        def.groom,
+                        def.thread_count,
+                        def.memory_bytes_max,
+                        def.ns_max,
+                        file.size(),
+                        wire::unpacked_groom_bytes(file)};
   std::vector<std::uint8_t> answer;
   const BuildFault fault =
       exchange(ours.get(), {reinterpret_cast<const std::uint8_t*>(&request), sizeof(request)}, file, answer, goes_on);

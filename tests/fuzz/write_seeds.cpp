@@ -7,6 +7,7 @@
 #include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/groom_packing.hpp"
 #include "schema/wire/level_file.hpp"
 #include "schema/wire/messages.hpp"
 #include "schema/wire/recording.hpp"
@@ -117,7 +118,11 @@ void add_token_seeds(Folder& folder) {
 
 void add_file_seeds(Folder& grooms, Folder& levels, Folder& recordings) {
   wire::RandomMessages random(2);
-  for (std::size_t strands : {0, 1, 3, 8}) grooms.add(wire::encode_groom(random.groom(strands)));
+  for (std::size_t strands : {0, 1, 3, 8}) {
+    const Bytes groom = wire::encode_groom(random.groom(strands));
+    grooms.add(groom);
+    grooms.add(wire::unpack_groom(groom).value());
+  }
   for (int nodes_per_axis : {2, 3}) {
     LevelSet set;
     for (Level& level : set.levels)

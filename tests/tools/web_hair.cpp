@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/assets/made/made.hpp"
+#include "client/files/read_file.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/reference_deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
@@ -61,8 +62,9 @@ Json ffd_case(WebRandom& random, FfdKind kind, const std::array<int, 3>& dims) {
           {"tangents", expected.tangents}};
 }
 
-Json groom_case(const Groom& groom, WebRandom& random) {
-  const std::vector<std::uint8_t> file = wire::encode_groom(groom);
+// The groom of the file, whose numbers are rounded.
+Json groom_case(const std::vector<std::uint8_t>& file, WebRandom& random) {
+  const Groom groom = wire::decode_groom(file).value();
   const LevelGeometry geometry = random.geometry_around(groom.points);
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);
@@ -92,6 +94,13 @@ Json groom_case(const Groom& groom, WebRandom& random) {
           {"tangents", flat(tangents)}};
 }
 
+// A file that an earlier version of this library wrote.
+std::vector<std::uint8_t> older_groom(const std::string& version) {
+  const auto bytes = read_file(HAIRNET_SOURCE_DIR "/tests/support/older_grooms/version_" + version + ".groom").value();
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  return {data, data + bytes.size()};
+}
+
 }  // namespace
 
 Json ffd_cases() {
@@ -114,10 +123,12 @@ Json groom_cases() {
     groom.body.mesh.vertices.resize(3);  // the bust is large, and always the same
     groom.body.bone_weights.resize(3);
     groom.body.mesh.triangles = {{0, 1, 2}};
-    cases.push_back(groom_case(groom, random));
+    cases.push_back(groom_case(wire::encode_groom(groom), random));
   }
   for (std::uint64_t seed = 1; seed <= 12; ++seed)
-    cases.push_back(groom_case(wire::RandomMessages(seed).groom(seed), random));
+    cases.push_back(groom_case(wire::encode_groom(wire::RandomMessages(seed).groom(seed)), random));
+  for (const char* version : {"1", "2"}) cases.push_back(groom_case(older_groom(version), random));
+  cases[cases.size() - 2]["groom"]["material"] = nullptr;  // the web client says that version 1 has none
   return cases;
 }
 

@@ -29,13 +29,14 @@ BuildFault always() {
 }
 
 struct Ordered {
-  explicit Ordered(Groom g) : groom(std::move(g)), file(wire::encode_groom(groom)), hash(wire::hash_groom(file)) {}
+  explicit Ordered(const Groom& g)
+      : file(wire::encode_groom(g)), groom(wire::decode_groom(file).value()), hash(wire::hash_groom(file)) {}
   [[nodiscard]] LevelBuild build(const GoesOn& goes_on = always) const {
     return build_levels_in_process(def, hash, file, groom, goes_on);
   }
   LevelBuildDef def;
-  Groom groom;
   std::vector<std::uint8_t> file;
+  Groom groom;
   wire::GroomHash hash;
 };
 

@@ -4,11 +4,20 @@ import { HairnetError } from "../hair/hairnetError";
 import { validateGroom } from "../hair/validateGroom";
 import { layouts } from "./generated/layout";
 import * as fb from "./generated/messages";
+import {
+  decodeBoneWeights,
+  decodePoints,
+  decodeTriangles,
+  pointRuns,
+  strandOffsets,
+  type PointRun,
+} from "./groomNumbers";
+import { isPackedGroom, unpackGroom } from "./groomPacking";
 import { kGroomBytesMax } from "./messages";
 import { decodeText } from "./text";
-import { verifyBuffer } from "./verify";
+import { hasIdentifier, verifyBuffer } from "./verify";
 
-const kGroomVersion = 2;
+const kGroomVersion = 3;
 const kUtf8 = flatbuffers.Encoding.UTF8_BYTES;
 
 /**
@@ -18,7 +27,10 @@ const kUtf8 = flatbuffers.Encoding.UTF8_BYTES;
 export function decodeGroom(file: Uint8Array): g.Groom {
   if (file.length > kGroomBytesMax)
     throw new HairnetError("too_large", `${file.length} bytes, more than the limit of ${kGroomBytesMax}`);
-  const aligned = file.byteOffset % 8 === 0 ? file : file.slice();
+  if (!isPackedGroom(file) && !hasIdentifier(file, "HNGR"))
+    throw invalid("not a .groom file (it does not begin as one)");
+  const table = isPackedGroom(file) ? unpackGroom(file) : file;
+  const aligned = table.byteOffset % 8 === 0 ? table : table.slice();
   verifyBuffer(aligned, "HNGR", "Groom", layouts);
   const root = fb.Groom.getSizePrefixedRootAsGroom(new flatbuffers.ByteBuffer(aligned));
   const version = root.version();
@@ -36,17 +48,23 @@ function invalid(why: string): HairnetError {
 function readGroom(from: fb.Groom): g.Groom {
   const strands = readStrands(from);
   const nextPoints = pointCounter(strands.begin.length > 0 ? strands.begin[strands.begin.length - 1] : 0);
+  const owners = {
+    threads: list(from.threadsLength(), (i) => readThread(from.threads(i)!, nextPoints)),
+    cards: list(from.cardsLength(), (i) => readCard(from.cards(i)!, nextPoints)),
+    cloths: readCloths(from, nextPoints),
+  };
   return {
     name: textOf(from.name(kUtf8), "groom's name"),
     groupNames: readGroupNames(from),
-    points: from.pointsArray()!.slice(),
+    points:
+      from.version() < 3
+        ? from.pointsArray()!.slice()
+        : readPoints(from.pointWeightsArray(), from.pointPlanesArray(), pointRuns(strands.begin, owners)),
     strands,
     ...readMaterials(from),
     rootBlends: readRootBlends(from),
     clumps: list(from.clumpsLength(), (i) => readClump(from.clumps(i)!)),
-    threads: list(from.threadsLength(), (i) => readThread(from.threads(i)!, nextPoints)),
-    cards: list(from.cardsLength(), (i) => readCard(from.cards(i)!, nextPoints)),
-    cloths: readCloths(from, nextPoints),
+    ...owners,
     knots: readKnots(from),
     farCards: readFarCards(from),
     body: readBody(from),
@@ -66,6 +84,11 @@ function textOf(bytes: string | Uint8Array | null, name: string): string {
   return text;
 }
 
+function readPoints(weights: Int16Array | null, planes: Uint8Array | null, runs: readonly PointRun[]): Float32Array {
+  return decodePoints(weights ?? new Int16Array(0), planes ?? kNoPlanes, runs);
+}
+const kNoPlanes = new Uint8Array(0);
+
 function readGroupNames(from: fb.Groom): string[] {
   const count = from.groupNamesLength();
   if (count > 256) throw invalid(`${count} groups, more than the limit of 256`);
@@ -76,7 +99,10 @@ function readStrands(from: fb.Groom): g.Strands {
   const count = from.strandsLength();
   const strands = {
     count,
-    begin: from.strandBeginArray()!.slice(),
+    begin:
+      from.version() < 3
+        ? from.strandBeginArray()!.slice()
+        : strandOffsets(from.strandPointCountsArray() ?? new Uint32Array(0)),
     radiusM: new Float32Array(count),
     hairCount: new Float32Array(count),
     rootLengthM: new Float32Array(count),
@@ -233,20 +259,44 @@ function readFarCards(from: fb.Groom): g.FarCards {
       rooted: card.rooted(),
     };
   });
-  return { points: from.farCardPointsArray()?.slice() ?? new Float32Array(0), cards };
+  const points =
+    from.version() < 3
+      ? (from.farCardPointsArray()?.slice() ?? new Float32Array(0))
+      : readPoints(
+          from.farCardWeightsArray(),
+          from.farCardPlanesArray(),
+          cards.map((card) => ({ ...card.points, stride: 2 })),
+        );
+  return { points, cards };
 }
 
 function readBody(from: fb.Groom): g.Body {
   const joints = from.joints()!;
   return {
-    vertices: from.verticesArray()!.slice(),
-    boneWeights: from.boneWeightsArray()!.slice(),
-    triangles: from.trianglesArray()!.slice(),
+    ...(from.version() < 3 ? readMesh(from) : decodeMesh(from)),
     joints: Float32Array.from(
       [joints.head(), joints.neck(), joints.leftShoulder(), joints.rightShoulder(), joints.upperTrunk()].flatMap(
         (joint) => [joint!.x(), joint!.y(), joint!.z()],
       ),
     ),
     fittedFromRoots: from.fittedFromRoots(),
+  };
+}
+
+function readMesh(from: fb.Groom): Pick<g.Body, "vertices" | "boneWeights" | "triangles"> {
+  return {
+    vertices: from.verticesArray()!.slice(),
+    boneWeights: from.boneWeightsArray()!.slice(),
+    triangles: from.trianglesArray()!.slice(),
+  };
+}
+
+function decodeMesh(from: fb.Groom): Pick<g.Body, "vertices" | "boneWeights" | "triangles"> {
+  const planes = from.vertexPlanesArray();
+  const wholeBody = { begin: 0, end: Math.floor((planes?.length ?? 0) / 9), stride: 1 };
+  return {
+    vertices: readPoints(null, planes, [wholeBody]),
+    boneWeights: decodeBoneWeights(from.boneWeightPlanesArray() ?? kNoPlanes),
+    triangles: decodeTriangles(from.trianglePlanesArray() ?? kNoPlanes),
   };
 }

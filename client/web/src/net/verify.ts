@@ -30,6 +30,11 @@ const kPrefixBytes = 4;
 const kIdentifierAt = 8;
 const kBytesMin = 16;
 
+/** Whether the bytes begin as a size-prefixed buffer of that kind; they may end anywhere. */
+export function hasIdentifier(bytes: Uint8Array, identifier: string): boolean {
+  return [...identifier].every((letter, i) => bytes[kIdentifierAt + i] === letter.charCodeAt(0));
+}
+
 /**
  * Makes sure that `bytes` is one size-prefixed FlatBuffers buffer with that identifier, whose root is `table`, and that
  * every offset, length and alignment in it is sound: what flatbuffers::Verifier does in C++, and generated TypeScript
@@ -44,15 +49,13 @@ export function verifyBuffer(
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (bytes.length < kBytesMin) throw malformed("too short");
   if (view.getUint32(0, true) !== bytes.length - kPrefixBytes) throw malformed("its length is not what it says");
-  for (let i = 0; i < identifier.length; ++i) {
-    if (bytes[kIdentifierAt + i] !== identifier.charCodeAt(i)) throw malformed(`no ${identifier} identifier`);
-  }
+  if (!hasIdentifier(bytes, identifier)) throw malformed(`no ${identifier} identifier`);
   const verifier = new Verifier(view, layouts);
   verifier.table(verifier.follow(kPrefixBytes), table, 1);
 }
 
 function malformed(why: string): HairnetError {
-  return new HairnetError("malformed", `not whole and sound: ${why}`);
+  return new HairnetError("malformed", `not whole: ${why}`);
 }
 
 class Verifier {

@@ -1,0 +1,44 @@
+import * as flatbuffers from "flatbuffers";
+import { inflateSync } from "fflate";
+import { HairnetError } from "../hair/hairnetError";
+import { layouts } from "./generated/layout";
+import * as fb from "./generated/messages";
+import { kGroomBytesMax, kPacketBytesMin } from "./messages";
+import { hasIdentifier, verifyBuffer } from "./verify";
+
+// A match of 258 bytes takes two bits at least.
+const kDeflateRatioMax = 1032;
+
+/** Whether a groom file is a deflated table, as since version 3. */
+export function isPackedGroom(file: Uint8Array): boolean {
+  return hasIdentifier(file, "HNGZ");
+}
+
+/** The table in a packed groom file. It takes no more memory than the file says, and says no more than deflate can do. */
+export function unpackGroom(file: Uint8Array): Uint8Array {
+  const aligned = file.byteOffset % 8 === 0 ? file : file.slice();
+  verifyBuffer(aligned, "HNGZ", "PackedGroom", layouts);
+  const root = fb.PackedGroom.getSizePrefixedRootAsPackedGroom(new flatbuffers.ByteBuffer(aligned));
+  const stream = root.streamArray()!;
+  const byteCount = root.unpackedBytes();
+  if (byteCount > kGroomBytesMax)
+    throw new HairnetError("too_large", `${byteCount} bytes when unpacked, more than the limit of ${kGroomBytesMax}`);
+  if (byteCount < kPacketBytesMin || Math.floor(byteCount / kDeflateRatioMax) > stream.length)
+    throw damaged("its stream cannot be as long as it says");
+  // fflate drops what does not fit. One byte more shows that there was too much.
+  const table = inflated(stream, new Uint8Array(byteCount + 1));
+  if (table.length !== byteCount) throw damaged("its stream is not as long as it says");
+  return table;
+}
+
+function inflated(stream: Uint8Array, out: Uint8Array): Uint8Array {
+  try {
+    return inflateSync(stream, { out });
+  } catch {
+    throw damaged("its stream is damaged");
+  }
+}
+
+function damaged(why: string): HairnetError {
+  return new HairnetError("malformed", `not whole: ${why}`);
+}

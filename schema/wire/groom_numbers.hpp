@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+
+// The bulk of a groom file of version 3: positions, bone weights and indices as integers. Each integer is predicted
+// from those before it, and what remains lies in three byte planes, so that deflate finds small numbers side by side.
+// Decoding uses integers alone, and one multiplication for each number: C++ and TypeScript get the same floats.
+// Encoding what was decoded gives the same integers again. For groom_file.cpp and groom_features.cpp.
+namespace hairnet::wire {
+
+inline constexpr double kGroomStep_m = 5e-5;           // of each coordinate: points move by 0.043 mm at most
+inline constexpr std::int32_t kGroomWeightMax = 4095;  // a bone weight of 1
+inline constexpr std::size_t kGroomTaps = 4;
+
+// The points [begin, end) of one strand, thread, card or cloth. Those of a card come in pairs: stride 2.
+struct PointRun {
+  std::size_t begin = 0, end = 0, stride = 1;
+};
+std::vector<PointRun> point_runs(const Groom& groom);
+std::vector<PointRun> point_runs(const FarCards& far_cards);
+
+struct EncodedPoints {
+  // kGroomTaps of each number of a point in its run, from number 2 on, in 1/4096; 0 where there are no more.
+  std::vector<std::int16_t> weights;
+  std::vector<std::uint8_t> planes;
+};
+// `runs` cover the points in order. A coordinate that is not finite or too far from the head stays so.
+EncodedPoints encode_points(std::span<const Vec3f> points, std::span<const PointRun> runs);
+// Returns what is wrong: empty, or one line.
+std::string decode_points(std::span<const std::int16_t> weights, std::span<const std::uint8_t> planes,
+                          std::span<const PointRun> runs, std::vector<Vec3f>& points);
+
+// The weights of a vertex keep their sum of 1 exactly.
+std::vector<std::uint8_t> encode_bone_weights(std::span<const std::array<float, kBoneCount>> weights);
+std::string decode_bone_weights(std::span<const std::uint8_t> planes,
+                                std::vector<std::array<float, kBoneCount>>& weights);
+
+std::vector<std::uint8_t> encode_triangles(std::span<const std::array<std::uint32_t, 3>> triangles);
+std::string decode_triangles(std::span<const std::uint8_t> planes,
+                             std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+}  // namespace hairnet::wire

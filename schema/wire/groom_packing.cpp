@@ -1,0 +1,95 @@
+#include "schema/wire/groom_packing.hpp"
+
+#include <zlib.h>
+
+#include <new>
+#include <string>
+
+#include "groom_generated.h"
+#include "schema/wire/flatbuffer_convert.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+
+constexpr const char* kPackedIdentifier = "HNGZ";
+constexpr std::size_t kDeflateRatioMax = 1032;  // a match of 258 bytes takes two bits at least
+constexpr int kRawWindowBits = -15;             // a raw stream, without a header and a checksum
+constexpr int kMemoryLevel = 9;
+
+std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
+  z_stream z{};
+  // Z_FILTERED: most bytes are small numbers with random lower bits, in which longer matches are chance.
+  if (deflateInit2(&z, Z_BEST_COMPRESSION, Z_DEFLATED, kRawWindowBits, kMemoryLevel, Z_FILTERED) != Z_OK)
+    throw std::bad_alloc();
+  std::vector<std::uint8_t> out(deflateBound(&z, bytes.size()));
+  z.next_in = const_cast<std::uint8_t*>(bytes.data());
+  z.avail_in = static_cast<uInt>(bytes.size());
+  z.next_out = out.data();
+  z.avail_out = static_cast<uInt>(out.size());
+  const int result = deflate(&z, Z_FINISH);
+  HAIRNET_ASSERT(result == Z_STREAM_END);
+  out.resize(z.total_out);
+  deflateEnd(&z);
+  return out;
+}
+
+// Fills `out`, whose size is that of the unpacked bytes.
+std::string inflate_into(std::span<const std::uint8_t> stream, std::span<std::uint8_t> out) {
+  z_stream z{};
+  if (inflateInit2(&z, kRawWindowBits) != Z_OK) throw std::bad_alloc();
+  z.next_in = const_cast<std::uint8_t*>(stream.data());
+  z.avail_in = static_cast<uInt>(stream.size());
+  z.next_out = out.data();
+  z.avail_out = static_cast<uInt>(out.size());
+  const int result = inflate(&z, Z_FINISH);
+  inflateEnd(&z);
+  if (result == Z_MEM_ERROR) throw std::bad_alloc();
+  if (result == Z_STREAM_END && z.avail_out == 0 && z.avail_in == 0) return {};
+  if (result == Z_DATA_ERROR || result == Z_NEED_DICT) return "not whole: its stream is damaged";
+  return "not whole: its stream is not as long as it says";
+}
+
+const fb::PackedGroom* packed_root(std::span<const std::uint8_t> aligned) {
+  return verified_root<fb::PackedGroom>(aligned, kPackedIdentifier);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> pack_groom(std::span<const std::uint8_t> table) {
+  const std::vector<std::uint8_t> stream = deflated(table);
+  FlatBufferBuilder to(stream.size() + 64);
+  const auto flat_stream = to.CreateVector(stream);
+  return finish(to, fb::CreatePackedGroom(to, static_cast<std::uint32_t>(table.size()), flat_stream),
+                kPackedIdentifier);
+}
+
+bool is_packed_groom(std::span<const std::uint8_t> file) {
+  return has_identifier(file, kPackedIdentifier);
+}
+
+Result<std::vector<std::uint8_t>> unpack_groom(std::span<const std::uint8_t> file) {
+  const AlignedBytes aligned(file);
+  const fb::PackedGroom* root = packed_root(aligned.bytes());
+  if (!root) return Refusal("not whole: cut off or damaged");
+  const std::size_t byte_count = root->unpacked_bytes();
+  if (byte_count > kGroomBytesMax)
+    return Refusal(std::to_string(byte_count) + " bytes when unpacked, more than the limit of " +
+                   std::to_string(kGroomBytesMax));
+  if (byte_count < kPacketBytesMin || byte_count / kDeflateRatioMax > root->stream()->size())
+    return Refusal("not whole: its stream cannot be as long as it says");
+  std::vector<std::uint8_t> table(byte_count);
+  std::string fault = inflate_into({root->stream()->data(), root->stream()->size()}, table);
+  if (!fault.empty()) return Refusal(std::move(fault));
+  return table;
+}
+
+std::size_t unpacked_groom_bytes(std::span<const std::uint8_t> file) {
+  if (!is_packed_groom(file)) return file.size();
+  const AlignedBytes aligned(file);
+  const fb::PackedGroom* root = packed_root(aligned.bytes());
+  return root ? root->unpacked_bytes() : 0;
+}
+
+}  // namespace hairnet::wire
