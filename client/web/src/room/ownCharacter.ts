@@ -2,6 +2,7 @@ import type { LevelIndex } from "../hair/level";
 import { validatePose, type Pose } from "../hair/pose";
 import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";
+import { materialOf } from "./materials";
 
 /** One of this client's own characters in a room. */
 export class OwnCharacter {
@@ -28,7 +29,7 @@ export class OwnCharacter {
    */
   push(pose: Pose, teleport = false): void {
     validatePose(pose);
-    this.#newest = pose.slice();
+    this.#newest = Float64Array.from(pose);
     this.#sequence = (this.#sequence + 1) >>> 0;
     const sample = {
       character: this.character,
@@ -45,7 +46,8 @@ export class OwnCharacter {
     this.link.send({ type: "setLevel", character: this.character, level });
   }
 
-  setMaterial(scale: MaterialScale): void {
-    this.link.send({ type: "setMaterial", character: this.character, scale: { ...scale } });
+  /** Replaces its material: one of `materials`, or `{ stiffness: 2 }`, where what is absent is normal. */
+  setMaterial(scale: Partial<MaterialScale>): void {
+    this.link.send({ type: "setMaterial", character: this.character, scale: materialOf(scale) });
   }
 }

@@ -1,4 +1,6 @@
+import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
+import { HairnetError } from "../hair/hairnetError";
 import { ErrorClass, LevelIndex } from "../hair/level";
 import { Link, type LinkOptions } from "../net/link";
 import type { LinkEvent } from "../net/events";
@@ -10,8 +12,10 @@ import { ErrorReason, GroomState, type ModerateAction, ObserveMode, type Wind } 
 import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
+import { groomBytes } from "./groomBytes";
 import { Member } from "./member";
 import { OwnCharacter } from "./ownCharacter";
+import { windOf, type WindOptions } from "./wind";
 
 const kGroomRetryNs = 3_000_000_000;
 
@@ -30,6 +34,12 @@ export interface RoomEvents {
   /** The server refused something, or a groom is damaged: one line for people. */
   fault: { detail: string };
 }
+
+export interface CharacterOptions {
+  /** the finest level that it may have; high by default */
+  readonly level?: LevelIndex;
+}
+const kCharacterOptions: Readonly<Record<keyof CharacterOptions, true>> = { level: true };
 
 /**
  * Joins a room. Rejects with a one-line `HairnetError` when the first attempt fails; afterwards the room reconnects by
@@ -130,26 +140,33 @@ export class Room implements HairSource {
    * Adds an own character with the hair of a groom file; it is visible after its first pose. Throws `HairnetError` when
    * the file is damaged.
    */
-  addCharacter(groomFile: Uint8Array, level: LevelIndex = LevelIndex.high): OwnCharacter {
-    const groomKey = hashGroom(groomFile);
-    this.#keepGroom(groomKey, this.#grooms.get(groomKey) ?? decodeGroom(groomFile), groomFile);
-    return this.#add(groomKey, level);
+  addCharacter(groomFile: Uint8Array | ArrayBuffer, options: CharacterOptions = {}): OwnCharacter {
+    checkOptions(options, kCharacterOptions, "addCharacter");
+    const file = groomBytes(groomFile);
+    const groomKey = hashGroom(file);
+    this.#keepGroom(groomKey, this.#grooms.get(groomKey) ?? decodeGroom(file), file);
+    return this.#add(groomKey, options);
   }
 
   /** The same with a groom that is already in the room, by its `groomKey`. */
-  addCharacterLike(member: Member, level: LevelIndex = LevelIndex.high): OwnCharacter {
-    return this.#add(member.groomKey, level);
+  addCharacterLike(member: Member, options: CharacterOptions = {}): OwnCharacter {
+    checkOptions(options, kCharacterOptions, "addCharacterLike");
+    if (!(member instanceof Member)) throw new HairnetError("invalid", "addCharacterLike: give one of room.members");
+    return this.#add(member.groomKey, options);
   }
 
   removeCharacter(own: OwnCharacter): void {
+    if (!(own instanceof OwnCharacter))
+      throw new HairnetError("invalid", "removeCharacter: give what addCharacter returned");
     this.#own.delete(own.character);
     this.#ownMembers.delete(own.character);
     this.link.send({ type: "removeCharacter", character: own.character });
     this.#forgetUnused(own.groomKey);
   }
 
-  setWind(wind: Wind): void {
-    this.link.send({ type: "setWind", wind: { ...wind } });
+  /** Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. */
+  setWind(wind: WindOptions | Partial<Wind>): void {
+    this.link.send({ type: "setWind", wind: windOf(wind) });
   }
 
   /**
@@ -169,7 +186,7 @@ export class Room implements HairSource {
     this.#setState("closed", "", 0);
   }
 
-  #add(groomKey: string, level: LevelIndex): OwnCharacter {
+  #add(groomKey: string, { level = LevelIndex.high }: CharacterOptions): OwnCharacter {
     const file = this.#files.get(groomKey);
     if (file) this.link.use((core) => core.offerGroom(file));
     const own = new OwnCharacter(this.link, this.#nextCharacter++, groomKey);
