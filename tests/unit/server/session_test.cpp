@@ -347,6 +347,7 @@ TEST_F(SessionTest, joins_the_room_that_hello_names) {
 }
 
 TEST_F(SessionTest, the_empty_name_and_lobby_are_one_room) {
+  context_.limits.session_count_max = 3;
   const auto join = [&](const std::string& room) {
     auto connection = std::make_shared<FakeConnection>();
     auto session = std::make_unique<Session>(9, connection, context_, now_ns_);

@@ -51,6 +51,8 @@ const kImportanceEveryMs = 250;
 export interface HairSceneEventMap {
   characteradded: { character: HairCharacter };
   characterremoved: { character: HairCharacter };
+  /** `frame` has put the camera; `target` (world) is the point that it looks at. */
+  framed: { camera: PerspectiveCamera; target: Vector3 };
   /** A groom could not be prepared; its characters stay invisible. */
   groomfault: { groomKey: string; detail: string };
 }
@@ -95,7 +97,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #here = new Set<number>();
   readonly #shown: Appearance[] = [];
   /** the request of `frame` until it is done */
-  #framing: { camera: PerspectiveCamera; options: FrameOptions; resolve: (target: Vector3) => void } | null = null;
+  #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
   #importanceMs = -Infinity;
   #isDisposed = false;
 
@@ -133,15 +135,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   /**
    * Puts the camera in front of all characters, or of one, so near that they just fill the picture. Characters arrive
-   * over the network: `update` places the camera as soon as they are here, until each of them can be drawn. Resolves
-   * then with the point that the camera looks at (for `controls.target`). A later call replaces this one.
+   * over the network: `update` places the camera as soon as they are here, until each of them can be drawn. The event
+   * "framed" tells the point that the camera looks at, for `controls.target`. A later call replaces this one.
    */
-  frame(camera: PerspectiveCamera, options: FrameOptions = {}): Promise<Vector3> {
+  frame(camera: PerspectiveCamera, options: FrameOptions = {}): void {
     checkFrame(camera, options);
-    return new Promise((resolve) => {
-      this.#framing = { camera, options, resolve };
-      this.#frame();
-    });
+    this.#framing = { camera, options };
+    this.#frame();
   }
 
   /** Leaves its parent and frees all its GPU memory. */
@@ -249,14 +249,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   #frame(): void {
     if (!this.#framing) return;
-    const { camera, options, resolve } = this.#framing;
+    const { camera, options } = this.#framing;
     const wanted = this.#shown.filter(({ member }) => options.member === undefined || member.member === options.member);
     if (wanted.length === 0) return;
     const framed = wanted.map(({ pose, size, member }) => ({ pose, size, groom: member.groom }));
     const target = frameCamera(camera, framed, options.margin);
-    if (!wanted.every(({ character }) => character.isReady)) return;
-    this.#framing = null;
-    resolve(target);
+    if (wanted.every(({ character }) => character.isReady)) this.#framing = null;
+    this.dispatchEvent({ type: "framed", camera, target });
   }
 
   // Writes lattices and records, and sets up the draw calls.

@@ -1,0 +1,9 @@
+import { defineConfig } from "vite";
+
+// One development server for all examples: npx vite, then http://localhost:5173/minimal/ and so on.
+export default defineConfig({
+  esbuild: { jsx: "automatic" },
+  // hairnet-client is linked from its folder, which has a three of its own.
+  resolve: { dedupe: ["three", "@pixiv/three-vrm"] },
+  server: { fs: { allow: ["../../.."] } },
+});
