@@ -19,11 +19,11 @@ export function checkOptions<T extends object>(
   }
 }
 
-// The name that at most a third of its letters, changed, added or left out, make of `name`; null: none is so near.
+// The known name that differs from `name` by at most a third of its letters; null: none is so near.
 function nearest(name: string, names: readonly string[]): string | null {
   const near = (each: string) => distance(name.toLowerCase(), each.toLowerCase());
   const [best] = [...names].sort((a, b) => near(a) - near(b));
-  return best !== undefined && near(best) <= Math.max(1, Math.floor(best.length / 3)) ? best : null;
+  return best !== undefined && near(best) <= Math.ceil(best.length / 3) ? best : null;
 }
 
 // Levenshtein's: the letters to change, add or leave out.

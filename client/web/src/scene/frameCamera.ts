@@ -47,13 +47,13 @@ export function frameCamera(camera: PerspectiveCamera, characters: readonly Fram
   const eye = facing.clone().multiplyScalar(Math.max(across.eye, up.eye)).addScaledVector(right, across.middle);
   eye.y = up.middle;
   const depths = corners.map(depth);
-  const target = eye.clone().addScaledVector(facing, (Math.min(...depths) + Math.max(...depths)) / 2 - depth(eye));
-  const toWorld = new Matrix4().lookAt(eye, target, new Vector3(0, 1, 0)).setPosition(eye);
+  const centre = eye.clone().addScaledVector(facing, (Math.min(...depths) + Math.max(...depths)) / 2 - depth(eye));
+  const toWorld = new Matrix4().lookAt(eye, centre, new Vector3(0, 1, 0)).setPosition(eye);
   camera.parent?.updateWorldMatrix(true, false);
   const toParent = camera.parent ? new Matrix4().copy(camera.parent.matrixWorld).invert() : new Matrix4();
   toParent.multiply(toWorld).decompose(camera.position, camera.quaternion, new Vector3());
   camera.updateWorldMatrix(false, true);
-  return target;
+  return centre;
 }
 
 // Where an eye must be, along one axis of the picture and in depth, so that each corner is within the tangent of its

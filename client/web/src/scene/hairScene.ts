@@ -51,8 +51,8 @@ const kImportanceEveryMs = 250;
 export interface HairSceneEventMap {
   characteradded: { character: HairCharacter };
   characterremoved: { character: HairCharacter };
-  /** `frame` has put the camera; `target` (world) is the point that it looks at. */
-  framed: { camera: PerspectiveCamera; target: Vector3 };
+  /** `frame` has put the camera; `centre` (world) is the point that it looks at. */
+  framed: { camera: PerspectiveCamera; centre: Vector3 };
   /** A groom could not be prepared; its characters stay invisible. */
   groomfault: { groomKey: string; detail: string };
 }
@@ -136,7 +136,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /**
    * Puts the camera in front of all characters, or of one, so near that they just fill the picture. Characters arrive
    * over the network: `update` places the camera as soon as they are here, until each of them can be drawn. The event
-   * "framed" tells the point that the camera looks at, for `controls.target`. A later call replaces this one.
+   * "framed" tells the centre of the picture, for `controls.target`. A later call replaces this one.
    */
   frame(camera: PerspectiveCamera, options: FrameOptions = {}): void {
     checkFrame(camera, options);
@@ -253,9 +253,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     const wanted = this.#shown.filter(({ member }) => options.member === undefined || member.member === options.member);
     if (wanted.length === 0) return;
     const framed = wanted.map(({ pose, size, member }) => ({ pose, size, groom: member.groom }));
-    const target = frameCamera(camera, framed, options.margin);
+    const centre = frameCamera(camera, framed, options.margin);
     if (wanted.every(({ character }) => character.isReady)) this.#framing = null;
-    this.dispatchEvent({ type: "framed", camera, target });
+    this.dispatchEvent({ type: "framed", camera, centre });
   }
 
   // Writes lattices and records, and sets up the draw calls.
