@@ -67,6 +67,7 @@ describe.skipIf(!areExamplesInstalled)("the page of the example, followed word f
     await until(
       "hair is in the picture",
       async () => {
+        expect(browser.faults).toEqual([]);
         before = await look(page, name);
         return shareWarm(before) > 0.05;
       },

@@ -1,4 +1,5 @@
-import { Color3 } from "@babylonjs/core/Maths/math.color";
+import { StandardMaterial } from "@babylonjs/core/Materials/standardMaterial";
+import { Color3, Color4 } from "@babylonjs/core/Maths/math.color";
 import { Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector";
 import { Mesh } from "@babylonjs/core/Meshes/mesh";
 import { VertexData } from "@babylonjs/core/Meshes/mesh.vertexData";
@@ -33,8 +34,7 @@ export class MemberHair {
     const lines = drawn.map((s) =>
       Array.from({ length: begin[s + 1] - begin[s] }, (_, i) => Vector3.FromArray(groom.points, 3 * (begin[s] + i))),
     );
-    this.#lines = CreateLineSystem("hair", { lines, updatable: true }, scene);
-    this.#lines.color = new Color3(0.35, 0.2, 0.1);
+    this.#lines = CreateLineSystem("hair", { lines, colors: lines.map(coloursOf), updatable: true }, scene);
     this.#lines.parent = this.node;
     const bust = new Mesh("bust", scene);
     const data = new VertexData();
@@ -42,6 +42,11 @@ export class MemberHair {
     VertexData.ComputeNormals(groom.body.vertices, groom.body.triangles, normals);
     Object.assign(data, { positions: groom.body.vertices, indices: groom.body.triangles, normals });
     data.applyToMesh(bust);
+    const skin = new StandardMaterial("skin", scene);
+    skin.diffuseColor = new Color3(0.75, 0.52, 0.42);
+    skin.specularColor = Color3.Black();
+    skin.backFaceCulling = false;
+    bust.material = skin;
     bust.parent = this.node;
   }
 
@@ -69,4 +74,13 @@ export class MemberHair {
     this.#deformers.set(geometry, made);
     return made;
   }
+}
+
+/** Brown, darker at the root; each hair has its own shade, so that one can tell them apart. */
+function coloursOf(hair: readonly Vector3[], index: number): Color4[] {
+  const shade = 0.7 + 0.6 * ((index * 0.618) % 1);
+  return hair.map((_, i) => {
+    const light = shade * (0.5 + (0.5 * i) / (hair.length - 1));
+    return new Color4(0.45 * light, 0.26 * light, 0.13 * light, 1);
+  });
 }
