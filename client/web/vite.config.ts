@@ -10,7 +10,7 @@ export default defineConfig({
       formats: ["es"],
     },
     rollupOptions: {
-      external: [/^three($|\/)/, "@pixiv/three-vrm", "flatbuffers", "fflate", /^@noble\/hashes/],
+      external: [/^three($|\/)/, "@pixiv/three-vrm", "fflate", "flatbuffers", /^@noble\/hashes/],
     },
   },
 });

@@ -12,6 +12,7 @@
 #include "core/assert.hpp"
 #include "schema/channel/flat_json.hpp"
 #include "schema/limits.hpp"
+#include "schema/lobby.hpp"
 
 namespace hairnet::channel {
 namespace {
@@ -228,7 +229,8 @@ tl::expected<TokenClaims, TokenRefusal> verify(std::string_view token, const Tok
   if (!claims) return claims;
   if (now_s >= claims->expires_s) return tl::unexpected(TokenRefusal::expired);
   if (claims->not_before_s && now_s < *claims->not_before_s) return tl::unexpected(TokenRefusal::not_yet);
-  if (claims->room && *claims->room != room) return tl::unexpected(TokenRefusal::wrong_room);
+  if (claims->room && wire::room_of(*claims->room) != wire::room_of(room))
+    return tl::unexpected(TokenRefusal::wrong_room);
   return claims;
 }
 

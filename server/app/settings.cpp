@@ -232,7 +232,8 @@ void add_transport(List& list, Config& c) {
   list.section("transport");
   list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
   list.words(t.origins, "origins",
-             "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
+             "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own, and on the "
+             "loopback those of localhost with any port");
   list.words(t.hosts, "hosts",
              "names that the Host of requests may have, * for all; empty: all, but on the loopback a page opens a "
              "WebSocket as localhost only. Numeric addresses always pass");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/lobby.hpp"
 #include "server/session/message_price.hpp"
 #include "server/session/moderation.hpp"
 #include "server/session/session.hpp"
@@ -169,7 +170,7 @@ struct Session::MessageHandler {
   bool join(const wire::Hello& hello) {
     const SessionLimits& limits = context.limits;
     identity.name = hello.client_name;
-    identity.room = hello.room;
+    identity.room = wire::room_of(hello.room);
     identity.role = hello.role;
     if (context.session_count >= limits.session_count_max &&
         !(context.directory && context.directory->end_empty(now_ns))) {
@@ -184,8 +185,8 @@ struct Session::MessageHandler {
       return false;
     }
     Refused refused;
-    const Census::Count room = context.rooms.count(hello.room);
-    if (!wire::is_room_name(hello.room))
+    const Census::Count room = context.rooms.count(identity.room);
+    if (!wire::is_room_name(identity.room))
       refused = {ErrorReason::room_invalid, wire::kRoomNameRule};
     else if (room.sessions == 0 && context.rooms.size() >= limits.room_count_max)
       refused = {ErrorReason::limit_exceeded,
@@ -199,7 +200,7 @@ struct Session::MessageHandler {
       return false;
     }
     std::optional<channel::TokenClaims> claims;
-    if (const Refused of_token = check_token(hello.token, hello.room, hello.role, claims)) {
+    if (const Refused of_token = check_token(hello.token, identity.room, hello.role, claims)) {
       refuse_token(of_token);
       return false;
     }

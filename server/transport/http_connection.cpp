@@ -239,12 +239,13 @@ class HttpConnection {
       return response;
     }
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
-    if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins)) {
+    if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins, router_->is_local)) {
       counters_->origins_refused.add();
       if (router_->origin_log.allow(channel::monotonic_ns()))
         spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), stream_->peer(),
                      counters_->origins_refused.value());
-      return refusal(403, "this server takes no WebSocket from pages of that origin");
+      return refusal(
+          403, "this server takes no WebSocket from pages of that origin; its setting transport.origins lists them");
     }
     const std::string_view protocols = view(request[http::field::sec_websocket_protocol]);
     if (!protocols.empty() && !offers(protocols, WebSocketConnection::kSubprotocol)) {

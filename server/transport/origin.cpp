@@ -31,12 +31,31 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
+// "localhost", "127.0.0.1:5173", "[::1]:7420"; in lower case.
+bool is_loopback(std::string_view authority) {
+  for (const std::string_view name : {"localhost", "127.0.0.1", "[::1]"}) {
+    if (!authority.starts_with(name)) continue;
+    const std::string_view port = authority.substr(name.size());
+    return port.empty() || (port.size() > 1 && port[0] == ':' && std::ranges::all_of(port.substr(1), is_digit));
+  }
+  return false;
+}
+
+// A page of this machine: its origin begins with http:// or https://.
+bool is_local_page(std::string_view origin) {
+  const std::size_t scheme = origin.starts_with(kHttps)  ? kHttps.size()
+                             : origin.starts_with(kHttp) ? kHttp.size()
+                                                         : origin.size();
+  return is_loopback(origin.substr(scheme));
+}
+
 }  // namespace
 
-bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list) {
+bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list, bool is_local) {
   if (origin.empty()) return true;
   const std::string asked = normal_origin(origin);
   if (list.empty()) {
+    if (is_local && is_local_page(asked) && is_loopback(lowered(host))) return true;
     // A proxy in front of the server may end TLS, so the page's scheme may differ from ours.
     return !host.empty() && (asked == normal_origin(std::string(kHttp).append(host)) ||
                              asked == normal_origin(std::string(kHttps).append(host)));

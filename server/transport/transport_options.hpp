@@ -23,7 +23,9 @@ struct TransportOptions {
   TlsFiles tls;
   bool tls_required = false;  // plain connections are refused
 
-  std::vector<std::string> origins;  // pages that may open a WebSocket; none: the server's own
+  // Pages that may open a WebSocket. None: the server's own and, if `addresses` are all of the loopback, those of
+  // localhost, 127.0.0.1 and [::1] with any port.
+  std::vector<std::string> origins;
   // Names that the Host of a request may have; none: any. A page of the server's own may then open a WebSocket only as
   // localhost if `addresses` are all of the loopback. Numeric hosts always pass.
   std::vector<std::string> hosts;

@@ -9,7 +9,8 @@ export class Browser {
   #profile = "";
   #context: BrowserContext | null = null;
 
-  async start(size = { width: 960, height: 600 }): Promise<void> {
+  /** `flags` are more of Chromium's. */
+  async start(size = { width: 960, height: 600 }, flags: readonly string[] = []): Promise<void> {
     this.#profile = mkdtempSync(join(tmpdir(), "hairnet-chromium-"));
     this.#context = await chromium.launchPersistentContext(this.#profile, {
       executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -28,6 +29,7 @@ export class Browser {
         "--disable-background-timer-throttling",
         "--disable-renderer-backgrounding",
         "--disable-backgrounding-occluded-windows",
+        ...flags,
       ],
     });
   }

@@ -205,7 +205,7 @@ test("a missing server and a browser that cannot draw are each reported in one l
   page = await browser.open(`${server.address}/?server=ws://127.0.0.1:9`);
   await until("the state says so", async () => (await state()) === "closed");
   await until("a line says why", async () =>
-    /no WebSocket at ws:\/\/127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""),
+    /no server answers at 127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""),
   );
   await shoot("server_gone");
   await page.addInitScript(() => {

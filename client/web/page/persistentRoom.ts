@@ -36,7 +36,7 @@ export class PersistentRoom {
       this.#take(room);
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
-      if (error.kind === "refused" || error.kind === "invalid") this.onState("refused", error.message);
+      if (error.code !== "unreachable") this.onState("refused", error.message);
       else this.#again(error.message);
     }
   }

@@ -4,7 +4,7 @@
  * `hairnet-client/scene` draws it with three.js.
  */
 export { HairnetError } from "./hair/hairnetError";
-export type { FaultKind } from "./hair/hairnetError";
+export type { ErrorCode } from "./hair/hairnetError";
 export { changedAppearance, defaultAppearance, type Appearance } from "./hair/appearance";
 export { ErrorClass, LevelIndex, kStepsM, kVelocityStepsPerS } from "./hair/level";
 export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseFault, rigidPose } from "./hair/pose";
@@ -64,5 +64,5 @@ export type {
 export { decodePacket, encodePacket } from "./net/packet";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
 
-export { connect, Member, OwnCharacter, Room } from "./room/index";
-export type { CharacterOptions, RoomEvents, RoomState } from "./room/index";
+export { connect, materials, Member, OwnCharacter, Room } from "./room/index";
+export type { CharacterOptions, RoomEvents, RoomState, WindOptions } from "./room/index";

@@ -68,7 +68,7 @@ TEST_F(ModerationTest, a_removal_ends_all_sessions_of_the_subject_in_this_room_o
   }
   EXPECT_THAT(elsewhere.goodbyes(), IsEmpty());
   EXPECT_THAT(bob.goodbyes(), IsEmpty());
-  EXPECT_EQ(context_.rooms.count("").sessions, 2u) << "the detached session has ended, too";
+  EXPECT_EQ(context_.rooms.count("lobby").sessions, 2u) << "the detached session has ended, too";
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.sessions_closed_by_server_removed.value(), 3u);
   EXPECT_EQ(counters_.moderations_remove.value(), 1u);

@@ -346,6 +346,23 @@ TEST_F(SessionTest, joins_the_room_that_hello_names) {
   EXPECT_EQ(context_.rooms.count("hall-2.b_c").sessions, 1u);
 }
 
+TEST_F(SessionTest, the_empty_name_and_lobby_are_one_room) {
+  context_.limits.session_count_max = 3;
+  const auto join = [&](const std::string& room) {
+    auto connection = std::make_shared<FakeConnection>();
+    auto session = std::make_unique<Session>(9, connection, context_, now_ns_);
+    session->on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "", room, "", wire::Role::participant, 0, {}}},
+                        now_ns_);
+    kept_.push_back(std::move(session));
+    return connection->all<wire::Welcome>().at(0).room;
+  };
+  EXPECT_EQ(join(""), "lobby");
+  EXPECT_EQ(join("lobby"), "lobby");
+  EXPECT_EQ(join("Lobby"), "Lobby") << "another room";
+  EXPECT_EQ(context_.rooms.count("lobby").sessions, 2u);
+  EXPECT_EQ(context_.rooms.count("").sessions, 0u);
+}
+
 TEST_F(SessionTest, refuses_a_room_whose_name_cannot_be_and_a_room_too_many) {
   send(wire::Hello{wire::kProtocolVersion, "test", "no/slash", "", wire::Role::participant, 0, {}});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::room_invalid));

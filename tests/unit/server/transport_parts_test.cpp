@@ -64,25 +64,53 @@ TEST(Network, is_an_ipv4_address_or_an_ipv6_network) {
 
 TEST(Origin, without_a_list_only_the_servers_own_pages_may) {
   const std::vector<std::string> none;
-  EXPECT_TRUE(origin_allowed("", "example.com", none));
-  EXPECT_TRUE(origin_allowed("http://example.com", "example.com", none));
-  EXPECT_TRUE(origin_allowed("https://Example.com", "example.COM:443", none));
-  EXPECT_TRUE(origin_allowed("https://10.0.0.7:7420", "10.0.0.7:7420", none));
-  EXPECT_FALSE(origin_allowed("https://example.com", "example.com:7420", none));
-  EXPECT_FALSE(origin_allowed("https://example.com.evil.net", "example.com", none));
-  EXPECT_FALSE(origin_allowed("https://evil.net", "example.com", none));
-  EXPECT_FALSE(origin_allowed("null", "example.com", none));
-  EXPECT_FALSE(origin_allowed("https://", "", none));
+  EXPECT_TRUE(origin_allowed("", "example.com", none, false));
+  EXPECT_TRUE(origin_allowed("http://example.com", "example.com", none, false));
+  EXPECT_TRUE(origin_allowed("https://Example.com", "example.COM:443", none, false));
+  EXPECT_TRUE(origin_allowed("https://10.0.0.7:7420", "10.0.0.7:7420", none, false));
+  EXPECT_FALSE(origin_allowed("https://example.com", "example.com:7420", none, false));
+  EXPECT_FALSE(origin_allowed("https://example.com.evil.net", "example.com", none, false));
+  EXPECT_FALSE(origin_allowed("https://evil.net", "example.com", none, false));
+  EXPECT_FALSE(origin_allowed("null", "example.com", none, false));
+  EXPECT_FALSE(origin_allowed("https://", "", none, false));
+}
+
+TEST(Origin, a_server_on_the_loopback_takes_pages_of_this_machine_too) {
+  const std::vector<std::string> none;
+  const auto allowed = [&none](const char* origin, const char* host) {
+    return origin_allowed(origin, host, none, true);
+  };
+  for (const char* host : {"localhost:7420", "127.0.0.1:7420", "[::1]:7420", "LocalHost:7420"}) {
+    for (const char* origin : {"http://localhost:5173", "https://localhost", "http://127.0.0.1:8080",
+                               "HTTP://LOCALHOST", "http://[::1]:3000", "https://[::1]"}) {
+      EXPECT_TRUE(allowed(origin, host)) << origin << " at " << host;
+      EXPECT_FALSE(origin_allowed(origin, host, none, false)) << origin << " at " << host << " of another server";
+    }
+    for (const char* origin :
+         {"http://evil.example:7420", "http://localhost.evil.example", "http://localhost:5173.evil.example",
+          "http://evil-localhost", "http://localhost:", "http://localhost:80@evil.example", "http://127.0.0.1.evil.net",
+          "http://[::1].evil.net", "http://[::2]", "null", "file://localhost", "localhost:5173", "http://",
+          "ws://localhost"})
+      EXPECT_FALSE(allowed(origin, host)) << origin << " at " << host;
+  }
+  // The DNS of another site answers with this machine's address: the browser names the site as the host.
+  for (const char* host :
+       {"evil.example:7420", "localhost.evil.example", "127.0.0.1.evil.example:7420", "", "10.0.0.7"})
+    EXPECT_FALSE(allowed("http://localhost:5173", host)) << host;
+  EXPECT_TRUE(allowed("http://evil.example:7420", "evil.example:7420")) << "host_allowed() refuses this one";
+  EXPECT_FALSE(
+      origin_allowed("http://localhost:5173", "localhost:7420", std::vector<std::string>{"https://a.example"}, true))
+      << "a list replaces the rule";
 }
 
 TEST(Origin, with_a_list_only_those_on_it_may) {
   const std::vector<std::string> list{"https://a.example", "http://b.example:8080"};
-  EXPECT_TRUE(origin_allowed("https://a.example:443", "x", list));
-  EXPECT_TRUE(origin_allowed("http://b.example:8080", "x", list));
-  EXPECT_TRUE(origin_allowed("", "x", list));
-  EXPECT_FALSE(origin_allowed("http://a.example", "x", list));
-  EXPECT_FALSE(origin_allowed("https://x", "x", list));
-  EXPECT_TRUE(origin_allowed("https://anyone", "x", std::vector<std::string>{"*"}));
+  EXPECT_TRUE(origin_allowed("https://a.example:443", "x", list, false));
+  EXPECT_TRUE(origin_allowed("http://b.example:8080", "x", list, false));
+  EXPECT_TRUE(origin_allowed("", "x", list, false));
+  EXPECT_FALSE(origin_allowed("http://a.example", "x", list, false));
+  EXPECT_FALSE(origin_allowed("https://x", "x", list, false));
+  EXPECT_TRUE(origin_allowed("https://anyone", "x", std::vector<std::string>{"*"}, false));
 }
 
 TEST(Origin, what_is_no_origin_is_refused_at_start) {

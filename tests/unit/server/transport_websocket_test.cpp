@@ -393,6 +393,23 @@ TEST_F(LocalTest, on_the_loopback_a_page_that_came_under_another_name_may_open_n
   EXPECT_THAT(response_, StartsWith("HTTP/1.1 101 ")) << "it is no page";
 }
 
+TEST_F(LocalTest, on_the_loopback_pages_of_this_machine_may_open_one_and_those_of_other_sites_not) {
+  std::size_t opened = 0;
+  for (const char* origin : {"http://localhost:5173", "https://127.0.0.1:8443", "http://[::1]"}) {
+    Peer page(listener_->port());
+    page.send(with_host(upgrade_request("Origin: " + std::string(origin) + "\r\n"), "localhost:7420"));
+    ++opened;
+    EXPECT_TRUE(run_until([&] { return echoes_.size() == opened; })) << origin;
+  }
+  EXPECT_THAT(refused(with_host(upgrade_request("Origin: https://evil.example\r\n"), "localhost:7420")),
+              StartsWith("HTTP/1.1 403 "));
+  EXPECT_THAT(refused(with_host(upgrade_request("Origin: http://localhost:5173\r\n"), "evil.example:7420")),
+              StartsWith("HTTP/1.1 421 "));
+  EXPECT_EQ(counters_.origins_refused.value(), 1u);
+  EXPECT_EQ(counters_.hosts_refused.value(), 1u);
+  EXPECT_EQ(echoes_.size(), opened);
+}
+
 TEST_F(WebSocketTest, a_message_beyond_a_hello_ends_the_connection_before_the_session_has_joined) {
   joins_ = false;
   Peer peer(listener_->port());

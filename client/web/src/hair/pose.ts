@@ -40,7 +40,9 @@ export function rigidPose(rotation: ArrayLike<number> = [0, 0, 0, 1], position: 
  * within 10 km.
  */
 export function poseFault(pose: ArrayLike<number>): string | null {
-  if (pose.length !== kPoseNumbers) return `pose has ${pose.length} numbers, not ${kPoseNumbers}`;
+  if (typeof pose !== "object" || pose === null) return `a pose is ${kPoseNumbers} numbers, as rigidPose() makes them`;
+  if (pose.length !== kPoseNumbers)
+    return `pose has ${pose.length} numbers, not ${kPoseNumbers}; rigidPose() makes one`;
   for (let i = 0; i < kPoseNumbers; ++i) {
     if (!Number.isFinite(pose[i])) return "pose is not finite";
   }

@@ -1,8 +1,10 @@
-import { HairnetError } from "../hair/hairnetError";
+import { checkOptions } from "../hair/checkOptions";
+import { HairnetError, type ErrorCode } from "../hair/hairnetError";
+import { explainFailure } from "./connectionFailure";
 import type { LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
 import { LinkCore } from "./linkCore";
-import type { LinkCounters, LinkCoreOptions } from "./linkCoreOptions";
+import { kDefaultOptions, type LinkCounters, type LinkCoreOptions } from "./linkCoreOptions";
 import type { ClientMessage, Welcome } from "./messages";
 
 // Bytes that may wait in the socket before no more packets are taken: poses wait in the queue, which can drop old ones.
@@ -34,13 +36,14 @@ export interface LinkOptions extends Partial<LinkCoreOptions> {
 export function webSocketUrl(server: string): string {
   let url: URL;
   try {
+    if (typeof server !== "string" || server === "") throw new TypeError("no text");
     url = new URL(/^[a-z]+:\/\//i.test(server) ? server : `ws://${server}`);
   } catch {
-    throw new HairnetError("invalid", `"${server}" is no address of a server`);
+    throw new HairnetError("invalid", `"${String(server)}" is no address of a server, like "ws://localhost:7420"`);
   }
   const schemes: Record<string, string> = { "http:": "ws:", "https:": "wss:", "ws:": "ws:", "wss:": "wss:" };
   const scheme = schemes[url.protocol];
-  if (!scheme) throw new HairnetError("invalid", `"${server}" is neither http(s) nor ws(s)`);
+  if (!scheme) throw new HairnetError("invalid", `"${server}" begins with neither ws(s):// nor http(s)://`);
   const path = url.protocol.startsWith("ws") && url.pathname !== "/" ? url.pathname : "/ws";
   return `${scheme}//${url.host}${path}`;
 }
@@ -61,8 +64,10 @@ export class Link {
   #turnIsDue = false;
   #answer: { resolve: (welcome: Welcome) => void; reject: (error: Error) => void } | null = null;
   #connectCalled = false;
+  #failure: ErrorCode = "unreachable";
 
   constructor(server: string, options: LinkOptions = {}) {
+    checkLinkOptions(options);
     const { makeSocket, nowNs, ...linkOptions } = options;
     this.#url = webSocketUrl(server);
     this.#makeSocket = makeSocket ?? makeWebSocket;
@@ -174,11 +179,23 @@ export class Link {
     };
     socket.onerror = () => {}; // onclose reports it; Node's ws needs a listener
     socket.onclose = ({ code, reason }) => {
+      // The first attempt's failure is for people; later ones are temporary.
+      if (!this.#isOpen && !this.core.welcome && this.#makeSocket === makeWebSocket) return this.#explain(socket);
       const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
-      const what = this.#isOpen ? "the connection broke" : `no WebSocket at ${this.#url}`;
+      const what = this.#isOpen ? "the connection broke" : `no server answers at ${this.#url}`;
       this.#end(why ? `${what}: ${why}` : what);
       this.#turn();
     };
+  }
+
+  /** Ends the attempt when the reason for its failure is known. */
+  #explain(socket: WebSocketLike): void {
+    void explainFailure(this.#url).then(({ code, detail }) => {
+      if (this.#socket !== socket) return;
+      this.#failure = code;
+      this.#end(detail);
+      this.#turn();
+    });
   }
 
   /** The connection is over, by the server or the line. */
@@ -200,7 +217,7 @@ export class Link {
     if (!this.#answer) return;
     const { welcome, hasEnded, endReason, endDetail } = this.core;
     if (welcome) this.#answer.resolve(welcome);
-    else if (hasEnded) this.#answer.reject(new HairnetError(isFinal(endReason) ? "refused" : "unreachable", endDetail));
+    else if (hasEnded) this.#answer.reject(new HairnetError(isFinal(endReason) ? "refused" : this.#failure, endDetail));
     else return;
     this.#answer = null;
   }
@@ -217,9 +234,24 @@ export class Link {
   }
 }
 
+const kOptions: Readonly<Record<keyof LinkOptions, unknown>> = {
+  ...kDefaultOptions,
+  makeSocket: makeWebSocket,
+  nowNs: monotonicNs,
+};
+
+function checkLinkOptions(options: LinkOptions): void {
+  checkOptions(options, kOptions, "connect");
+  for (const [name, value] of Object.entries(options)) {
+    const wanted = typeof kOptions[name as keyof LinkOptions];
+    if (value !== undefined && typeof value !== wanted)
+      throw new HairnetError("invalid", `connect: the option '${name}' is a ${wanted}, not ${String(value)}`);
+  }
+}
+
 function makeWebSocket(url: string): WebSocketLike {
   if (typeof WebSocket === "undefined")
-    throw new HairnetError("invalid", "this platform has no WebSocket; give makeSocket");
+    throw new HairnetError("unsupported", "this platform has no WebSocket; give makeSocket");
   return new WebSocket(url, "hairnet") as WebSocketLike;
 }
 

@@ -93,7 +93,8 @@ export class LinkCore {
   #endReason = GoodbyeReason.none;
 
   constructor(options: Partial<LinkCoreOptions> = {}) {
-    this.#options = { ...kDefaultOptions, ...options };
+    const given = Object.entries(options).filter(([, value]) => value !== undefined);
+    this.#options = { ...kDefaultOptions, ...Object.fromEntries(given) };
     validateMessage(this.#hello());
   }
 

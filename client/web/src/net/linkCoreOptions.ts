@@ -3,7 +3,7 @@ import { Role } from "./messages";
 export interface LinkCoreOptions {
   /** for the server's log */
   readonly clientName: string;
-  /** up to 64 letters, digits and . _ -; empty: the lobby */
+  /** up to 64 letters, digits and . _ -; empty: the room "lobby" */
   readonly room: string;
   /** empty: none */
   readonly token: string;

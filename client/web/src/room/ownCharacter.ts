@@ -4,6 +4,7 @@ import { validatePose, type Pose } from "../hair/pose";
 import { tagBytes } from "../net/appearanceCodec";
 import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";
+import { materialOf } from "./materials";
 import type { Member } from "./member";
 
 /** How an own character is added. */
@@ -59,7 +60,7 @@ export class OwnCharacter {
    */
   push(pose: Pose, teleport = false): void {
     validatePose(pose);
-    this.#newest = pose.slice();
+    this.#newest = Float64Array.from(pose);
     this.#sequence = (this.#sequence + 1) >>> 0;
     const sample = {
       character: this.character,
@@ -98,7 +99,8 @@ export class OwnCharacter {
     return changedAppearance(base, changes);
   }
 
-  setMaterial(scale: MaterialScale): void {
-    this.link.send({ type: "setMaterial", character: this.character, scale: { ...scale } });
+  /** Replaces its material: one of `materials`, or `{ stiffness: 2 }`, where what is absent is normal. */
+  setMaterial(scale: Partial<MaterialScale>): void {
+    this.link.send({ type: "setMaterial", character: this.character, scale: materialOf(scale) });
   }
 }

@@ -1,3 +1,4 @@
+import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
 import { HairnetError } from "../hair/hairnetError";
 import { ErrorClass, LevelIndex } from "../hair/level";
@@ -12,8 +13,10 @@ import { ErrorReason, GroomState, type ModerateAction, ObserveMode, type Wind } 
 import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
+import { groomBytes } from "./groomBytes";
 import { Member } from "./member";
 import { OwnCharacter, type CharacterOptions } from "./ownCharacter";
+import { windOf, type WindOptions } from "./wind";
 
 const kGroomRetryNs = 3_000_000_000;
 const kStillAir: Wind = {
@@ -44,6 +47,8 @@ export interface RoomEvents {
   /** The server refused something, or a groom is damaged: one line for people. */
   fault: { detail: string };
 }
+
+const kCharacterOptions: Readonly<Record<keyof CharacterOptions, true>> = { level: true, tag: true, appearance: true };
 
 /**
  * Joins a room. Rejects with a one-line `HairnetError` when the first attempt fails; afterwards the room reconnects by
@@ -168,18 +173,24 @@ export class Room implements HairSource {
    * Adds an own character with the hair of a groom file; it is visible after its first pose. Throws `HairnetError` when
    * the file is damaged, or an option is not valid.
    */
-  addCharacter(groomFile: Uint8Array, options: CharacterOptions = {}): OwnCharacter {
-    const groomKey = hashGroom(groomFile);
-    const groom = this.#grooms.get(groomKey) ?? decodeGroom(groomFile);
-    return this.#add(groomKey, options, () => this.#keepGroom(groomKey, groom, groomFile));
+  addCharacter(groomFile: Uint8Array | ArrayBuffer, options: CharacterOptions = {}): OwnCharacter {
+    checkOptions(options, kCharacterOptions, "addCharacter");
+    const file = groomBytes(groomFile);
+    const groomKey = hashGroom(file);
+    const groom = this.#grooms.get(groomKey) ?? decodeGroom(file);
+    return this.#add(groomKey, options, () => this.#keepGroom(groomKey, groom, file));
   }
 
   /** The same with a groom that is already in the room, by its `groomKey`. */
   addCharacterLike(member: Member, options: CharacterOptions = {}): OwnCharacter {
+    checkOptions(options, kCharacterOptions, "addCharacterLike");
+    if (!(member instanceof Member)) throw new HairnetError("invalid", "addCharacterLike: give one of room.members");
     return this.#add(member.groomKey, options);
   }
 
   removeCharacter(own: OwnCharacter): void {
+    if (!(own instanceof OwnCharacter))
+      throw new HairnetError("invalid", "removeCharacter: give what addCharacter returned");
     this.#own.delete(own.character);
     own.member = null;
     this.#ownMembers.delete(own.character);
@@ -187,8 +198,9 @@ export class Room implements HairSource {
     this.#forgetUnused(own.groomKey);
   }
 
-  setWind(wind: Wind): void {
-    this.link.send({ type: "setWind", wind: { ...wind } });
+  /** Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. */
+  setWind(wind: WindOptions | Partial<Wind>): void {
+    this.link.send({ type: "setWind", wind: windOf(wind) });
   }
 
   /**
@@ -210,11 +222,6 @@ export class Room implements HairSource {
 
   /** `keep` is called once the options have been found valid. */
   #add(groomKey: string, options: CharacterOptions, keep = () => {}): OwnCharacter {
-    if (typeof options !== "object" || options === null)
-      throw new HairnetError(
-        "invalid",
-        'a character\'s options are an object such as { level: LevelIndex.low, tag: "Ann" }',
-      );
     const own = new OwnCharacter(this.link, this.#nextCharacter, groomKey, options, () => this.#showOwn(own));
     const { character, tag, appearance } = own;
     const { level = LevelIndex.high } = options;

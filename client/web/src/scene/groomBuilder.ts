@@ -1,3 +1,4 @@
+import { HairnetError } from "../hair/hairnetError";
 import type { Groom } from "../hair/groom";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
@@ -67,6 +68,6 @@ export class GroomBuilder {
     const waiting = this.#waiting.get(id);
     this.#waiting.delete(id);
     if (geometry) waiting?.resolve(geometry);
-    else waiting?.reject(new Error(fault ?? "the groom's geometry could not be made"));
+    else waiting?.reject(new HairnetError("invalid", fault ?? "the groom's geometry could not be made"));
   }
 }

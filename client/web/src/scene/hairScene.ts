@@ -3,14 +3,19 @@ import {
   type Camera,
   type Object3D,
   type Object3DEventMap,
+  type PerspectiveCamera,
   type RawShaderMaterial,
+  type Vector3,
   type WebGLRenderer,
 } from "three";
 import { kLatticeLayersMax, kStrayM } from "../generated/constants";
+import { checkOptions } from "../hair/checkOptions";
+import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
 import { detailFor, widthScale } from "./drawDetail";
+import { checkFrame, frameCamera, type FrameOptions } from "./frameCamera";
 import { GroomBuilder } from "./groomBuilder";
 import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
 import { HairCharacter } from "./hairCharacter";
@@ -29,6 +34,8 @@ export interface HairSceneOptions {
   onMaterial?: (material: RawShaderMaterial, part: HairPart) => void;
 }
 
+const kOptions: Readonly<Record<keyof HairSceneOptions, true>> = { lights: true, onMaterial: true };
+
 /** Counts of the last `update`. */
 export interface HairStatistics extends DrawCounts {
   characters: number;
@@ -44,6 +51,8 @@ const kImportanceEveryMs = 250;
 export interface HairSceneEventMap {
   characteradded: { character: HairCharacter };
   characterremoved: { character: HairCharacter };
+  /** `frame` has put the camera; `centre` (world) is the point that it looks at. */
+  framed: { camera: PerspectiveCamera; centre: Vector3 };
   /** A groom could not be prepared; its characters stay invisible. */
   groomfault: { groomKey: string; detail: string };
 }
@@ -87,11 +96,18 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /** numbers of the members, in this frame */
   readonly #here = new Set<number>();
   readonly #shown: Appearance[] = [];
+  /** the request of `frame` until it is done */
+  #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
   #importanceMs = -Infinity;
   #isDisposed = false;
 
   constructor(source: HairSource, renderer: WebGLRenderer, options: HairSceneOptions = {}) {
     super();
+    checkOptions(options, kOptions, "HairScene");
+    if (typeof source?.sample !== "function")
+      throw new HairnetError("invalid", "HairScene needs a room: new HairScene(await connect(address), renderer)");
+    if (typeof renderer?.render !== "function")
+      throw new HairnetError("invalid", "HairScene needs the renderer: new HairScene(room, renderer)");
     this.name = "hairnet";
     this.#source = source;
     this.#renderer = renderer;
@@ -111,9 +127,21 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#meet(members);
     const views = viewsOf(this.#renderer, camera);
     this.#appear(members, views);
+    this.#frame();
     this.#write();
     this.#setUniforms(camera, views);
     this.#reportImportance(nowMs);
+  }
+
+  /**
+   * Puts the camera in front of all characters, or of one, so near that they just fill the picture. Characters arrive
+   * over the network: `update` places the camera as soon as they are here, until each of them can be drawn. The event
+   * "framed" tells the centre of the picture, for `controls.target`. A later call replaces this one.
+   */
+  frame(camera: PerspectiveCamera, options: FrameOptions = {}): void {
+    checkFrame(camera, options);
+    this.#framing = { camera, options };
+    this.#frame();
   }
 
   /** Leaves its parent and frees all its GPU memory. */
@@ -218,6 +246,17 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       this.#shown.push(one);
       if (entry?.drawing && seen.inView && isVisible(character)) entry.shown.push(one);
     }
+  }
+
+  #frame(): void {
+    if (!this.#framing) return;
+    const { camera, options } = this.#framing;
+    const wanted = this.#shown.filter(({ member }) => options.member === undefined || member.member === options.member);
+    if (wanted.length === 0) return;
+    const framed = wanted.map(({ pose, size, member }) => ({ pose, size, groom: member.groom }));
+    const centre = frameCamera(camera, framed, options.margin);
+    if (wanted.every(({ character }) => character.isReady)) this.#framing = null;
+    this.dispatchEvent({ type: "framed", camera, centre });
   }
 
   // Writes lattices and records, and sets up the draw calls.

@@ -1,3 +1,4 @@
+export type { FrameOptions } from "./frameCamera";
 export { HairCharacter } from "./hairCharacter";
 export type { HairPart } from "./hairMaterials";
 export { HairScene, type HairSceneEventMap, type HairSceneOptions, type HairStatistics } from "./hairScene";

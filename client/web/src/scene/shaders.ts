@@ -1,3 +1,4 @@
+import { HairnetError } from "../hair/hairnetError";
 import bodyFrag from "../../../shaders/body.frag?raw";
 import bodyVert from "../../../shaders/body.vert?raw";
 import character from "../../../shaders/character.glsl?raw";
@@ -65,6 +66,6 @@ function resolve(text: string, included: Set<string>): string {
 
 function fileOf(name: string): string {
   const text = files[name];
-  if (text === undefined) throw new Error(`there is no shader ${name}`);
+  if (text === undefined) throw new HairnetError("invalid", `there is no shader ${name}`);
   return text;
 }

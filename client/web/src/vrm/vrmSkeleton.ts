@@ -1,5 +1,6 @@
 import type { VRM, VRMHumanBoneName } from "@pixiv/three-vrm";
 import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
+import { HairnetError } from "../hair/hairnetError";
 import { Bone, kBoneCount, kNumbersPerBone, kPoseNumbers, type Pose } from "../hair/pose";
 
 /** The model's bones that serve as ours; the first existing one is used. */
@@ -96,7 +97,7 @@ function nodesOf(vrm: VRM): Object3D[] {
       const node = vrm.humanoid.getRawBoneNode(name);
       if (node) return node;
     }
-    throw new Error(`the model has no ${kBonesFor[bone as Bone][0]} bone`);
+    throw new HairnetError("invalid", `the model has no ${kBonesFor[bone as Bone][0]} bone`);
   });
 }
 

@@ -80,7 +80,7 @@ describe("connection", () => {
   it("says in one line why it could not connect", async () => {
     const { sockets, answer } = connected();
     sockets[0].onclose?.({ code: 1006, reason: "" });
-    await expect(answer).rejects.toThrow(/no WebSocket at ws:\/\/localhost:7420\/ws/);
+    await expect(answer).rejects.toThrow(/no server answers at ws:\/\/localhost:7420\/ws/);
   });
 
   it("takes no more packets than the socket takes, and goes on when it does", () => {

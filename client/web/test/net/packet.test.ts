@@ -182,7 +182,7 @@ describe("spoilt packets", () => {
   it("says of a packet that is too long that it is", () => {
     const result = attempt(new Uint8Array((4 << 20) + 1));
     expect(result).toBeInstanceOf(HairnetError);
-    expect((result as HairnetError).kind).toBe("too_large");
+    expect((result as HairnetError).code).toBe("too_large");
   });
 });
 

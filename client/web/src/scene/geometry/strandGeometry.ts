@@ -1,4 +1,5 @@
 import { kPieceM, kPiecesMax, kPlacedMax, kPointRow, kRunMax, kSagM, kTolerancesM } from "../../generated/constants";
+import { HairnetError } from "../../hair/hairnetError";
 import { eachClumpCopy, drawnStrandCount } from "./clumpStrands";
 import type { GeometrySource } from "./geometrySource";
 import type { StrandGeometry } from "./groomGeometry";
@@ -104,7 +105,7 @@ function drawnStrands({ groom }: GeometrySource): { points: Float32Array; strand
       strand: s,
     });
   eachClumpCopy(groom, (points, strand) => drawn.push({ points, strand }));
-  if (drawn.length !== drawnStrandCount(groom)) throw new Error("clumps' copies do not add up");
+  if (drawn.length !== drawnStrandCount(groom)) throw new HairnetError("invalid", "clumps' copies do not add up");
   return drawn;
 }
 

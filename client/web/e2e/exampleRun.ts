@@ -1,0 +1,81 @@
+import { execFileSync, spawn, type ChildProcess } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { kBin, until } from "./hairnetServer";
+
+const kRoot = resolve("../..");
+export const kExamples = resolve("examples");
+/** The packages of all examples, which deploy/web --examples installs. */
+export const areExamplesInstalled = existsSync(join(kExamples, "node_modules/.package-lock.json"));
+
+/** What the page of an example says: its commands, after those of the set-up, and the address to open. */
+interface ExamplePage {
+  readonly commands: readonly string[];
+  readonly address: URL;
+}
+
+export function readPage(name: string): ExamplePage {
+  const text = readFileSync(join(kExamples, name, "README.md"), "utf8");
+  const [setup, ...blocks] = [...text.matchAll(/^```sh\n(.*?)^```$/gms)].map(([, block]) => block.trim().split("\n"));
+  const address = /Open `(http[^`]*)`/.exec(text)?.[1];
+  if (!setup?.every((command) => command.startsWith("deploy/")) || blocks.length !== 1 || !address)
+    throw new Error(`${name}/README.md: no set-up, no commands, or no address`);
+  return { commands: blocks[0], address: new URL(address) };
+}
+
+/**
+ * Follows the commands of an example's page, from the root of the repository. They run as they are written, except that
+ * programs come from HAIRNET_BIN, and that the server listens on `serverPort`: port 7420 may be in use.
+ */
+export class ExampleRun {
+  readonly #started: ChildProcess[] = [];
+  readonly #folder = mkdtempSync(join(tmpdir(), "hairnet-example-"));
+
+  /** Returns the address to open: that of the page, with the port that the development server got. */
+  async start(page: ExamplePage, serverPort: number): Promise<URL> {
+    const address = new URL(page.address);
+    for (const command of page.commands) {
+      const real = command.replace(/^build\/release\/bin\//, `${kBin}/`);
+      if (command.includes("/hairnet-server ")) await this.#startServer(real.replace(/ *&$/, ""), serverPort);
+      else if (/npx vite$/.test(command)) address.port = await this.#startVite(real);
+      else execFileSync("bash", ["-c", real], { cwd: kRoot });
+    }
+    return address;
+  }
+
+  async dispose(): Promise<void> {
+    for (const each of this.#started.splice(0)) {
+      const hasEnded = new Promise((done) => each.once("exit", done));
+      process.kill(-each.pid!, "SIGKILL"); // with the processes that it started
+      await hasEnded;
+    }
+    rmSync(this.#folder, { recursive: true });
+  }
+
+  async #startServer(command: string, port: number): Promise<void> {
+    const portFile = join(this.#folder, "port");
+    this.#spawn(`exec ${command} --port ${port} --port-file ${portFile} --workers 1`);
+    await until("the server listens", () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "");
+  }
+
+  async #startVite(command: string): Promise<string> {
+    const vite = this.#spawn(command);
+    let said = "";
+    vite.stdout!.on("data", (text: Buffer) => (said += text.toString()));
+    const local = () => /localhost:(\d+)/.exec(said)?.[1];
+    await until("vite listens", () => local() !== undefined);
+    return local()!;
+  }
+
+  #spawn(command: string): ChildProcess {
+    const child = spawn("bash", ["-c", command], {
+      cwd: kRoot,
+      env: { ...process.env, NO_COLOR: "1" },
+      detached: true,
+      stdio: ["ignore", "pipe", "inherit"],
+    });
+    this.#started.push(child);
+    return child;
+  }
+}

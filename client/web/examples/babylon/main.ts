@@ -1,0 +1,39 @@
+import { FreeCamera } from "@babylonjs/core/Cameras/freeCamera";
+import { Engine } from "@babylonjs/core/Engines/engine";
+import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight";
+import { Color4 } from "@babylonjs/core/Maths/math.color";
+import { Vector3 } from "@babylonjs/core/Maths/math.vector";
+import { Scene } from "@babylonjs/core/scene";
+import { connect, rigidPose } from "hairnet-client";
+import { MemberHair } from "./MemberHair";
+
+const canvas = document.querySelector("canvas") as HTMLCanvasElement;
+const engine = new Engine(canvas, true, { preserveDrawingBuffer: true });
+const scene = new Scene(engine);
+scene.useRightHandedSystem = true; // as Hairnet: +Y up, +Z out of the face
+scene.clearColor = new Color4(0.54, 0.56, 0.6, 1);
+new HemisphericLight("light", new Vector3(0.3, 1, 0.6), scene);
+const camera = new FreeCamera("camera", new Vector3(0, -0.05, 1.6), scene);
+camera.setTarget(new Vector3(0, -0.1, 0));
+camera.minZ = 0.05;
+camera.fov = 0.6;
+
+const room = await connect("ws://localhost:7420", { room: "babylon" });
+const file = await fetch("/long_curly.groom");
+const me = room.addCharacter(await file.arrayBuffer());
+
+const worn = new Map<number, MemberHair>();
+room.on("left", ({ member }) => {
+  worn.get(member.member)?.dispose();
+  worn.delete(member.member);
+});
+
+engine.runRenderLoop(() => {
+  const turn = 0.3 * Math.sin(performance.now() / 300);
+  me.push(rigidPose([0, Math.sin(turn), 0, Math.cos(turn)]));
+  for (const member of room.sample(performance.now())) {
+    if (member.groom && !worn.has(member.member)) worn.set(member.member, new MemberHair(member.groom, scene));
+    worn.get(member.member)?.update(member);
+  }
+  scene.render();
+});

@@ -1,0 +1,61 @@
+import { afterEach, describe, expect, test, vi } from "vitest";
+import { HairnetError } from "../../src/hair/hairnetError";
+import { Link } from "../../src/net/link";
+
+/** A platform on which every WebSocket fails as browsers report it: without a reason. */
+function stubPlatform(page: string, answers: boolean): string[] {
+  const asked: string[] = [];
+  vi.stubGlobal("location", new URL(page));
+  vi.stubGlobal("fetch", (url: string, { mode, credentials }: RequestInit) => {
+    asked.push(`${String(mode)} ${String(credentials)} ${url}`);
+    return answers ? Promise.resolve(new Response()) : Promise.reject(new TypeError("Failed to fetch"));
+  });
+  class FailingSocket {
+    onclose: ((event: { code: number; reason: string }) => void) | null = null;
+    constructor() {
+      queueMicrotask(() => this.onclose?.({ code: 1006, reason: "" }));
+    }
+    close(): void {}
+  }
+  vi.stubGlobal("WebSocket", FailingSocket);
+  return asked;
+}
+const failureOf = async (server: string) => {
+  const fault: unknown = await new Link(server).connect().catch((error: unknown) => error);
+  expect(fault).toBeInstanceOf(HairnetError);
+  return fault as HairnetError;
+};
+
+describe("a page's connection that fails", () => {
+  afterEach(() => vi.unstubAllGlobals());
+
+  test("at a server that refuses the page's origin says which flag allows it", async () => {
+    const asked = stubPlatform("http://studio.example:5173/room", true);
+    const { code, message } = await failureOf("ws://hair.example:7420");
+    expect(code).toBe("origin_refused");
+    expect(message).toBe(
+      "the server at hair.example:7420 refuses pages from http://studio.example:5173: start it with --origins http://studio.example:5173",
+    );
+    expect(asked).toEqual(["no-cors omit http://hair.example:7420/healthz"]);
+  });
+
+  test("where no server answers asks whether one is running", async () => {
+    stubPlatform("http://localhost:5173/", false);
+    const { code, message } = await failureOf("localhost:7420");
+    expect(code).toBe("unreachable");
+    expect(message).toBe("no server answers at localhost:7420: is hairnet-server running there?");
+  });
+
+  test("by TLS also names the certificate", async () => {
+    const asked = stubPlatform("https://studio.example/", false);
+    expect((await failureOf("wss://hair.example")).message).toMatch(/with a certificate that this browser trusts\?$/);
+    expect(asked[0]).toContain("https://hair.example/healthz");
+  });
+
+  test("at the page's own server blames no origin", async () => {
+    stubPlatform("http://localhost:7420/", true);
+    const { code, message } = await failureOf("http://localhost:7420");
+    expect(code).toBe("unreachable");
+    expect(message).toBe("the server at localhost:7420 answers, but opens no WebSocket at ws://localhost:7420/ws");
+  });
+});

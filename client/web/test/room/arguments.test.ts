@@ -1,0 +1,176 @@
+import { describe, expect, test } from "vitest";
+import { connect, HairnetError, Link, materials, Room, type Wind } from "../../src/index";
+import { decodePacket } from "../../src/net/packet";
+import type { ClientMessage } from "../../src/net/messages";
+import { LinkCoreDriver } from "../support/linkCoreDriver";
+import { serverPacket } from "../support/serverPacket";
+
+/** A room, and what it sent since the last call. */
+function joined(): { room: Room; sent: () => ClientMessage[] } {
+  const packets: Uint8Array[] = [];
+  const socket = {
+    binaryType: "",
+    bufferedAmount: 0,
+    onopen: null as ((event: never) => unknown) | null,
+    onmessage: null as ((event: { readonly data: unknown }) => unknown) | null,
+    onerror: null,
+    onclose: null,
+    send: (bytes: Uint8Array) => packets.push(bytes),
+    close: () => {},
+  };
+  const link = new Link("localhost:7420", { makeSocket: () => socket });
+  const room = new Room(link);
+  void link.connect();
+  socket.onopen?.(undefined as never);
+  const packet = serverPacket(1, new LinkCoreDriver().welcome());
+  socket.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
+  link.flush();
+  return {
+    room,
+    sent: () => {
+      link.flush();
+      return packets.splice(0).map((each) => decodePacket(each).message as ClientMessage);
+    },
+  };
+}
+
+const faultOf = (call: () => unknown): HairnetError => {
+  try {
+    call();
+  } catch (error) {
+    expect(error).toBeInstanceOf(HairnetError);
+    expect((error as HairnetError).message).not.toContain("\n");
+    return error as HairnetError;
+  }
+  throw new Error("nothing was thrown");
+};
+// What TypeScript would refuse, as JavaScript passes it.
+const any = (value: unknown) => value as never;
+
+describe("addresses and options of connect", () => {
+  test("that are none are refused with a HairnetError", async () => {
+    for (const bad of ["", undefined, null, 7420, {}, "a b", "ftp://a", "ws://", "localhost:99999", "http://["]) {
+      const fault = await connect(any(bad)).catch((error: unknown) => error);
+      expect(fault, String(bad)).toBeInstanceOf(HairnetError);
+      expect((fault as HairnetError).code).toBe("invalid");
+    }
+  });
+
+  test("must exist and be of the right type", async () => {
+    const refusalOf = (options: object) =>
+      connect("localhost:1", any(options)).then(
+        () => null,
+        (error: HairnetError) => `${error.code}: ${error.message}`,
+      );
+    expect(await refusalOf({ rooom: "hall" })).toBe(
+      "unknown_option: connect: there is no option 'rooom'; did you mean 'room'?",
+    );
+    expect(await refusalOf({ room: 5 })).toBe("invalid: connect: the option 'room' is a string, not 5");
+    expect(await refusalOf({ reconnect: "no" })).toBe("invalid: connect: the option 'reconnect' is a boolean, not no");
+    expect(await refusalOf({ room: "no/slash" })).toMatch(/^invalid: a room's name is up to 64/);
+  });
+
+  test("that are undefined are as absent", () => {
+    expect(() => new Link("localhost", { room: undefined, token: undefined })).not.toThrow();
+  });
+});
+
+describe("arguments of a room", () => {
+  test("that are no groom are refused, and the message says what to give", () => {
+    const { room, sent } = joined();
+    sent();
+    const page = new TextEncoder().encode("<!DOCTYPE html><title>404</title>");
+    for (const [bad, pattern] of [
+      [undefined, /not undefined; give the bytes of a \.groom file/],
+      [null, /not null; give/],
+      ["/bob.groom", /not a text; give/],
+      [new Promise(() => {}), /not a Promise; give/],
+      [[1, 2], /not a Array; give/],
+      [page, /a web page, not a \.groom file/],
+      [page.buffer, /a web page, not a \.groom file/],
+      [new Uint8Array(3), /./],
+      [new ArrayBuffer(200), /./],
+    ] as const)
+      expect(faultOf(() => room.addCharacter(any(bad))).message).toMatch(pattern);
+    expect(faultOf(() => room.addCharacter(new Uint8Array(1), any(2))).message).toMatch(/options are an object like/);
+    expect(faultOf(() => room.addCharacter(new Uint8Array(1), any({ lvl: 2 }))).message).toMatch(/'level'\?/);
+    expect(faultOf(() => room.addCharacterLike(any(5))).message).toMatch(/one of room\.members/);
+    expect(faultOf(() => room.removeCharacter(any(undefined))).message).toMatch(/what addCharacter returned/);
+    expect(sent()).toEqual([]);
+  });
+});
+
+describe("winds", () => {
+  const windOf = (wind: unknown): Wind | undefined => {
+    const { room, sent } = joined();
+    sent();
+    room.setWind(any(wind));
+    const [message] = sent();
+    return message?.type === "setWind" ? message.wind : undefined;
+  };
+  const close = (numbers: readonly number[]) => numbers.map((x) => expect.closeTo(x, 4));
+
+  test("in few words get the rest by default", () => {
+    expect(windOf({ speed: 3 })).toMatchObject({
+      meanMPerS: close([-3, 0, 0]),
+      gustRatio: expect.closeTo(0.4),
+      turbulenceRmsMPerS: expect.closeTo(0.45),
+    });
+    expect(windOf({})).toMatchObject({ meanMPerS: close([0, 0, 0]), turbulenceRmsMPerS: 0 });
+  });
+
+  test("come from where 'from' says: 0 from +Z, 90 from +X", () => {
+    expect(windOf({ speed: 2, from: 0 })?.meanMPerS).toEqual(close([0, 0, -2]));
+    expect(windOf({ speed: 2, from: 90 })?.meanMPerS).toEqual(close([-2, 0, 0]));
+    expect(windOf({ speed: 2, from: 180 })?.meanMPerS).toEqual(close([0, 0, 2]));
+    expect(windOf({ speed: 2, from: -45 })?.meanMPerS).toEqual(close([Math.SQRT2, 0, -Math.SQRT2]));
+    expect(windOf({ speed: 2, gust: 0, turbulence: 1 })).toMatchObject({ gustRatio: 0, turbulenceRmsMPerS: 1 });
+  });
+
+  test("of a Wind's own properties keep the others of still air", () => {
+    const full: Wind = {
+      meanMPerS: [1, 2, 3],
+      gustRatio: 0.5,
+      gustPeriodS: 2,
+      turbulenceRmsMPerS: 0.25,
+      turbulenceScaleM: 1,
+      seed: 7n,
+    };
+    expect(windOf(full)).toEqual(full);
+    expect(windOf({ meanMPerS: [1, 0, 0] })).toMatchObject({ gustRatio: 0, gustPeriodS: 4, seed: 1n });
+  });
+
+  test("that are none are refused", () => {
+    const { room, sent } = joined();
+    sent();
+    for (const [bad, pattern] of [
+      [{ sped: 3 }, /no option 'sped'; did you mean 'speed'/],
+      [{ speed: "3" }, /speed is not a number/],
+      [{ speed: NaN }, /speed is not a number/],
+      [{ speed: -1 }, /negative; turn the wind by 'from'/],
+      [{ speed: 1, meanMPerS: [1, 0, 0] }, /either 'speed' or 'meanMPerS'/],
+      [{ meanMPerS: [1, 0] }, /not 3 numbers/],
+      [{ meanMPerS: 5 }, /not 3 numbers/],
+      [{ gustRatio: 0.2, seed: 1 }, /seed is no bigint/],
+      [5, /options are an object/],
+      [undefined, /options are an object/],
+    ] as const)
+      expect(faultOf(() => room.setWind(any(bad))).message).toMatch(pattern);
+    expect(sent()).toEqual([]);
+  });
+});
+
+describe("materials", () => {
+  test("by name are what servers take, and differ from the normal one", () => {
+    for (const [name, { stiffness, damping, density, etherDamping, airDrag, gelPerS2 }] of Object.entries(materials)) {
+      // schema/PROTOCOL.md, Materials and wind
+      expect(stiffness).toBeGreaterThanOrEqual(0.01);
+      for (const factor of [stiffness, damping, etherDamping, airDrag]) expect(factor).toBeLessThanOrEqual(100);
+      expect(density).toBeGreaterThanOrEqual(0.1);
+      expect(density).toBeLessThanOrEqual(10);
+      expect(gelPerS2).toBeLessThanOrEqual(10000);
+      if (name !== "normal") expect({ ...materials[name as "wet"] }).not.toEqual(materials.normal);
+    }
+    expect(Object.keys(materials)).toEqual(["normal", "stiff", "soft", "wet", "gel", "underwater"]);
+  });
+});
