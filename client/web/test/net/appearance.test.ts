@@ -127,6 +127,6 @@ it("takes a tag of at most 256 bytes of any kind", () => {
   for (const { packet } of carriers.slice(0, 2)) expect(() => packet(new Uint8Array(257))).toThrow(/tag: 257 bytes/);
   for (const { packet } of carriers.slice(2)) {
     const refused = decode(packet(new Uint8Array(257)));
-    expect(refused).toMatchObject({ kind: "invalid", message: "tag: 257 bytes, more than 256" });
+    expect(refused).toMatchObject({ code: "invalid", message: "tag: 257 bytes, more than 256" });
   }
 });
