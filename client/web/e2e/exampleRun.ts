@@ -26,7 +26,7 @@ export function readPage(name: string): ExamplePage {
 
 /**
  * Follows the commands of an example's page, from the root of the repository. They run as they are written, except that
- * programs come from HAIRNET_BIN, and that the server listens on `serverPort`: port 7420 may be in use.
+ * programs come from HAIRNET_BIN, and that servers listen on free ports: those of the page may be in use.
  */
 export class ExampleRun {
   readonly #started: ChildProcess[] = [];
@@ -39,6 +39,7 @@ export class ExampleRun {
       const real = command.replace(/^build\/release\/bin\//, `${kBin}/`);
       if (command.includes("/hairnet-server ")) await this.#startServer(real.replace(/ *&$/, ""), serverPort);
       else if (/npx vite$/.test(command)) address.port = await this.#startVite(real);
+      else if (command.includes(" http.server 8000 ")) address.port = await this.#startPython(real.replace(/ *&$/, ""));
       else execFileSync("bash", ["-c", real], { cwd: kRoot });
     }
     return address;
@@ -59,13 +60,24 @@ export class ExampleRun {
     await until("the server listens", () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "");
   }
 
-  async #startVite(command: string): Promise<string> {
-    const vite = this.#spawn(command);
+  #startVite(command: string): Promise<string> {
+    return this.#portOf(this.#spawn(command), /localhost:(\d+)/);
+  }
+
+  #startPython(command: string): Promise<string> {
+    return this.#portOf(
+      this.#spawn(`exec ${command.replace("python3", "python3 -u").replace(" 8000 ", " 0 ")}`),
+      /port (\d+)/,
+    );
+  }
+
+  /** The port that a web server says it has, beside the pattern. */
+  async #portOf(server: ChildProcess, pattern: RegExp): Promise<string> {
     let said = "";
-    vite.stdout!.on("data", (text: Buffer) => (said += text.toString()));
-    const local = () => /localhost:(\d+)/.exec(said)?.[1];
-    await until("vite listens", () => local() !== undefined);
-    return local()!;
+    server.stdout!.on("data", (text: Buffer) => (said += text.toString()));
+    const port = () => pattern.exec(said)?.[1];
+    await until("the web server listens", () => port() !== undefined);
+    return port()!;
   }
 
   #spawn(command: string): ChildProcess {

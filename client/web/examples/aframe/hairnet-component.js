@@ -4,7 +4,7 @@ import { connect, HairScene, rigidPose } from "hairnet-client";
 /** Everyone's hair in a room, at this entity. With `groom`, your own head too. Emits "hairnet-error" with the reason. */
 AFRAME.registerComponent("hairnet", {
   schema: {
-    server: { default: "" }, // empty: the server that handed out the page
+    server: { default: "ws://localhost:7420" },
     room: { default: "" }, // empty: the lobby
     token: { default: "" },
     groom: { default: "" }, // a .groom file of your own character; empty: none
@@ -14,7 +14,7 @@ AFRAME.registerComponent("hairnet", {
   async init() {
     const { server, room, token, groom } = this.data;
     try {
-      const joined = await connect(server || location.href, { room, token });
+      const joined = await connect(server, { room, token });
       if (this.isRemoved) return joined.close();
       this.room = joined;
       this.hair = new HairScene(joined, this.el.sceneEl.renderer);

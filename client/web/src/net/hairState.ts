@@ -18,12 +18,14 @@ function writeShorts(to: Builder, integers: Int16Array): Offset {
   return to.endVector();
 }
 
+/** @internal Types of the package do not show generated code. */
 export function writeState(to: Builder, state: HairState): Offset {
   const displacements = writeShorts(to, state.displacements);
   const velocities = writeShorts(to, state.velocities);
   return fb.HairState.createHairState(to, displacements, velocities, state.stepM, state.level);
 }
 
+/** @internal Types of the package do not show generated code. */
 export function readState(from: fb.HairState): HairState {
   const count = from.displacementsLength();
   if (count > kHairStateIntegersMax) throw invalid(`hair state: more than ${kHairStateIntegersMax} integers`);
