@@ -20,8 +20,8 @@ uniform float encode_srgb;  // 1: the target stores the value unchanged, so enco
 
 vec4 to_clip(vec3 position_scene) { return projectionMatrix * (viewMatrix * vec4(position_scene, 1.0)); }
 
-// Pixels in a metre where clip.w is 1.
-float px_per_m() { return 0.5 * viewport_px.y * projectionMatrix[1][1]; }
+// Pixels in a metre where clip.w is 1. The cameras of a cube map draw upside down.
+float px_per_m() { return 0.5 * viewport_px.y * abs(projectionMatrix[1][1]); }
 
 const vec4 kNowhere = vec4(0.0, 0.0, 2.0, 1.0);  // beyond the far plane: a vertex here is not drawn
 

@@ -52,7 +52,15 @@ void main() {
   if (copy > 0) head += rotate(rotation_of(point), follow_hair_offset(chance, s, character.stray));
   vec3 position = to_scene(character, head);
 
+#ifdef SHADOW
+  // A shadow map has no follow hairs: each strand is as wide as they and the strand together.
+  vec3 colour = vec3(0.0);
+  float widened = 1.0 + 0.8 * character.follow_hairs;
+#else
   vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy);
+  colour = to_target(tone_map(colour));
+  float widened = 1.0;
+#endif
 
   vec4 clip = to_clip(position), ahead = to_clip(position + t * 1e-3);
   vec2 pixel = 0.5 * viewport_px;
@@ -64,11 +72,11 @@ void main() {
   // Tips end at random lengths, softly.
   float end = 1.0 - 0.12 * chance.z;
   float taper = mix(1.0, 0.45, s * s) * (1.0 - smoothstep(end - 0.12, end, s));
-  float width_px = character.width * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
+  float width_px = character.width * widened * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
   float half_px = 0.5 * max(width_px, 1.0);
   float edge_px = half_px + (samples < 2.0 ? 0.5 : 0.0);  // several samples already make soft edges
   clip.xy += side * edge_px / pixel * clip.w;
   gl_Position = clip;
-  shade = vec4(to_target(tone_map(colour)), min(width_px, 1.0) * present * character.strand_opacity);
+  shade = vec4(colour, min(width_px, 1.0) * present * character.strand_opacity);
   across = vec3(left ? -edge_px : edge_px, half_px, chance.y);
 }

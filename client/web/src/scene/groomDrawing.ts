@@ -17,7 +17,7 @@ import { kFollowHairsMax, kPointRow } from "../generated/constants";
 import type { DrawDetail } from "./drawDetail";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
-import { makeMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
+import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
 /** One character to draw, in the order of its records. */
 export interface Drawn {
@@ -66,12 +66,13 @@ export class GroomDrawing {
   readonly #body: Part | null;
   readonly #parts: Part[];
 
-  /** Its meshes become children of `group`. `adapt` may change each material. */
+  /** Its meshes become children of `group`. `adapt` may change each material. `castShadow`: into shadow maps. */
   constructor(
     geometry: GroomGeometry,
     private readonly group: Group,
     uniforms: SceneUniforms,
     adapt: (material: RawShaderMaterial, part: HairPart) => void,
+    castShadow = false,
   ) {
     this.#geometry = geometry;
     this.strandCount = geometry.strandCount;
@@ -82,7 +83,9 @@ export class GroomDrawing {
     const make = (part: HairPart, attributes: Attributes, triangles: Uint32Array, own: Record<string, IUniform>) => {
       const material = makeMaterial(part, uniforms, own);
       adapt(material, part);
-      return new Part(part, attributes, triangles, material, uniforms);
+      const made = new Part(part, attributes, triangles, material, uniforms);
+      if (castShadow) made.castShadow(part, uniforms);
+      return made;
     };
     const whole = (part: HairPart, arrays: MeshArrays, extra: Extra[], own: Record<string, IUniform> = {}) =>
       arrays.triangles.length > 0 ? make(part, attributesOf(arrays, extra), arrays.triangles, own) : null;
@@ -239,6 +242,23 @@ class Part {
     this.mesh.onBeforeRender = (renderer) => uniforms.setTarget(renderer);
   }
 
+  /** Each character's strands are drawn once into a shadow map, without follow hairs. */
+  castShadow(part: HairPart, uniforms: SceneUniforms): void {
+    const { mesh } = this;
+    const material = makeShadowMaterial(part, mesh.material);
+    let instances = 0;
+    mesh.castShadow = true;
+    mesh.customDepthMaterial = mesh.customDistanceMaterial = material;
+    mesh.onBeforeShadow = (renderer) => {
+      uniforms.setShadowMap(renderer);
+      instances = mesh.geometry.instanceCount;
+      mesh.geometry.instanceCount = instances / mesh.material.uniforms.copies.value;
+    };
+    mesh.onAfterShadow = () => {
+      mesh.geometry.instanceCount = instances;
+    };
+  }
+
   show(firstRecord: number, characters: number, copies: number, counts: DrawCounts): void {
     const { geometry, material } = this.mesh;
     geometry.instanceCount = characters * copies;
@@ -257,5 +277,6 @@ class Part {
   dispose(): void {
     this.mesh.geometry.dispose();
     this.mesh.material.dispose();
+    this.mesh.customDepthMaterial?.dispose();
   }
 }

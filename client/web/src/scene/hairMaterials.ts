@@ -4,6 +4,7 @@ import {
   RawShaderMaterial,
   SRGBColorSpace,
   Vector2,
+  Vector4,
   type IUniform,
   type Texture,
   type WebGLRenderer,
@@ -18,6 +19,7 @@ export type HairPart = "strand" | "card" | "fabric" | "body";
 export class SceneUniforms {
   readonly rig: LightRig = makeLightRig();
   readonly all: Record<string, IUniform>;
+  readonly #viewport = new Vector4();
   #isAntialiased: boolean | null = null;
 
   constructor(records: Texture, lattices: Texture, placedPoints: Texture) {
@@ -37,8 +39,9 @@ export class SceneUniforms {
     };
   }
 
-  /** Sets how the bound target takes colours; called for each drawn part. */
+  /** Sets the size of the current viewport, and how the bound target takes colours; called for each drawn part. */
   setTarget(renderer: WebGLRenderer): void {
+    this.#setViewport(renderer);
     const target = renderer.getRenderTarget();
     // The same decision as in three.js's own materials.
     const isXr = target !== null && (target as { isXRRenderTarget?: boolean }).isXRRenderTarget === true;
@@ -46,6 +49,17 @@ export class SceneUniforms {
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
     this.#isAntialiased ??= renderer.getContextAttributes()?.antialias === true;
     this.all.samples.value = Math.max(target === null ? (this.#isAntialiased ? 4 : 1) : target.samples, 1);
+  }
+
+  /** The same for a shadow map, which has one sample a texel. */
+  setShadowMap(renderer: WebGLRenderer): void {
+    this.#setViewport(renderer);
+    this.all.samples.value = 1;
+  }
+
+  #setViewport(renderer: WebGLRenderer): void {
+    const { z, w } = renderer.getCurrentViewport(this.#viewport);
+    this.all.viewport_px.value.set(z, w);
   }
 }
 
@@ -65,5 +79,17 @@ export function makeMaterial(
     fragmentShader: shader(`${part}.frag`),
     alphaToCoverage: part !== "body",
     uniforms: { ...shared.all, first_record: { value: 0 }, copies: { value: 1 }, ...own },
+  });
+}
+
+/** Draws the depth of one part into shadow maps. `material`: of the same part; it shares its uniforms. */
+export function makeShadowMaterial(part: HairPart, material: RawShaderMaterial): RawShaderMaterial {
+  return new RawShaderMaterial({
+    name: `hairnet ${part} shadow`,
+    glslVersion: GLSL3,
+    defines: { SHADOW: 1, [part.toUpperCase()]: 1 },
+    vertexShader: shader(`${part}.vert`),
+    fragmentShader: shader("shadow.frag"),
+    uniforms: { ...material.uniforms, copies: { value: 1 } },
   });
 }

@@ -7,6 +7,7 @@ import {
   type WebGLRenderer,
 } from "three";
 import { kLatticeLayersMax, kStrayM } from "../generated/constants";
+import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
@@ -20,11 +21,13 @@ import { place } from "./placement";
 import { CharacterRecords, Lattices, type PlacedLayer, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
-import { seenBy, viewsOf, type View } from "./view";
+import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
 
 export interface HairSceneOptions {
   /** "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene */
   lights?: "studio" | "scene";
+  /** Hair and busts cast shadows into the shadow maps of the scene's lights, and receive those of other things. */
+  shadows?: boolean;
   /** Called with each new material: one for every part of every groom. */
   onMaterial?: (material: RawShaderMaterial, part: HairPart) => void;
 }
@@ -90,8 +93,11 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #importanceMs = -Infinity;
   #isDisposed = false;
 
+  /** Throws for three.js's WebGPURenderer. */
   constructor(source: HairSource, renderer: WebGLRenderer, options: HairSceneOptions = {}) {
     super();
+    if ((renderer as { isWebGPURenderer?: boolean }).isWebGPURenderer)
+      throw new HairnetError("invalid", "hair needs three.js's WebGLRenderer: WebGPURenderer cannot draw its shaders");
     this.name = "hairnet";
     this.#source = source;
     this.#renderer = renderer;
@@ -101,8 +107,16 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
   }
 
-  /** Updates all characters to their state at `nowMs` (a time of `performance.now()`), for pictures from `camera`. */
-  update(camera: Camera, nowMs: number = performance.now()): void {
+  /**
+   * Updates all characters to their present state, for pictures from `camera` and from further cameras: a second view,
+   * a mirror's camera, a cube camera. Servers learn what `camera` sees; the studio's lights stand about it.
+   */
+  update(camera: Camera, ...moreCameras: AnyCamera[]): void {
+    this.updateAt(performance.now(), camera, ...moreCameras);
+  }
+
+  /** The same for their state at `nowMs`, a time of `performance.now()`. */
+  updateAt(nowMs: number, camera: Camera, ...moreCameras: AnyCamera[]): void {
     if (this.#isDisposed) return;
     this.updateWorldMatrix(true, false);
     camera.updateWorldMatrix(true, false);
@@ -110,9 +124,12 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     const members = this.#source.sample(nowMs);
     this.#meet(members);
     const views = viewsOf(this.#renderer, camera);
-    this.#appear(members, views);
+    this.#appear(members, views, [
+      ...furtherViews(this.#renderer, moreCameras),
+      ...(this.#castsShadows ? shadowViews(rootOf(this)) : []),
+    ]);
     this.#write();
-    this.#setUniforms(camera, views);
+    this.#setUniforms(camera);
     this.#reportImportance(nowMs);
   }
 
@@ -181,7 +198,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         // The groom may have been removed meanwhile, or removed and added again.
         if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
         const adapt = this.#options.onMaterial ?? (() => {});
-        entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt);
+        entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows);
       },
       (fault: Error) => {
         if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
@@ -189,7 +206,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     );
   }
 
-  #appear(members: readonly ShownMember[], views: readonly View[]): void {
+  // `views`: of the main camera.
+  #appear(members: readonly ShownMember[], views: readonly View[], further: readonly View[]): void {
+    const allViews = [...views, ...further];
     this.#shown.length = 0;
     for (const groom of this.#grooms.values()) groom.shown.length = 0;
     for (const member of members) {
@@ -203,8 +222,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const placed = place(character, pose, this.matrixWorld);
       const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
       const seen = seenBy(views, placed.pose, radius, placed.size);
+      const drawn = drawnIn(allViews, placed.pose, radius, placed.size);
       const detail =
-        character.detail ?? detailFor(seen.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
+        character.detail ?? detailFor(drawn.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
       const one: Appearance = {
         member,
         character,
@@ -215,7 +235,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
       };
       this.#shown.push(one);
-      if (entry?.drawing && seen.inView && isVisible(character)) entry.shown.push(one);
+      if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
     }
   }
 
@@ -285,10 +305,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     return placed;
   }
 
-  #setUniforms(camera: Camera, views: readonly View[]): void {
+  get #castsShadows(): boolean {
+    return this.#options.shadows === true && this.#renderer.shadowMap.enabled;
+  }
+
+  #setUniforms(camera: Camera): void {
     const { all, rig } = this.#uniforms;
     all.exposure.value = this.exposure;
-    if (views.length > 0) all.viewport_px.value.set(views[0].widthPx, views[0].heightPx);
     if (this.lights === "scene") sceneLights(rootOf(this), rig);
     // In a headset the lights do not move: lights that turn with the head look wrong.
     else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);

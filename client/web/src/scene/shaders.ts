@@ -11,6 +11,7 @@ import limitLengthsFrag from "../../../shaders/limit_lengths.frag?raw";
 import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
+import shadowFrag from "../../../shaders/shadow.frag?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
 import strandVert from "../../../shaders/strand.vert?raw";
 import strandPoints from "../../../shaders/strand_points.glsl?raw";
@@ -32,6 +33,7 @@ const files: Record<string, string> = {
   "points.vert": pointsVert,
   "scene.glsl": scene,
   "screen.vert": screenVert,
+  "shadow.frag": shadowFrag,
   "strand.frag": strandFrag,
   "strand.vert": strandVert,
   "strand_points.glsl": strandPoints,
