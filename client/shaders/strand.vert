@@ -2,6 +2,7 @@
 #include "character.glsl"
 #include "strand_points.glsl"
 #include "hair_light.glsl"
+#include "density.glsl"
 
 // A strand as a ribbon that faces the camera, through points that two earlier passes have placed (deform_points.frag,
 // limit_lengths.frag). Every point has two vertices: even ones on the left, odd ones on the right. Shading is done for
@@ -12,6 +13,7 @@ layout(location = 1) in vec4 ends;   // from +z -z; fraction of the strand's len
 layout(location = 2) in float strand;
 
 uniform highp usampler2D placed_points;
+uniform highp sampler2D rest_points;  // of the groom: head space, m; delta
 
 uniform float strand_count;
 
@@ -57,8 +59,9 @@ void main() {
   vec3 colour = vec3(0.0);
   float widened = 1.0 + 0.8 * character.follow_hairs;
 #else
-  vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy);
-  colour = to_target(tone_map(colour));
+  vec4 change = light_change(character.row, texelFetch(rest_points, texel_of(number, 0), 0).xyz, position_of(point));
+  vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy, change);
+  colour = to_target_through_fog(colour, position);
   float widened = 1.0;
 #endif
 

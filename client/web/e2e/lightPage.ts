@@ -94,7 +94,11 @@ export class LightStage {
 
   /** Adds a mirror behind the head. */
   addMirror(): Reflector {
-    const mirror = new Reflector(new PlaneGeometry(2, 2), { textureWidth: kSize, textureHeight: kSize, multisample: 4 });
+    const mirror = new Reflector(new PlaneGeometry(2, 2), {
+      textureWidth: kSize,
+      textureHeight: kSize,
+      multisample: 4,
+    });
     this.scene.add(mirror);
     return mirror;
   }

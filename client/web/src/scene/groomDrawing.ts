@@ -1,4 +1,5 @@
 import {
+  Box3,
   BufferAttribute,
   DataTexture,
   FloatType,
@@ -9,11 +10,12 @@ import {
   Mesh,
   RGBAFormat,
   RGFormat,
+  Vector3,
   type Group,
   type IUniform,
   type RawShaderMaterial,
 } from "three";
-import { kFollowHairsMax, kPointRow } from "../generated/constants";
+import { kDensityStrandsMax, kFollowHairsMax, kPointRow } from "../generated/constants";
 import type { DrawDetail } from "./drawDetail";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
@@ -58,6 +60,9 @@ export class GroomDrawing {
   /** The strands' points for `StrandDeformPass`: rows of kPointRow. */
   readonly restPoints: DataTexture;
   readonly restArcs: DataTexture;
+  /** Contain the points of the resting strands, and their roots. Head space, m. */
+  readonly strandBox = new Box3();
+  readonly rootBox = new Box3();
   readonly #geometry: GroomGeometry;
   readonly #strands: Part[];
   readonly #cards: Part | null;
@@ -105,13 +110,20 @@ export class GroomDrawing {
     this.restPoints = new DataTexture(points.rest as Float32Array<ArrayBuffer>, kPointRow, rows, RGBAFormat, FloatType);
     this.restArcs = new DataTexture(points.arc as Float32Array<ArrayBuffer>, kPointRow, rows, RGFormat, FloatType);
     this.restPoints.needsUpdate = this.restArcs.needsUpdate = true;
+    const point = new Vector3();
+    for (let p = 0; p < points.pointEnd[geometry.strandCount]; ++p) {
+      this.strandBox.expandByPoint(point.fromArray(points.rest, 4 * p));
+      if (points.arc[2 * p] === 0) this.rootBox.expandByPoint(point);
+    }
     const strands: Attributes = {
       sides: new BufferAttribute(points.sides, 4, true),
       ends: new BufferAttribute(points.ends, 4, true),
       strand: new BufferAttribute(points.strand, 1),
     };
     const strandCount = { value: Math.max(geometry.strandCount, 1) };
-    this.#strands = points.lists.map((list) => make("strand", strands, list.triangles, { strand_count: strandCount }));
+    this.#strands = points.lists.map((list) =>
+      make("strand", strands, list.triangles, { strand_count: strandCount, rest_points: { value: this.restPoints } }),
+    );
     const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands, this.#farCards];
     this.#parts = parts.filter((part) => part !== null);
     for (const part of this.#parts) group.add(part.mesh);
@@ -130,6 +142,16 @@ export class GroomDrawing {
   /** The number of drawn strands for the share; 0 for far characters. */
   strandsOf({ detail }: Drawn): number {
     return this.#isFar(detail) ? 0 : Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
+  }
+
+  /** The strands of one character that stand for all of its strands in its grid of density. */
+  densityStrandsOf(drawn: Drawn): number {
+    return Math.min(this.strandsOf(drawn), kDensityStrandsMax);
+  }
+
+  /** The points of the first `strands` strands. */
+  pointsOf(strands: number): number {
+    return this.#geometry.strands.pointEnd[strands];
   }
 
   /** Rows of kPointRow points in the strands of one character. */

@@ -1,10 +1,14 @@
 import {
+  Color,
   DoubleSide,
+  FogExp2,
   GLSL3,
   RawShaderMaterial,
   SRGBColorSpace,
   Vector2,
+  Vector3,
   Vector4,
+  type Fog,
   type IUniform,
   type Texture,
   type WebGLRenderer,
@@ -30,12 +34,16 @@ export class SceneUniforms {
       ambient_above: { value: this.rig.ambientAbove },
       ambient_below: { value: this.rig.ambientBelow },
       exposure: { value: 1 },
+      fog_colour: { value: new Color(0) },
+      fog_range: { value: new Vector3() },
       encode_srgb: { value: 1 },
       samples: { value: 1 },
       records: { value: records },
       lattices: { value: lattices },
       placed_points: { value: placedPoints },
       card_texture: { value: null },
+      light_depth_now: { value: null },
+      light_depth_rest: { value: null },
     };
   }
 
@@ -49,6 +57,14 @@ export class SceneUniforms {
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
     this.#isAntialiased ??= renderer.getContextAttributes()?.antialias === true;
     this.all.samples.value = Math.max(target === null ? (this.#isAntialiased ? 4 : 1) : target.samples, 1);
+  }
+
+  setFog(fog: Fog | FogExp2 | null): void {
+    const range: Vector3 = this.all.fog_range.value;
+    if (fog) this.all.fog_colour.value.copy(fog.color);
+    if (fog instanceof FogExp2) range.set(0, 0, fog.density);
+    else if (fog) range.set(fog.near, fog.far, 0);
+    else range.set(0, 0, 0);
   }
 
   /** The same for a shadow map, which has one sample a texel. */

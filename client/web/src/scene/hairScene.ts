@@ -1,19 +1,23 @@
 import {
   Group,
+  Scene,
   type Camera,
   type Object3D,
   type Object3DEventMap,
   type RawShaderMaterial,
   type WebGLRenderer,
 } from "three";
-import { kLatticeLayersMax, kStrayM } from "../generated/constants";
+import { kCopies, kDensityGridsMax, kLatticeLayersMax, kStrayM } from "../generated/constants";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
+import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale } from "./drawDetail";
+import { addEnvironment, EnvironmentLight } from "./environmentLight";
 import { GroomBuilder } from "./groomBuilder";
 import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
+import { HairDensityPass, type DenseGroom } from "./hairDensityPass";
 import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
@@ -24,7 +28,10 @@ import { CardTexture } from "./cardTexture";
 import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
 
 export interface HairSceneOptions {
-  /** "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene */
+  /**
+   * "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene,
+   * and its environment
+   */
   lights?: "studio" | "scene";
   /** Hair and busts cast shadows into the shadow maps of the scene's lights, and receive those of other things. */
   shadows?: boolean;
@@ -84,6 +91,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #lattices = new Lattices();
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
+  readonly #density = new HairDensityPass(this.#records.texture, this.#placement.texture, this.#uniforms.rig);
+  readonly #environment = new EnvironmentLight();
   readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
@@ -104,6 +113,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#options = options;
     this.lights = options.lights ?? "studio";
     this.#uniforms.all.card_texture.value = this.#cardTexture.texture;
+    this.#uniforms.all.light_depth_now.value = this.#density.textures.now;
+    this.#uniforms.all.light_depth_rest.value = this.#density.textures.rest;
     renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
   }
 
@@ -128,8 +139,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       ...furtherViews(this.#renderer, moreCameras),
       ...(this.#castsShadows ? shadowViews(rootOf(this)) : []),
     ]);
-    this.#write();
     this.#setUniforms(camera);
+    this.#write();
     this.#reportImportance(nowMs);
   }
 
@@ -146,6 +157,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.characters.clear();
     this.#cardTexture.dispose();
     this.#placement.dispose();
+    this.#density.dispose();
     this.#records.dispose();
     this.#lattices.dispose();
   }
@@ -254,6 +266,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     const rowsMax = this.#placement.rowsMax(this.#renderer);
     fitShares([...this.#grooms.values()], rowsMax);
     const placed: PlacedGroom[] = [];
+    const dense: DenseGroom[] = [];
+    let grids = 0;
     let pointRows = 0;
     for (const { drawing, shown } of this.#grooms.values()) {
       if (!drawing) continue;
@@ -261,23 +275,42 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       if (shown.length > 0) counts.grooms += 1;
       shown.sort(inDrawingOrder);
       const first = this.#records.count;
+      let points = 0;
       for (const one of shown) {
         if (pointRows + drawing.pointRowsOf(one) > rowsMax) one.detail = { ...one.detail, strandShare: 0 };
         const count = drawing.pointRowsOf(one);
-        this.#addRecord(one, drawing, { first: pointRows, count });
+        const density = this.#densityOf(one, drawing, grids);
+        if (density) {
+          grids += 1;
+          points = Math.max(points, drawing.pointsOf(drawing.densityStrandsOf(one)));
+        }
+        this.#addRecord(one, drawing, { first: pointRows, count }, density);
         pointRows += count;
       }
       drawing.show(shown, first, counts);
       placed.push({ drawing, first, characters: shown.length });
+      dense.push({ drawing, first, characters: shown.length, points });
     }
     this.#lattices.end();
     this.#records.end();
     this.#placement.place(this.#renderer, placed, pointRows);
+    this.#density.run(this.#renderer, dense, grids);
     counts.pointBytes = this.#placement.bytes;
     counts.characters = rows;
   }
 
-  #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows): void {
+  // null for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with
+  // size.
+  #densityOf(one: Appearance, groom: GroomDrawing, number: number): DensityGrid | null {
+    const strands = groom.densityStrandsOf(one);
+    const { quadratic } = one.detail;
+    if (number >= kDensityGridsMax || strands === 0 || quadratic <= 0 || !this.#density.isSupported(this.#renderer))
+      return null;
+    const widthM = ((groom.strandWidthM * kCopies * groom.strandCount) / strands) * quadratic;
+    return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.member.layers), number, widthM);
+  }
+
+  #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
     const { character } = one;
     this.#records.add({
       pose: one.pose,
@@ -290,6 +323,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       bodyVisible: character.bodyVisible,
       layers: this.#placeLayers(one.member.layers),
       pointRows,
+      density,
     });
   }
 
@@ -312,7 +346,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #setUniforms(camera: Camera): void {
     const { all, rig } = this.#uniforms;
     all.exposure.value = this.exposure;
-    if (this.lights === "scene") sceneLights(rootOf(this), rig);
+    const root = rootOf(this);
+    this.#uniforms.setFog(root instanceof Scene ? root.fog : null);
+    if (this.lights === "scene") {
+      sceneLights(root, rig);
+      const environment = root instanceof Scene ? this.#environment.of(this.#renderer, root) : null;
+      if (environment) addEnvironment(rig, environment, (root as Scene).environmentIntensity);
+    }
     // In a headset the lights do not move: lights that turn with the head look wrong.
     else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);
   }

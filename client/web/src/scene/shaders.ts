@@ -3,6 +3,11 @@ import bodyVert from "../../../shaders/body.vert?raw";
 import character from "../../../shaders/character.glsl?raw";
 import coverage from "../../../shaders/coverage.glsl?raw";
 import deformPointsFrag from "../../../shaders/deform_points.frag?raw";
+import density from "../../../shaders/density.glsl?raw";
+import densityPointsVert from "../../../shaders/density_points.vert?raw";
+import densityPointsFrag from "../../../shaders/density_points.frag?raw";
+import densityLightVert from "../../../shaders/density_light.vert?raw";
+import densityLightFrag from "../../../shaders/density_light.frag?raw";
 import fabricFrag from "../../../shaders/fabric.frag?raw";
 import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
@@ -25,6 +30,11 @@ const files: Record<string, string> = {
   "character.glsl": character,
   "coverage.glsl": coverage,
   "deform_points.frag": deformPointsFrag,
+  "density.glsl": density,
+  "density_points.vert": densityPointsVert,
+  "density_points.frag": densityPointsFrag,
+  "density_light.vert": densityLightVert,
+  "density_light.frag": densityLightFrag,
   "fabric.frag": fabricFrag,
   "fabric.vert": fabricVert,
   "ffd.glsl": ffd,
