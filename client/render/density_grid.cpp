@@ -16,12 +16,12 @@ Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::Alig
   const auto newest = std::ranges::max_element(layers, {}, &LatticeLayer::weight);
   if (newest == layers.end() || newest->geometry == nullptr || newest->grid_displacements.empty()) return rest;
   const Lattice& lattice = newest->geometry->lattice;
-  const Eigen::AlignedBox3f near(rest.min() - 0.5f * lattice.spacing, rest.max() + 0.5f * lattice.spacing);
+  const Eigen::AlignedBox3f near(rest.min() - lattice.spacing, rest.max() + lattice.spacing);
   Eigen::AlignedBox3f box = roots;
   for (std::uint32_t n = 0; n < newest->grid_displacements.size(); ++n) {
     const Vec3f at = lattice.node(n);
     const Vec3f& moved_by = newest->grid_displacements[n];
-    if (near.contains(at) && moved_by.allFinite()) box.extend(at + moved_by);
+    if (near.contains(at) && moved_by.allFinite()) box.extend(at.cwiseMax(rest.min()).cwiseMin(rest.max()) + moved_by);
   }
   return box;
 }

@@ -16,7 +16,7 @@ void main() {
   vec3 middle = vec3(at.x % kDensitySide, at.y, at.x / kDensitySide) + 0.5;
   vec4 rotation = record(row, 0);
   float step_m = dot(grid.cell, vec3(1.0 / 3.0));
-  now = rest = vec4(0.0);
+  vec4 sums[2] = vec4[2](vec4(0.0), vec4(0.0));
   for (int i = 0; i < 4; ++i) {
     vec3 along = rotate_back(rotation, i < 3 ? light_direction[i] : vec3(0.0, 1.0, 0.0)) * step_m / grid.cell;
     vec3 place = middle + 0.5 * along;
@@ -26,7 +26,9 @@ void main() {
       if (any(lessThan(place, vec3(0.0))) || any(greaterThan(place, vec3(kDensitySide)))) break;
       sum += sample_grid(density, grid.number, place).xy;
     }
-    now[i] = sum.x * step_m;
-    rest[i] = sum.y * step_m;
+    sums[0][i] = sum.x * step_m;
+    sums[1][i] = sum.y * step_m;
   }
+  now = sums[0];
+  rest = sums[1];
 }

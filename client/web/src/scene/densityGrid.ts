@@ -21,7 +21,7 @@ export function movedBox(rest: Box3, roots: Box3, layers: readonly LatticeLayer[
   if (!newest) return rest;
   const { origin, spacing, dims } = newest.geometry.lattice;
   const { grid } = newest;
-  const near = rest.clone().expandByVector(new Vector3(spacing[0], spacing[1], spacing[2]).multiplyScalar(0.5));
+  const near = rest.clone().expandByVector(new Vector3(spacing[0], spacing[1], spacing[2]));
   const box = roots.clone();
   const at = new Vector3();
   for (let k = 0, n = 0; k < dims[2]; ++k)
@@ -29,6 +29,7 @@ export function movedBox(rest: Box3, roots: Box3, layers: readonly LatticeLayer[
       for (let i = 0; i < dims[0]; ++i, ++n) {
         at.set(origin[0] + i * spacing[0], origin[1] + j * spacing[1], origin[2] + k * spacing[2]);
         if (!near.containsPoint(at)) continue;
+        at.clamp(rest.min, rest.max);
         at.x += grid[3 * n];
         at.y += grid[3 * n + 1];
         at.z += grid[3 * n + 2];
