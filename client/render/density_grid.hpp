@@ -11,7 +11,7 @@ namespace hairnet::render {
 // Where a character's grid of density lies (client/shaders/density.glsl). Head space, m.
 struct DensityGrid {
   static constexpr std::size_t kDensitySide = 32;          // cells an axis
-  static constexpr std::size_t kDensityGridsMax = 32;      // of a picture; further characters keep the resting light
+  static constexpr std::size_t kDensityGridsMax = 16;      // of a picture; further characters keep the resting light
   static constexpr std::size_t kDensityStrandsMax = 1500;  // of a character, counted for all its strands
 
   std::size_t number = 0;

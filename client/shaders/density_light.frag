@@ -8,14 +8,14 @@ uniform highp sampler2D density;  // red: now; green: at rest
 layout(location = 0) out vec4 now;
 layout(location = 1) out vec4 rest;
 
-const int kSteps = 12;
+const int kSteps = 8;
 
 void main() {
   DensityGrid grid = density_grid(row);
   ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(0, grid.number * kDensitySide);
   vec3 middle = vec3(at.x % kDensitySide, at.y, at.x / kDensitySide) + 0.5;
   vec4 rotation = record(row, 0);
-  float step_m = dot(grid.cell, vec3(1.0 / 3.0));
+  float step_m = 1.4 * dot(grid.cell, vec3(1.0 / 3.0));
   vec4 sums[2] = vec4[2](vec4(0.0), vec4(0.0));
   for (int i = 0; i < 4; ++i) {
     vec3 along = rotate_back(rotation, i < 3 ? light_direction[i] : vec3(0.0, 1.0, 0.0)) * step_m / grid.cell;

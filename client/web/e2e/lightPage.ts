@@ -7,11 +7,12 @@ import {
   MeshStandardMaterial,
   PerspectiveCamera,
   PlaneGeometry,
+  PMREMGenerator,
   Scene,
   WebGLRenderer,
   type Camera,
-  type Texture,
 } from "three";
+import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import { Reflector } from "three/addons/objects/Reflector.js";
 import { rigidPose } from "../src/hair/pose";
 import type { Groom } from "../src/hair/groom";
@@ -112,9 +113,9 @@ export class LightStage {
     return { png: copy.toDataURL(), pixels: Array.from(context.getImageData(0, 0, kSize, kSize).data), size: kSize };
   }
 
-  /** The same, with an environment in which light comes from above. */
-  useEnvironment(environment: Texture): void {
-    this.scene.environment = environment;
+  /** The scene's environment becomes three.js's room. */
+  useRoom(): void {
+    this.scene.environment = new PMREMGenerator(this.renderer).fromScene(new RoomEnvironment(), 0.04).texture;
   }
 
   dispose(): void {

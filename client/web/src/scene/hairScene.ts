@@ -33,7 +33,7 @@ export interface HairSceneOptions {
    * and its environment
    */
   lights?: "studio" | "scene";
-  /** Hair and busts cast shadows into the shadow maps of the scene's lights, and receive those of other things. */
+  /** Hair and busts cast shadows into the shadow maps of the scene's lights. Renderers need `shadowMap.enabled`. */
   shadows?: boolean;
   /** Called with each new material: one for every part of every groom. */
   onMaterial?: (material: RawShaderMaterial, part: HairPart) => void;

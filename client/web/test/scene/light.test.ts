@@ -12,7 +12,7 @@ import {
   Scene,
   SphericalHarmonics3,
   Texture,
-  Vector2,
+  type Vector2,
   Vector3,
   Vector4,
   WebGLCubeRenderTarget,
