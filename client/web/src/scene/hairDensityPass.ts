@@ -79,11 +79,6 @@ export class HairDensityPass {
     return renderer.extensions.has("EXT_color_buffer_float");
   }
 
-  /** Its GPU memory. */
-  get bytes(): number {
-    return (4 + 2 * 8) * this.#density.width * this.#density.height;
-  }
-
   /** `grids`: of all characters. Do not call it while the renderer draws something else. */
   run(renderer: WebGLRenderer, grooms: readonly DenseGroom[], grids: number): void {
     if (grids === 0) return;

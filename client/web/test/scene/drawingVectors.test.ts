@@ -202,7 +202,7 @@ test("a character's record and its lattices lie in textures as in C++", () => {
     return { origin, spacing, dims, weight, firstNode: nodes.add(Float32Array.from(grid))! };
   });
   const out = new Float32Array(floats(record).length);
-  const box = (corners: number[]) => new Box3().setFromArray(corners);
+  const box = (ends: number[]) => new Box3().setFromArray(ends);
   const moved = layers.map(({ geometry, grid, weight }) => ({
     geometry: geometryOf(geometry),
     grid: Float32Array.from(grid),
