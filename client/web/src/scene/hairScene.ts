@@ -234,7 +234,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const placed = place(character, pose, this.matrixWorld);
       const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
       const seen = seenBy(views, placed.pose, radius, placed.size);
-      const drawn = drawnIn(allViews, placed.pose, radius, placed.size);
+      const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, placed.size);
       const detail =
         character.detail ?? detailFor(drawn.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
       const one: Appearance = {
