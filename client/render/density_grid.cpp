@@ -30,7 +30,8 @@ DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, flo
   DensityGrid grid;
   grid.number = number;
   const auto cells = static_cast<float>(DensityGrid::kDensitySide) - 2 * kCellsBeside;
-  grid.cell = (box.sizes() / cells).cwiseMax(1e-3f);
+  grid.cell = box.sizes() / cells;
+  grid.cell = grid.cell.cwiseMax(std::max(grid.cell.maxCoeff() / 3, 1e-3f)).eval();
   grid.origin = box.center() - 0.5f * static_cast<float>(DensityGrid::kDensitySide) * grid.cell;
   grid.weight = kDensityShare * 0.75f * width_m / grid.cell.prod();
   return grid;

@@ -21,13 +21,16 @@ DensityGrid density_grid(int row) {
   return DensityGrid(place.xyz, cell, record(row, 15).w, int(place.w) - 1);
 }
 
-// `at`: in cells from the grid's corner.
+// `at`: in cells from the grid's corner. Beside the grid its values fade out.
 vec4 sample_grid(sampler2D grids, int number, vec3 at) {
   float side = float(kDensitySide);
+  vec3 beside = abs(at - clamp(at, 0.0, side));
+  float share = clamp(1.0 - 0.2 * max(beside.x, max(beside.y, beside.z)), 0.0, 1.0);
   at = clamp(at, 0.5, side - 0.5);
   float slice = min(floor(at.z - 0.5), side - 2.0);
   vec2 size = vec2(textureSize(grids, 0)), low = vec2(at.x + slice * side, at.y + float(number) * side);
-  return mix(textureLod(grids, low / size, 0.0), textureLod(grids, (low + vec2(side, 0.0)) / size, 0.0), at.z - 0.5 - slice);
+  return share *
+         mix(textureLod(grids, low / size, 0.0), textureLod(grids, (low + vec2(side, 0.0)) / size, 0.0), at.z - 0.5 - slice);
 }
 
 // The factors of light from the key, fill and rim light and of ambient light, for a point that is at `rest` in the

@@ -41,7 +41,8 @@ export function movedBox(rest: Box3, roots: Box3, layers: readonly LatticeLayer[
 /** `widthM`: of all strands together that one counted strand represents. */
 export function densityGrid(box: Box3, number: number, widthM: number): DensityGrid {
   const cell = box.getSize(new Vector3()).divideScalar(kDensitySide - 2 * kCellsBeside);
-  cell.set(Math.max(cell.x, 1e-3), Math.max(cell.y, 1e-3), Math.max(cell.z, 1e-3));
+  const smallest = Math.max(Math.max(cell.x, cell.y, cell.z) / 3, 1e-3);
+  cell.set(Math.max(cell.x, smallest), Math.max(cell.y, smallest), Math.max(cell.z, smallest));
   const origin = box.getCenter(new Vector3()).addScaledVector(cell, -0.5 * kDensitySide);
   return { number, origin, cell, weight: (kDensityShare * 0.75 * widthM) / (cell.x * cell.y * cell.z) };
 }
