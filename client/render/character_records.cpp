@@ -10,7 +10,7 @@ namespace {
 
 using Vec4f = Eigen::Vector4f;
 
-constexpr std::size_t kFirstBone = 6, kFirstLayer = 16;
+constexpr std::size_t kFirstBone = 6, kFirstLayer = 16, kDensityTexel = 31;
 constexpr float kStray_m = 2.5e-3f;  // of follow hairs from their strand
 
 Vec4f with(const Vec3f& v, float w) {
@@ -25,7 +25,7 @@ void CharacterRecords::clear() {
 }
 
 void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail,
-                           float strand_width_m, bool cards, const PointRows& points) {
+                           float strand_width_m, bool cards, const PointRows& points, const DensityGrid* density) {
   records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
   Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
   const auto place = [&](const RigidTransform& bone, std::size_t at) {
@@ -41,6 +41,12 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
   texels[1].w() = static_cast<float>(points.first);
   texels[kFirstBone + 1].w() = static_cast<float>(points.count);
+  if (density != nullptr) {
+    texels[kDensityTexel] = with(density->origin, static_cast<float>(density->number + 1));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      texels[kFirstBone + 3 + 2 * axis].w() = density->cell[static_cast<Eigen::Index>(axis)];
+    texels[kFirstBone + 9].w() = density->weight;
+  }
   std::size_t layers = 0;
   for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMax))) {
     if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "client/render/density_grid.hpp"
 #include "client/render/stage.hpp"
 
 namespace hairnet::render {
@@ -20,8 +21,9 @@ class CharacterRecords {
     std::size_t first = 0, count = 0;
   };
   // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. Skips layers that are not finite.
+  // `density`: null: the character has none.
   void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
-           bool cards, const PointRows& points);
+           bool cards, const PointRows& points, const DensityGrid* density = nullptr);
 
   // Whether there is room for one more character, when textures have that many rows.
   [[nodiscard]] bool has_room(std::size_t rows) const {

@@ -100,6 +100,11 @@ GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
       strand_width_m_(geometry.strand_width_m),
       waviness_(geometry.waviness),
       radius_m_(geometry.radius_m) {
+  for (std::size_t p = 0; p < geometry.strand_points.rest.size(); ++p) {
+    const Vec3f point(geometry.strand_points.rest[p].data());
+    strand_box_.extend(point);
+    if (geometry.strand_points.arc[p][0] == 0) root_box_.extend(point);
+  }
   fill(geometry.cards, card_vertices_, cards_);
   fill(geometry.far_cards, far_card_vertices_, far_cards_);
   fill(geometry.fabric, fabric_vertices_, fabric_);

@@ -30,6 +30,8 @@ class GroomBuffers {
   void bind_points() const;
   // The number of rows of kPointRow points in the first `strand_count` strands.
   [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
+  // The points of the first `strand_count` strands.
+  [[nodiscard]] std::size_t point_count(std::size_t strand_count) const { return point_end_[strand_count]; }
   // Draws the first `strand_count` strands in the order of drawing, `instances` times.
   void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
   [[nodiscard]] const DrawnMesh& cards() const { return cards_; }
@@ -41,6 +43,9 @@ class GroomBuffers {
   [[nodiscard]] std::size_t far_card_count() const { return far_card_count_; }
   [[nodiscard]] float strand_width_m() const { return strand_width_m_; }
   [[nodiscard]] float waviness() const { return waviness_; }
+  // Contain the points of the resting strands, and their roots. Head space, m.
+  [[nodiscard]] const Eigen::AlignedBox3f& strand_box() const { return strand_box_; }
+  [[nodiscard]] const Eigen::AlignedBox3f& root_box() const { return root_box_; }
   [[nodiscard]] float radius_m() const { return radius_m_; }
   // The coarsest list within the tolerance.
   [[nodiscard]] std::size_t list_for(float tolerance_m) const;
@@ -68,6 +73,7 @@ class GroomBuffers {
   std::vector<List> lists_;
   DrawnMesh cards_, far_cards_, fabric_, body_;
   std::size_t strand_count_, far_card_count_;
+  Eigen::AlignedBox3f strand_box_, root_box_;
   float strand_width_m_, waviness_, radius_m_;
   std::size_t bytes_ = 0;
 };

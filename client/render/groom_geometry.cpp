@@ -11,7 +11,6 @@ namespace hairnet::render {
 namespace {
 
 constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;  // of a strand, when so many are drawn
-constexpr float kCopies = 3;                             // a strand and its follow hairs
 constexpr double kCourse_m = 0.04;
 constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;
 

@@ -9,6 +9,8 @@
 
 namespace hairnet::render {
 
+inline constexpr float kCopies = 3;  // a strand and its follow hairs, as a rule
+
 // A groom at rest in head space, as data for the shaders: made once, for all its characters (client/shaders).
 // Directions are IEEE halves; transmittances and fractions are of 255.
 using Half4 = std::array<std::uint16_t, 4>;

@@ -40,7 +40,10 @@ void bind_samplers(GLuint program) {
                                                          {"rest_points", kRestPointsUnit},
                                                          {"rest_arcs", kRestArcsUnit},
                                                          {"deformed_points", kDeformedPointsUnit},
-                                                         {"placed_points", kPlacedPointsUnit}};
+                                                         {"placed_points", kPlacedPointsUnit},
+                                                         {"density", kDensityUnit},
+                                                         {"light_depth_now", kLightDepthNowUnit},
+                                                         {"light_depth_rest", kLightDepthRestUnit}};
   for (const auto& [name, unit] : kSamplers) glUniform1i(glGetUniformLocation(program, name), unit);
 }
 

@@ -15,7 +15,8 @@ namespace hairnet::render {
 
 // Texture units of the shaders' samplers.
 inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
-                       kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7;
+                       kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7, kDensityUnit = 8,
+                       kLightDepthNowUnit = 9, kLightDepthRestUnit = 10;
 
 // A linked pair of shaders. Its context must be current at every use.
 class Program {

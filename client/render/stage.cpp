@@ -10,6 +10,7 @@
 
 #include "client/render/character_records.hpp"
 #include "client/render/groom_buffers.hpp"
+#include "client/render/hair_density_pass.hpp"
 #include "client/render/light_rig.hpp"
 #include "client/render/program.hpp"
 #include "client/render/projection.hpp"
@@ -26,6 +27,7 @@ constexpr int kCardTextureWidth = 1024, kCardTextureHeight = 512;
 struct Programs {
   Program background, body, fabric, card, strand;
   StrandDeformPass placement;
+  HairDensityPass density;
 
   static Result<Programs> build() {
     Result<Program> background = Program::build("screen.vert", "background.frag");
@@ -40,8 +42,10 @@ struct Programs {
     if (!strand) return Refusal(strand.error());
     Result<StrandDeformPass> placement = StrandDeformPass::build();
     if (!placement) return Refusal(placement.error());
-    return Programs{std::move(*background), std::move(*body),   std::move(*fabric),
-                    std::move(*card),       std::move(*strand), std::move(*placement)};
+    Result<HairDensityPass> density = HairDensityPass::build();
+    if (!density) return Refusal(density.error());
+    return Programs{std::move(*background), std::move(*body),      std::move(*fabric), std::move(*card),
+                    std::move(*strand),     std::move(*placement), std::move(*density)};
   }
 };
 
@@ -136,6 +140,9 @@ class GlStage final : public Stage {
   void fit_points(std::vector<std::vector<Appearance>>& by_groom) const;
   void add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin);
   void set_scene(const Program& program, const View& view, const Look& look, int width, int height, bool srgb) const;
+  [[nodiscard]] std::optional<DensityGrid> density_of(const GroomBuffers& groom, const Appearance& one,
+                                                      std::size_t number) const;
+  void add_densities(const std::vector<std::vector<Appearance>>& by_groom, const View& view);
   void place_strands(const std::vector<std::vector<Appearance>>& by_groom);
   void draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
   void draw_strands(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
@@ -148,6 +155,7 @@ class GlStage final : public Stage {
   VertexArray nothing_;         // for the single triangle over the screen
   std::size_t rows_max_ = 0;    // of a texture
   std::size_t point_rows_ = 0;  // of the strands of all characters
+  std::size_t densities_ = 0;   // grids of density in the picture
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
   StageStatistics statistics_;
@@ -239,7 +247,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
   records_.clear();
   statistics_ = {};
-  point_rows_ = 0;
+  point_rows_ = densities_ = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
     const GroomBuffers* groom = grooms_[g] ? &*grooms_[g] : nullptr;
     for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
@@ -250,11 +258,46 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
         by_groom[g].resize(i);
         break;
       }
+      const std::optional<DensityGrid> density = density_of(*groom, one, densities_);
       records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
-                   {point_rows_, rows});
+                   {point_rows_, rows}, density ? &*density : nullptr);
+      if (density) ++densities_;
       point_rows_ += rows;
     }
   }
+}
+
+// None for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with size.
+std::optional<DensityGrid> GlStage::density_of(const GroomBuffers& groom, const Appearance& one,
+                                               std::size_t number) const {
+  const std::size_t strands = std::min(strands_of(groom, one), DensityGrid::kDensityStrandsMax);
+  if (!programs_.density.is_supported() || number >= DensityGrid::kDensityGridsMax || strands == 0 ||
+      one.detail.quadratic <= 0)
+    return std::nullopt;
+  const float width_m = groom.strand_width_m() * kCopies * static_cast<float>(groom.strand_count()) /
+                        static_cast<float>(strands) * one.detail.quadratic;
+  return density_grid(moved_box(groom.strand_box(), groom.root_box(), one.character->layers), number, width_m);
+}
+
+// Follows the light through the placed strands. Runs before the drawing.
+void GlStage::add_densities(const std::vector<std::vector<Appearance>>& by_groom, const View& view) {
+  if (densities_ == 0) return;
+  GLint before = 0;
+  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
+  programs_.density.begin(densities_);
+  std::size_t first = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    std::size_t points = 0;
+    for (const Appearance& one : by_groom[g])
+      points = std::max(
+          points, grooms_[g]->point_count(std::min(strands_of(*grooms_[g], one), DensityGrid::kDensityStrandsMax)));
+    if (points > 0) programs_.density.add(*grooms_[g], points, first, by_groom[g].size());
+    first += by_groom[g].size();
+  }
+  programs_.density.light().use();
+  programs_.density.light().set("light_direction", std::span<const Vec3f>(view.rig.towards));
+  programs_.density.finish(first);
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
 }
 
 // Runs before the drawing, because it changes the bound framebuffer.
@@ -273,6 +316,7 @@ void GlStage::place_strands(const std::vector<std::vector<Appearance>>& by_groom
 }
 
 void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first) {
+  groom.bind_points();
   programs_.strand.use();
   programs_.strand.set("strand_count", static_cast<float>(groom.strand_count()));
   for (std::size_t begin = 0; begin < shown.size();) {
@@ -361,6 +405,7 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   records_texture_.bind();
   lattices_texture_.bind();
   place_strands(by_groom);
+  add_densities(by_groom, view);
   statistics_.point_bytes = programs_.placement.bytes();
   glViewport(0, 0, width, height);
   glDepthMask(GL_TRUE);

@@ -6,6 +6,7 @@ in vec3 position_scene;
 in vec3 normal_scene;
 in vec4 light_sides;
 in vec2 light_ends;
+in vec4 light_changes;
 in float roots;
 flat in int row;
 
@@ -31,13 +32,13 @@ void main() {
   // The scalp has the colour of hair at its roots (hair_albedo), so that partings show no light streaks.
   vec3 albedo = mix(record(row, 5).rgb, record(row, 2).rgb * 0.55, roots);
   vec4 rotation = record(row, 0);
-  float ambient = ambient_transmittance(light_sides, light_ends);
+  float ambient = min(ambient_transmittance(light_sides, light_ends) * light_changes.w, 1.0);
   vec3 sum = albedo * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) *
              pow(vec3(ambient), 1.3 - albedo);  // where little light arrives, skin lights skin, warmly
   for (int i = 0; i < 3; ++i) {
     vec3 l = light_direction[i];
-    float left = transmittance(light_sides, light_ends, rotate_back(rotation, l));
+    float left = min(transmittance(light_sides, light_ends, rotate_back(rotation, l)) * light_changes[i], 1.0);
     sum += (albedo * wrapped(dot(n, l)) + (1.0 - roots) * sheen(n, l, v)) * light_colour[i] * left;
   }
-  colour = vec4(to_target(tone_map(sum)), 1.0);
+  colour = vec4(to_target_through_fog(sum, position_scene), 1.0);
 }

@@ -1,5 +1,6 @@
 #include "scene.glsl"
 #include "character.glsl"
+#include "density.glsl"
 
 // The skinned body: each bone moves it by its share (linear blend).
 layout(location = 0) in vec3 rest;     // head space
@@ -12,6 +13,7 @@ out vec3 position_scene;
 out vec3 normal_scene;
 out vec4 light_sides;
 out vec2 light_ends;
+out vec4 light_changes;
 out float roots;
 flat out int row;
 
@@ -29,6 +31,7 @@ void main() {
   position_scene /= max(total, 1e-3);
   light_sides = sides;
   light_ends = ends.xy;
+  light_changes = light_change(row, rest, rotate_back(record(row, 0), position_scene - record(row, 1).xyz) / size);
   roots = normal.w;
   gl_Position = record(row, 5).w > 0.5 ? kNowhere : to_clip(position_scene);
 }

@@ -2,6 +2,7 @@
 #include "character.glsl"
 #include "ffd.glsl"
 #include "hair_light.glsl"
+#include "density.glsl"
 
 // Cards: ribbons of textured hair, either the groom's own or those that replace its strands far away.
 layout(location = 0) in vec4 rest;       // head space; delta
@@ -18,6 +19,7 @@ out vec3 tangent_scene;
 out vec3 normal_scene;
 out vec4 light_sides;
 out vec2 light_ends;
+out vec4 light_changes;
 out vec4 place;  // across, along, number of the card, opacity
 flat out int row;
 
@@ -28,6 +30,7 @@ void main() {
   position_scene = tangent_scene = normal_scene = vec3(0.0);
   light_sides = vec4(0.0);
   light_ends = vec2(0.0);
+  light_changes = vec4(1.0);
   place = vec4(0.0);
   row = character.row;
   if (opacity <= 0.0) return;
@@ -37,6 +40,7 @@ void main() {
   normal_scene = normalize(cross(rotate(character.rotation, point.frame * side.xyz), tangent_scene) + vec3(0.0, 1e-6, 0.0));
   light_sides = sides;
   light_ends = ends.xy;
+  light_changes = light_change(character.row, rest.xyz, point.position);
   place = vec4(ends.w, ends.z, side.w, opacity);
   gl_Position = to_clip(position_scene);
 }

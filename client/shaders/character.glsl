@@ -5,8 +5,10 @@
 //   4 follow hairs; how far they stray, m; layers; by how much of itself the character is enlarged
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
+//   9, 11, 13, 15 w: size of a cell of its grid of density, m; weight of its strands there
 //   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, and in w:
 //   18, 21, 24 hair albedo at the tip; 27 roughness of the hair
+//   31 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
 const int kRecordTexels = 32;
 const int kBoneCount = 5;
 const int kFirstLayer = 16;

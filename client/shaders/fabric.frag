@@ -36,5 +36,5 @@ void main() {
     float left = transmittance(light_sides, light_ends, rotate_back(rotation, light_direction[i]));
     sum += cloth_light(n, v, light_direction[i], albedo.rgb, 1.0 - 0.6 * albedo.a) * light_colour[i] * left;
   }
-  colour = vec4(to_target(tone_map(sum)), drawn);
+  colour = vec4(to_target_through_fog(sum, position_scene), drawn);
 }

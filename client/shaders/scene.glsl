@@ -16,12 +16,14 @@ uniform vec3 light_colour[3];
 uniform vec3 ambient_above;
 uniform vec3 ambient_below;
 uniform float exposure;
+uniform vec3 fog_colour;
+uniform vec3 fog_range;  // begins and is complete at these depths, m; density, 1/m, of fog that becomes denser; 0 0 0: none
 uniform float encode_srgb;  // 1: the target stores the value unchanged, so encode sRGB; 0: the target encodes it
 
 vec4 to_clip(vec3 position_scene) { return projectionMatrix * (viewMatrix * vec4(position_scene, 1.0)); }
 
-// Pixels in a metre where clip.w is 1.
-float px_per_m() { return 0.5 * viewport_px.y * projectionMatrix[1][1]; }
+// Pixels in a metre where clip.w is 1. The cameras of a cube map draw upside down.
+float px_per_m() { return 0.5 * viewport_px.y * abs(projectionMatrix[1][1]); }
 
 const vec4 kNowhere = vec4(0.0, 0.0, 2.0, 1.0);  // beyond the far plane: a vertex here is not drawn
 
@@ -53,4 +55,14 @@ vec3 to_target(vec3 linear) {
   vec3 c = clamp(linear, 0.0, 1.0);
   vec3 srgb = mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
   return mix(c, srgb, encode_srgb);
+}
+
+// Light at a place, as the target stores it: with fog, which like in three.js is mixed in after the encoding.
+vec3 to_target_through_fog(vec3 light, vec3 position_scene) {
+  vec3 stored = to_target(tone_map(light));
+  float depth = -(viewMatrix * vec4(position_scene, 1.0)).z;
+  float fog = fog_range.z > 0.0   ? 1.0 - exp(-fog_range.z * fog_range.z * depth * depth)
+              : fog_range.y > 0.0 ? smoothstep(fog_range.x, fog_range.y, depth)
+                                  : 0.0;
+  return mix(stored, to_target(fog_colour), fog);
 }

@@ -2,6 +2,7 @@
 #include "character.glsl"
 #include "strand_points.glsl"
 #include "hair_light.glsl"
+#include "density.glsl"
 
 // A strand as a ribbon that faces the camera, through points that two earlier passes have placed (deform_points.frag,
 // limit_lengths.frag). Every point has two vertices: even ones on the left, odd ones on the right. Shading is done for
@@ -12,6 +13,7 @@ layout(location = 1) in vec4 ends;   // from +z -z; fraction of the strand's len
 layout(location = 2) in float strand;
 
 uniform highp usampler2D placed_points;
+uniform highp sampler2D rest_points;  // of the groom: head space, m; delta
 
 uniform float strand_count;
 
@@ -54,7 +56,16 @@ void main() {
   if (copy > 0) head += rotate(rotation_of(point), follow_hair_offset(chance, s, character.stray));
   vec3 position = to_scene(character, head);
 
-  vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy);
+#ifdef SHADOW
+  // A shadow map has no follow hairs: each strand is as wide as they and the strand together.
+  vec3 colour = vec3(0.0);
+  float widened = 1.0 + 0.8 * character.follow_hairs;
+#else
+  vec4 change = light_change(character.row, texelFetch(rest_points, texel_of(number, 0), 0).xyz, position_of(point));
+  vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy, change);
+  colour = to_target_through_fog(colour, position);
+  float widened = 1.0;
+#endif
 
   vec4 clip = to_clip(position), ahead = to_clip(position + t * 1e-3);
   vec2 pixel = 0.5 * viewport_px;
@@ -66,11 +77,11 @@ void main() {
   // Tips end at random lengths, softly.
   float end = 1.0 - 0.12 * chance.z;
   float taper = mix(1.0, 0.45, s * s) * (1.0 - smoothstep(end - 0.12, end, s));
-  float width_px = character.width * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
+  float width_px = character.width * widened * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
   float half_px = 0.5 * max(width_px, 1.0);
   float edge_px = half_px + (samples < 2.0 ? 0.5 : 0.0);  // several samples already make soft edges
   clip.xy += side * edge_px / pixel * clip.w;
   gl_Position = clip;
-  shade = vec4(to_target(tone_map(colour)), min(width_px, 1.0) * present * character.strand_opacity);
+  shade = vec4(colour, min(width_px, 1.0) * present * character.strand_opacity);
   across = vec3(left ? -edge_px : edge_px, half_px, chance.y);
 }

@@ -209,8 +209,11 @@ Json record_case() {
   const std::array grids{random.vectors(60, 0.1f), random.vectors(36, 0.1f)};
   const std::array<LatticeLayer, 2> layers{{{&geometries[0], grids[0], 1}, {&geometries[1], grids[1], -0.25f}}};
   character.layers = layers;
+  const Eigen::AlignedBox3f rest(Vec3f(-0.2f, -0.3f, -0.1f), Vec3f(0.3f, 0.2f, 0.4f));
+  const Eigen::AlignedBox3f roots(Vec3f(-0.1f, 0.05f, 0), Vec3f(0.1f, 0.25f, 0.1f));
+  const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, layers), 3, 1e-3f);
   render::CharacterRecords records;
-  records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11});
+  records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
   Json out{{"pose", to_json(character.pose)},
            {"hairAlbedo", flat(std::array{character.hair_colour})},
            {"hairTipAlbedo", flat(std::array{*character.hair_tip_colour})},
@@ -224,6 +227,8 @@ Json record_case() {
              {"quadratic", detail.quadratic},
              {"cards", detail.cards}}},
            {"pointRows", {{"first", 7}, {"count", 11}}},
+           {"strandBox", flat(std::array{Vec3f(rest.min()), Vec3f(rest.max())})},
+           {"rootBox", flat(std::array{Vec3f(roots.min()), Vec3f(roots.max())})},
            {"layers", Json::array()},
            {"record", raw(records.records())},
            {"lattices", raw(records.lattices())}};

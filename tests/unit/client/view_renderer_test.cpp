@@ -334,6 +334,37 @@ TEST_F(ViewRenderer, draws_stretched_hair_no_longer_than_it_was_made) {
   EXPECT_LT(difference(pressed, empty, column_of(0.1f), row_of(0)), 20);
 }
 
+// A ball behind a curtain of many short segments, whose light is followed when `quadratic` is 1, and not when it is 0.
+TEST_F(ViewRenderer, follows_light_past_hair_that_has_moved_aside_and_at_rest_draws_the_traced_light) {
+  Groom groom = bare();
+  set_body(groom, sphere({0, 0, -0.02f}, 0.06f));
+  for (int s = 0; s < 800; ++s) {
+    std::vector<Vec3f> strand;
+    for (int i = 0; i < 21; ++i)
+      strand.emplace_back(0.16f * (static_cast<float>(s) + 0.5f) / 800 - 0.08f, 0.12f - 0.012f * static_cast<float>(i),
+                          0.07f + 0.02f * static_cast<float>(s % 5) / 5);
+    groom.add_strand(strand, {.rooted = false});
+  }
+  ShownCharacter character = shown(groom);
+  const auto draw_with = [&](float quadratic) {
+    character.detail->quadratic = quadratic;
+    return draw(std::span(&character, 1));
+  };
+  const Image traced = draw_with(0), followed = draw_with(1);
+  EXPECT_LT(std::abs(light_taken(traced, followed)), 0.002 * light_taken(followed, draw_nothing()));
+
+  LevelGeometry geometry;
+  geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
+  const std::vector<Vec3f> aside(geometry.lattice.node_count(), Vec3f(0.3f, 0, 0));
+  const LatticeLayer layer{&geometry, aside, 1};
+  character.layers = {&layer, 1};
+  const auto brightness = [&](const Image& image) {
+    const auto [r, g, b] = pixel(image, column_of(0), row_of(0.01f));
+    return r + g + b;
+  };
+  EXPECT_GT(brightness(draw_with(1)), brightness(draw_with(0)) + 60);
+}
+
 TEST_F(ViewRenderer, is_as_exact_ten_kilometres_from_the_origin) {
   ShownCharacter character = shown(level_strand());
   const Image here = draw(std::span(&character, 1));

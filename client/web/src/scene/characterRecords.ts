@@ -1,6 +1,14 @@
-import { kFirstBone, kFirstLayer, kLatticeLayersMax, kLatticeRow, kRecordTexels } from "../generated/constants";
+import {
+  kDensityTexel,
+  kFirstBone,
+  kFirstLayer,
+  kLatticeLayersMax,
+  kLatticeRow,
+  kRecordTexels,
+} from "../generated/constants";
 import type { Pose } from "../hair/pose";
 import { kBoneCount, kNumbersPerBone } from "../hair/pose";
+import type { DensityGrid } from "./densityGrid";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
 
@@ -32,6 +40,8 @@ export interface CharacterRecord {
   readonly layers: readonly PlacedLayer[];
   /** rows of `StrandDeformPass` with the points of its strands */
   readonly pointRows: PointRows;
+  /** null: none */
+  readonly density?: DensityGrid | null;
 }
 
 export interface PointRows {
@@ -95,6 +105,13 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
     put(kFirstBone + 2 * bone, pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
     put(kFirstBone + 1 + 2 * bone, pose[at + 4], pose[at + 5], pose[at + 6], bone === 0 ? record.pointRows.count : 0);
   }
+  if (record.density) {
+    const { number, origin, cell, weight } = record.density;
+    put(kDensityTexel, origin.x, origin.y, origin.z, number + 1);
+    [cell.x, cell.y, cell.z, weight].forEach((value, n) => {
+      out[4 * (kFirstBone + 3 + 2 * n) + 3] = value;
+    });
+  } else put(kDensityTexel, 0, 0, 0, 0);
   for (let l = 0; l < layerCount; ++l) {
     const { origin, spacing, dims, weight, firstNode } = layers[l];
     put(kFirstLayer + 3 * l, origin[0], origin[1], origin[2], weight);

@@ -1,4 +1,5 @@
 import {
+  Box3,
   BufferAttribute,
   DataTexture,
   FloatType,
@@ -9,15 +10,16 @@ import {
   Mesh,
   RGBAFormat,
   RGFormat,
+  Vector3,
   type Group,
   type IUniform,
   type RawShaderMaterial,
 } from "three";
-import { kFollowHairsMax, kPointRow } from "../generated/constants";
+import { kDensityStrandsMax, kFollowHairsMax, kPointRow } from "../generated/constants";
 import type { DrawDetail } from "./drawDetail";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
-import { makeMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
+import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
 /** One character to draw, in the order of its records. */
 export interface Drawn {
@@ -58,6 +60,9 @@ export class GroomDrawing {
   /** The strands' points for `StrandDeformPass`: rows of kPointRow. */
   readonly restPoints: DataTexture;
   readonly restArcs: DataTexture;
+  /** Contain the points of the resting strands, and their roots. Head space, m. */
+  readonly strandBox = new Box3();
+  readonly rootBox = new Box3();
   readonly #geometry: GroomGeometry;
   readonly #strands: Part[];
   readonly #cards: Part | null;
@@ -66,12 +71,13 @@ export class GroomDrawing {
   readonly #body: Part | null;
   readonly #parts: Part[];
 
-  /** Its meshes become children of `group`. `adapt` may change each material. */
+  /** Its meshes become children of `group`. `adapt` may change each material. `castShadow`: into shadow maps. */
   constructor(
     geometry: GroomGeometry,
     private readonly group: Group,
     uniforms: SceneUniforms,
     adapt: (material: RawShaderMaterial, part: HairPart) => void,
+    castShadow = false,
   ) {
     this.#geometry = geometry;
     this.strandCount = geometry.strandCount;
@@ -82,7 +88,9 @@ export class GroomDrawing {
     const make = (part: HairPart, attributes: Attributes, triangles: Uint32Array, own: Record<string, IUniform>) => {
       const material = makeMaterial(part, uniforms, own);
       adapt(material, part);
-      return new Part(part, attributes, triangles, material, uniforms);
+      const made = new Part(part, attributes, triangles, material, uniforms);
+      if (castShadow) made.castShadow(part, uniforms);
+      return made;
     };
     const whole = (part: HairPart, arrays: MeshArrays, extra: Extra[], own: Record<string, IUniform> = {}) =>
       arrays.triangles.length > 0 ? make(part, attributesOf(arrays, extra), arrays.triangles, own) : null;
@@ -102,13 +110,20 @@ export class GroomDrawing {
     this.restPoints = new DataTexture(points.rest as Float32Array<ArrayBuffer>, kPointRow, rows, RGBAFormat, FloatType);
     this.restArcs = new DataTexture(points.arc as Float32Array<ArrayBuffer>, kPointRow, rows, RGFormat, FloatType);
     this.restPoints.needsUpdate = this.restArcs.needsUpdate = true;
+    const point = new Vector3();
+    for (let p = 0; p < points.pointEnd[geometry.strandCount]; ++p) {
+      this.strandBox.expandByPoint(point.fromArray(points.rest, 4 * p));
+      if (points.arc[2 * p] === 0) this.rootBox.expandByPoint(point);
+    }
     const strands: Attributes = {
       sides: new BufferAttribute(points.sides, 4, true),
       ends: new BufferAttribute(points.ends, 4, true),
       strand: new BufferAttribute(points.strand, 1),
     };
     const strandCount = { value: Math.max(geometry.strandCount, 1) };
-    this.#strands = points.lists.map((list) => make("strand", strands, list.triangles, { strand_count: strandCount }));
+    this.#strands = points.lists.map((list) =>
+      make("strand", strands, list.triangles, { strand_count: strandCount, rest_points: { value: this.restPoints } }),
+    );
     const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands, this.#farCards];
     this.#parts = parts.filter((part) => part !== null);
     for (const part of this.#parts) group.add(part.mesh);
@@ -127,6 +142,16 @@ export class GroomDrawing {
   /** The number of drawn strands for the share; 0 for far characters. */
   strandsOf({ detail }: Drawn): number {
     return this.#isFar(detail) ? 0 : Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
+  }
+
+  /** The strands of one character that stand for all of its strands in its grid of density. */
+  densityStrandsOf(drawn: Drawn): number {
+    return Math.min(this.strandsOf(drawn), kDensityStrandsMax);
+  }
+
+  /** The points of the first `strands` strands. */
+  pointsOf(strands: number): number {
+    return this.#geometry.strands.pointEnd[strands];
   }
 
   /** Rows of kPointRow points in the strands of one character. */
@@ -239,6 +264,23 @@ class Part {
     this.mesh.onBeforeRender = (renderer) => uniforms.setTarget(renderer);
   }
 
+  /** Each character's strands are drawn once into a shadow map, without follow hairs. */
+  castShadow(part: HairPart, uniforms: SceneUniforms): void {
+    const { mesh } = this;
+    const material = makeShadowMaterial(part, mesh.material);
+    let instances = 0;
+    mesh.castShadow = true;
+    mesh.customDepthMaterial = mesh.customDistanceMaterial = material;
+    mesh.onBeforeShadow = (renderer) => {
+      uniforms.setShadowMap(renderer);
+      instances = mesh.geometry.instanceCount;
+      mesh.geometry.instanceCount = instances / mesh.material.uniforms.copies.value;
+    };
+    mesh.onAfterShadow = () => {
+      mesh.geometry.instanceCount = instances;
+    };
+  }
+
   show(firstRecord: number, characters: number, copies: number, counts: DrawCounts): void {
     const { geometry, material } = this.mesh;
     geometry.instanceCount = characters * copies;
@@ -257,5 +299,6 @@ class Part {
   dispose(): void {
     this.mesh.geometry.dispose();
     this.mesh.material.dispose();
+    this.mesh.customDepthMaterial?.dispose();
   }
 }

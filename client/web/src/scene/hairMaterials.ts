@@ -1,9 +1,14 @@
 import {
+  Color,
   DoubleSide,
+  FogExp2,
   GLSL3,
   RawShaderMaterial,
   SRGBColorSpace,
   Vector2,
+  Vector3,
+  Vector4,
+  type Fog,
   type IUniform,
   type Texture,
   type WebGLRenderer,
@@ -18,6 +23,7 @@ export type HairPart = "strand" | "card" | "fabric" | "body";
 export class SceneUniforms {
   readonly rig: LightRig = makeLightRig();
   readonly all: Record<string, IUniform>;
+  readonly #viewport = new Vector4();
   #isAntialiased: boolean | null = null;
 
   constructor(records: Texture, lattices: Texture, placedPoints: Texture) {
@@ -28,17 +34,22 @@ export class SceneUniforms {
       ambient_above: { value: this.rig.ambientAbove },
       ambient_below: { value: this.rig.ambientBelow },
       exposure: { value: 1 },
+      fog_colour: { value: new Color(0) },
+      fog_range: { value: new Vector3() },
       encode_srgb: { value: 1 },
       samples: { value: 1 },
       records: { value: records },
       lattices: { value: lattices },
       placed_points: { value: placedPoints },
       card_texture: { value: null },
+      light_depth_now: { value: null },
+      light_depth_rest: { value: null },
     };
   }
 
-  /** Sets how the bound target takes colours; called for each drawn part. */
+  /** Sets the size of the current viewport, and how the bound target takes colours; called for each drawn part. */
   setTarget(renderer: WebGLRenderer): void {
+    this.#setViewport(renderer);
     const target = renderer.getRenderTarget();
     // The same decision as in three.js's own materials.
     const isXr = target !== null && (target as { isXRRenderTarget?: boolean }).isXRRenderTarget === true;
@@ -46,6 +57,25 @@ export class SceneUniforms {
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
     this.#isAntialiased ??= renderer.getContextAttributes()?.antialias === true;
     this.all.samples.value = Math.max(target === null ? (this.#isAntialiased ? 4 : 1) : target.samples, 1);
+  }
+
+  setFog(fog: Fog | FogExp2 | null): void {
+    const range: Vector3 = this.all.fog_range.value;
+    if (fog) this.all.fog_colour.value.copy(fog.color);
+    if (fog instanceof FogExp2) range.set(0, 0, fog.density);
+    else if (fog) range.set(fog.near, fog.far, 0);
+    else range.set(0, 0, 0);
+  }
+
+  /** The same for a shadow map, which has one sample a texel. */
+  setShadowMap(renderer: WebGLRenderer): void {
+    this.#setViewport(renderer);
+    this.all.samples.value = 1;
+  }
+
+  #setViewport(renderer: WebGLRenderer): void {
+    const { z, w } = renderer.getCurrentViewport(this.#viewport);
+    this.all.viewport_px.value.set(z, w);
   }
 }
 
@@ -65,5 +95,17 @@ export function makeMaterial(
     fragmentShader: shader(`${part}.frag`),
     alphaToCoverage: part !== "body",
     uniforms: { ...shared.all, first_record: { value: 0 }, copies: { value: 1 }, ...own },
+  });
+}
+
+/** Draws the depth of one part into shadow maps. `material`: of the same part; it shares its uniforms. */
+export function makeShadowMaterial(part: HairPart, material: RawShaderMaterial): RawShaderMaterial {
+  return new RawShaderMaterial({
+    name: `hairnet ${part} shadow`,
+    glslVersion: GLSL3,
+    defines: { SHADOW: 1, [part.toUpperCase()]: 1 },
+    vertexShader: shader(`${part}.vert`),
+    fragmentShader: shader("shadow.frag"),
+    uniforms: { ...material.uniforms, copies: { value: 1 } },
   });
 }

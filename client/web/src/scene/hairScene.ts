@@ -1,5 +1,6 @@
 import {
   Group,
+  Scene,
   type Camera,
   type Object3D,
   type Object3DEventMap,
@@ -8,16 +9,19 @@ import {
   type Vector3,
   type WebGLRenderer,
 } from "three";
-import { kLatticeLayersMax, kStrayM } from "../generated/constants";
+import { kCopies, kDensityGridsMax, kLatticeLayersMax, kStrayM } from "../generated/constants";
 import { checkOptions } from "../hair/checkOptions";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
+import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale } from "./drawDetail";
+import { addEnvironment, EnvironmentLight } from "./environmentLight";
 import { checkFrame, frameCamera, type FrameOptions } from "./frameCamera";
 import { GroomBuilder } from "./groomBuilder";
 import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
+import { HairDensityPass, type DenseGroom } from "./hairDensityPass";
 import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
@@ -25,16 +29,21 @@ import { place } from "./placement";
 import { CharacterRecords, Lattices, type PlacedLayer, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
-import { seenBy, viewsOf, type View } from "./view";
+import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
 
 export interface HairSceneOptions {
-  /** "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene */
+  /**
+   * "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene,
+   * and its environment
+   */
   lights?: "studio" | "scene";
+  /** Hair and busts cast shadows into the shadow maps of the scene's lights. Renderers need `shadowMap.enabled`. */
+  shadows?: boolean;
   /** Called with each new material: one for every part of every groom. */
   onMaterial?: (material: RawShaderMaterial, part: HairPart) => void;
 }
 
-const kOptions: Readonly<Record<keyof HairSceneOptions, true>> = { lights: true, onMaterial: true };
+const kOptions: Readonly<Record<keyof HairSceneOptions, true>> = { lights: true, shadows: true, onMaterial: true };
 
 /** Counts of the last `update`. */
 export interface HairStatistics extends DrawCounts {
@@ -90,6 +99,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #lattices = new Lattices();
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
+  readonly #density = new HairDensityPass(this.#records.texture, this.#placement.texture, this.#uniforms.rig);
+  readonly #environment = new EnvironmentLight();
   readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
@@ -101,6 +112,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #importanceMs = -Infinity;
   #isDisposed = false;
 
+  /** Throws for three.js's WebGPURenderer. */
   constructor(source: HairSource, renderer: WebGLRenderer, options: HairSceneOptions = {}) {
     super();
     checkOptions(options, kOptions, "HairScene");
@@ -108,17 +120,32 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       throw new HairnetError("invalid", "HairScene needs a room: new HairScene(await connect(address), renderer)");
     if (typeof renderer?.render !== "function")
       throw new HairnetError("invalid", "HairScene needs the renderer: new HairScene(room, renderer)");
+    if ((renderer as { isWebGPURenderer?: boolean }).isWebGPURenderer)
+      throw new HairnetError(
+        "unsupported",
+        "hair needs three.js's WebGLRenderer: WebGPURenderer cannot draw its shaders",
+      );
     this.name = "hairnet";
     this.#source = source;
     this.#renderer = renderer;
     this.#options = options;
     this.lights = options.lights ?? "studio";
     this.#uniforms.all.card_texture.value = this.#cardTexture.texture;
+    this.#uniforms.all.light_depth_now.value = this.#density.textures.now;
+    this.#uniforms.all.light_depth_rest.value = this.#density.textures.rest;
     renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
   }
 
-  /** Updates all characters to their state at `nowMs` (a time of `performance.now()`), for pictures from `camera`. */
-  update(camera: Camera, nowMs: number = performance.now()): void {
+  /**
+   * Updates all characters to their present state, for pictures from `camera` and from further cameras: a second view,
+   * a mirror's camera, a cube camera. Servers learn what `camera` sees; the studio's lights stand about it.
+   */
+  update(camera: Camera, ...moreCameras: AnyCamera[]): void {
+    this.updateAt(performance.now(), camera, ...moreCameras);
+  }
+
+  /** The same for their state at `nowMs`, a time of `performance.now()`. */
+  updateAt(nowMs: number, camera: Camera, ...moreCameras: AnyCamera[]): void {
     if (this.#isDisposed) return;
     this.updateWorldMatrix(true, false);
     camera.updateWorldMatrix(true, false);
@@ -126,10 +153,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     const members = this.#source.sample(nowMs);
     this.#meet(members);
     const views = viewsOf(this.#renderer, camera);
-    this.#appear(members, views);
+    this.#appear(members, views, [
+      ...furtherViews(this.#renderer, moreCameras),
+      ...(this.#castsShadows ? shadowViews(rootOf(this)) : []),
+    ]);
     this.#frame();
+    this.#setUniforms(camera);
     this.#write();
-    this.#setUniforms(camera, views);
     this.#reportImportance(nowMs);
   }
 
@@ -157,6 +187,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.characters.clear();
     this.#cardTexture.dispose();
     this.#placement.dispose();
+    this.#density.dispose();
     this.#records.dispose();
     this.#lattices.dispose();
   }
@@ -210,7 +241,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         // The groom may have been removed meanwhile, or removed and added again.
         if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
         const adapt = this.#options.onMaterial ?? (() => {});
-        entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt);
+        entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows);
       },
       (fault: Error) => {
         if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
@@ -218,7 +249,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     );
   }
 
-  #appear(members: readonly ShownMember[], views: readonly View[]): void {
+  // `views`: of the main camera.
+  #appear(members: readonly ShownMember[], views: readonly View[], further: readonly View[]): void {
+    const allViews = [...views, ...further];
     this.#shown.length = 0;
     for (const groom of this.#grooms.values()) groom.shown.length = 0;
     for (const member of members) {
@@ -232,8 +265,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const placed = place(character, pose, this.matrixWorld);
       const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
       const seen = seenBy(views, placed.pose, radius, placed.size);
+      const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, placed.size);
       const detail =
-        character.detail ?? detailFor(seen.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
+        character.detail ?? detailFor(drawn.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
       const one: Appearance = {
         member,
         character,
@@ -244,7 +278,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
       };
       this.#shown.push(one);
-      if (entry?.drawing && seen.inView && isVisible(character)) entry.shown.push(one);
+      if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
     }
   }
 
@@ -274,6 +308,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     const rowsMax = this.#placement.rowsMax(this.#renderer);
     fitShares([...this.#grooms.values()], rowsMax);
     const placed: PlacedGroom[] = [];
+    const dense: DenseGroom[] = [];
+    let grids = 0;
     let pointRows = 0;
     for (const { drawing, shown } of this.#grooms.values()) {
       if (!drawing) continue;
@@ -281,23 +317,42 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       if (shown.length > 0) counts.grooms += 1;
       shown.sort(inDrawingOrder);
       const first = this.#records.count;
+      let points = 0;
       for (const one of shown) {
         if (pointRows + drawing.pointRowsOf(one) > rowsMax) one.detail = { ...one.detail, strandShare: 0 };
         const count = drawing.pointRowsOf(one);
-        this.#addRecord(one, drawing, { first: pointRows, count });
+        const density = this.#densityOf(one, drawing, grids);
+        if (density) {
+          grids += 1;
+          points = Math.max(points, drawing.pointsOf(drawing.densityStrandsOf(one)));
+        }
+        this.#addRecord(one, drawing, { first: pointRows, count }, density);
         pointRows += count;
       }
       drawing.show(shown, first, counts);
       placed.push({ drawing, first, characters: shown.length });
+      dense.push({ drawing, first, characters: shown.length, points });
     }
     this.#lattices.end();
     this.#records.end();
     this.#placement.place(this.#renderer, placed, pointRows);
+    this.#density.run(this.#renderer, dense, grids);
     counts.pointBytes = this.#placement.bytes;
     counts.characters = rows;
   }
 
-  #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows): void {
+  // null for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with
+  // size.
+  #densityOf(one: Appearance, groom: GroomDrawing, number: number): DensityGrid | null {
+    const strands = groom.densityStrandsOf(one);
+    const { quadratic } = one.detail;
+    if (number >= kDensityGridsMax || strands === 0 || quadratic <= 0 || !this.#density.isSupported(this.#renderer))
+      return null;
+    const widthM = ((groom.strandWidthM * kCopies * groom.strandCount) / strands) * quadratic;
+    return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.member.layers), number, widthM);
+  }
+
+  #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
     const { character } = one;
     const tip = character.hairTipColour ?? character.hairColour;
     this.#records.add({
@@ -313,6 +368,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       bodyVisible: character.bodyVisible,
       layers: this.#placeLayers(one.member.layers),
       pointRows,
+      density,
     });
   }
 
@@ -328,11 +384,20 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     return placed;
   }
 
-  #setUniforms(camera: Camera, views: readonly View[]): void {
+  get #castsShadows(): boolean {
+    return this.#options.shadows === true && this.#renderer.shadowMap.enabled;
+  }
+
+  #setUniforms(camera: Camera): void {
     const { all, rig } = this.#uniforms;
     all.exposure.value = this.exposure;
-    if (views.length > 0) all.viewport_px.value.set(views[0].widthPx, views[0].heightPx);
-    if (this.lights === "scene") sceneLights(rootOf(this), rig);
+    const root = rootOf(this);
+    this.#uniforms.setFog(root instanceof Scene ? root.fog : null);
+    if (this.lights === "scene") {
+      sceneLights(root, rig);
+      const environment = root instanceof Scene ? this.#environment.of(this.#renderer, root) : null;
+      if (environment) addEnvironment(rig, environment, (root as Scene).environmentIntensity);
+    }
     // In a headset the lights do not move: lights that turn with the head look wrong.
     else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);
   }

@@ -45,7 +45,7 @@ export function studioLights(camera: Camera, rig: LightRig): void {
 
 /**
  * The visible lights of a three.js scene: its three brightest directional ones, ambient and hemisphere lights. Ignores
- * other lights. three.js divides light by pi where it meets a surface, and so does this.
+ * point, spot and area lights. three.js divides light by pi where it meets a surface, and so does this.
  */
 export function sceneLights(root: Object3D, rig: LightRig): void {
   const directional: DirectionalLight[] = [];

@@ -4,6 +4,11 @@ import bodyVert from "../../../shaders/body.vert?raw";
 import character from "../../../shaders/character.glsl?raw";
 import coverage from "../../../shaders/coverage.glsl?raw";
 import deformPointsFrag from "../../../shaders/deform_points.frag?raw";
+import density from "../../../shaders/density.glsl?raw";
+import densityPointsVert from "../../../shaders/density_points.vert?raw";
+import densityPointsFrag from "../../../shaders/density_points.frag?raw";
+import densityLightVert from "../../../shaders/density_light.vert?raw";
+import densityLightFrag from "../../../shaders/density_light.frag?raw";
 import fabricFrag from "../../../shaders/fabric.frag?raw";
 import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
@@ -12,6 +17,7 @@ import limitLengthsFrag from "../../../shaders/limit_lengths.frag?raw";
 import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
+import shadowFrag from "../../../shaders/shadow.frag?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
 import strandVert from "../../../shaders/strand.vert?raw";
 import strandPoints from "../../../shaders/strand_points.glsl?raw";
@@ -25,6 +31,11 @@ const files: Record<string, string> = {
   "character.glsl": character,
   "coverage.glsl": coverage,
   "deform_points.frag": deformPointsFrag,
+  "density.glsl": density,
+  "density_points.vert": densityPointsVert,
+  "density_points.frag": densityPointsFrag,
+  "density_light.vert": densityLightVert,
+  "density_light.frag": densityLightFrag,
   "fabric.frag": fabricFrag,
   "fabric.vert": fabricVert,
   "ffd.glsl": ffd,
@@ -33,6 +44,7 @@ const files: Record<string, string> = {
   "points.vert": pointsVert,
   "scene.glsl": scene,
   "screen.vert": screenVert,
+  "shadow.frag": shadowFrag,
   "strand.frag": strandFrag,
   "strand.vert": strandVert,
   "strand_points.glsl": strandPoints,

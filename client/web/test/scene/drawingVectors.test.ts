@@ -1,9 +1,10 @@
 // What client/render makes of the same grooms, sizes and cameras in C++: tests/tools/web_drawing.cpp.
 import { describe, expect, test } from "vitest";
-import { DataUtils, PerspectiveCamera } from "three";
+import { Box3, DataUtils, PerspectiveCamera } from "three";
 import { kStrayM } from "../../src/generated/constants";
 import { decodeGroom } from "../../src/net/groomFile";
 import { Lattices, writeRecord } from "../../src/scene/characterRecords";
+import { densityGrid, movedBox } from "../../src/scene/densityGrid";
 import { detailFor, widthScale, type DrawDetail } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import type { MeshArrays } from "../../src/scene/geometry/meshBuilder";
@@ -42,6 +43,8 @@ interface Vectors {
     strandWidthM: number;
     detail: DrawDetail;
     pointRows: { first: number; count: number };
+    strandBox: number[];
+    rootBox: number[];
     layers: { geometry: GeometryVector; grid: number[]; weight: number }[];
     record: string;
     lattices: string;
@@ -193,7 +196,7 @@ test("the studio's lights stand in the same places about the camera and have the
 });
 
 test("a character's record and its lattices lie in textures as in C++", () => {
-  const { pose, strandWidthM, layers, record, lattices, ...same } = all.record;
+  const { pose, strandWidthM, layers, record, lattices, strandBox, rootBox, ...same } = all.record;
   const nodes = new Lattices();
   nodes.begin(layers.reduce((sum, layer) => sum + layer.grid.length / 3, 0));
   const placed = layers.map(({ geometry, grid, weight }) => {
@@ -201,9 +204,25 @@ test("a character's record and its lattices lie in textures as in C++", () => {
     return { origin, spacing, dims, weight, firstNode: nodes.add(Float32Array.from(grid))! };
   });
   const out = new Float32Array(floats(record).length);
+  const box = (ends: number[]) => new Box3().setFromArray(ends);
+  const moved = layers.map(({ geometry, grid, weight }) => ({
+    geometry: geometryOf(geometry),
+    grid: Float32Array.from(grid),
+    weight,
+  }));
+  const density = densityGrid(movedBox(box(strandBox), box(rootBox), moved), 3, 1e-3);
   const widthM = strandWidthM * widthScale(same.detail);
   writeRecord(
-    { ...same, pose: Float64Array.from(pose), widthM, strayM: kStrayM, size: 1, bodyVisible: false, layers: placed },
+    {
+      ...same,
+      pose: Float64Array.from(pose),
+      widthM,
+      strayM: kStrayM,
+      size: 1,
+      bodyVisible: false,
+      layers: placed,
+      density,
+    },
     out,
   );
   near("record", out, floats(record), kDirection);

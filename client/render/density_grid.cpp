@@ -1,0 +1,40 @@
+#include "client/render/density_grid.hpp"
+
+#include <algorithm>
+
+namespace hairnet::render {
+namespace {
+
+constexpr float kCellsBeside = 1.5f;    // empty cells at each side of the hair
+constexpr float kDensityShare = 0.22f;  // share of blocked light that is lost, as in the resting hair (OcclusionGrid)
+
+}  // namespace
+
+// The newest layer counts: older ones only fade.
+Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::AlignedBox3f& roots,
+                              std::span<const LatticeLayer> layers) {
+  const auto newest = std::ranges::max_element(layers, {}, &LatticeLayer::weight);
+  if (newest == layers.end() || newest->geometry == nullptr || newest->grid_displacements.empty()) return rest;
+  const Lattice& lattice = newest->geometry->lattice;
+  const Eigen::AlignedBox3f near(rest.min() - lattice.spacing, rest.max() + lattice.spacing);
+  Eigen::AlignedBox3f box = roots;
+  for (std::uint32_t n = 0; n < newest->grid_displacements.size(); ++n) {
+    const Vec3f at = lattice.node(n);
+    const Vec3f& moved_by = newest->grid_displacements[n];
+    if (near.contains(at) && moved_by.allFinite()) box.extend(at.cwiseMax(rest.min()).cwiseMin(rest.max()) + moved_by);
+  }
+  return box;
+}
+
+DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, float width_m) {
+  DensityGrid grid;
+  grid.number = number;
+  const auto cells = static_cast<float>(DensityGrid::kDensitySide) - 2 * kCellsBeside;
+  grid.cell = box.sizes() / cells;
+  grid.cell = grid.cell.cwiseMax(std::max(grid.cell.maxCoeff() / 3, 1e-3f)).eval();
+  grid.origin = box.center() - 0.5f * static_cast<float>(DensityGrid::kDensitySide) * grid.cell;
+  grid.weight = kDensityShare * 0.75f * width_m / grid.cell.prod();
+  return grid;
+}
+
+}  // namespace hairnet::render

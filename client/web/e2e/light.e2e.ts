@@ -1,0 +1,182 @@
+// What only a browser can show of light.test.ts: pixels.
+import { mkdtempSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createServer, type ViteDevServer } from "vite";
+import type { Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Browser } from "./browser";
+import type { LightStage, Shot } from "./lightPage";
+
+const browser = new Browser();
+let server: ViteDevServer;
+let page: Page;
+
+interface Globals {
+  LightStage: typeof LightStage;
+}
+
+beforeAll(async () => {
+  const addons = ["lights/LightProbeGenerator.js", "objects/Reflector.js", "environments/RoomEnvironment.js"];
+  server = await createServer({
+    configFile: false,
+    logLevel: "warn",
+    cacheDir: mkdtempSync(join(tmpdir(), "hairnet-vite-")),
+    server: { host: "127.0.0.1", port: 0, hmr: false, fs: { allow: [".", "../shaders"] } },
+    optimizeDeps: { include: ["three", ...addons.map((name) => `three/addons/${name}`)] },
+  });
+  await server.listen();
+  await browser.start();
+  page = await browser.open(`${server.resolvedUrls!.local[0]}e2e/lightPage.html`);
+  await page.waitForFunction(() => "LightStage" in window, null, { timeout: 100_000 });
+});
+afterAll(async () => {
+  await browser.dispose();
+  await server.close();
+});
+
+/** The mean of red, green and blue over a square, `at` and `half` as shares of the picture's size. */
+function meanOf({ pixels, size }: Shot, [x, y]: readonly [number, number], half: number): number[] {
+  const sum = [0, 0, 0];
+  let count = 0;
+  for (let row = Math.floor((y - half) * size); row < (y + half) * size; ++row)
+    for (let column = Math.floor((x - half) * size); column < (x + half) * size; ++column, ++count)
+      for (let n = 0; n < 3; ++n) sum[n] += pixels[4 * (row * size + column) + n];
+  return sum.map((each) => each / count);
+}
+
+const brightness = (colour: number[]) => colour[0] + colour[1] + colour[2];
+
+test("the ground is darker under a head of hair that casts shadows, and elsewhere as bright as before", async () => {
+  const [with_, without, under] = await page.evaluate(async () => {
+    const { LightStage: Stage } = window as unknown as Globals;
+    const shots: Shot[] = [];
+    let place: [number, number] = [0, 0];
+    for (const shadows of [true, false]) {
+      const stage = new Stage(null, { shadows, lights: "scene" });
+      await stage.ready();
+      stage.hair.update(stage.camera);
+      shots.push(stage.shoot());
+      // Of the middle of the hair, along the light.
+      const middle = stage.sun.position.clone().set(0, 1.25, 0);
+      middle.addScaledVector(stage.sun.position, -middle.y / stage.sun.position.y).project(stage.camera);
+      place = [(middle.x + 1) / 2, (1 - middle.y) / 2];
+      stage.dispose();
+    }
+    return [shots[0], shots[1], place] as const;
+  });
+  const shadowed = brightness(meanOf(with_, under, 0.015));
+  const lit = brightness(meanOf(without, under, 0.015));
+  console.log(`under the head ${shadowed.toFixed(0)}, without shadows ${lit.toFixed(0)}`);
+  expect(shadowed).toBeLessThan(0.7 * lit);
+  const away: [number, number] = [0.9, 0.9];
+  expect(brightness(meanOf(with_, away, 0.03))).toBeCloseTo(brightness(meanOf(without, away, 0.03)), 0);
+});
+
+test("a mirror, a second camera and a cube camera show hair that the main camera does not see", async () => {
+  const shares = await page.evaluate(async () => {
+    const { LightStage: Stage } = window as unknown as Globals;
+    const stage = new Stage(null, { lights: "scene" }, [0, 0, 2]);
+    stage.ground.visible = false;
+    const { camera } = stage;
+    const mirror = stage.addMirror();
+    mirror.position.set(0, 0, -1);
+    await stage.ready();
+    for (const one of stage.hair.characters.values()) one.hairColour.setRGB(0.4, 0.02, 0.02);
+    camera.position.set(0, 0, 0.7); // the head is behind it
+    camera.lookAt(0, 0, -1);
+    const red = ({ pixels }: Shot) => {
+      let count = 0;
+      for (let p = 0; p < pixels.length; p += 4) if (pixels[p] > pixels[p + 1] + 25) ++count;
+      return count / (pixels.length / 4);
+    };
+    const reflected = mirror.getReflectionCamera(camera);
+    const shoot = (more: boolean) => {
+      for (let n = 0; n < 2; ++n) {
+        if (more) stage.hair.update(camera, reflected);
+        else stage.hair.update(camera);
+        stage.shoot();
+      }
+      return red(stage.shoot());
+    };
+    const without = shoot(false);
+    const inMirror = shoot(true);
+    const second = camera.clone();
+    second.position.set(0, 0.1, 4);
+    second.lookAt(0, 0.05, 2);
+    stage.hair.update(camera, second);
+    stage.renderer.setViewport(0, 0, 200, 200);
+    const pictureInPicture = red(stage.shoot(second));
+    stage.dispose();
+    return { without, inMirror, pictureInPicture };
+  });
+  console.log(shares);
+  expect(shares.without).toBe(0);
+  expect(shares.inMirror).toBeGreaterThan(0.01);
+  expect(shares.pictureInPicture).toBeGreaterThan(0.01);
+});
+
+test("an environment alone lights hair, and brighter ones more", async () => {
+  const [dark, dim, bright] = await page.evaluate(async () => {
+    const { LightStage: Stage } = window as unknown as Globals;
+    const stage = new Stage(null, { lights: "scene" });
+    stage.scene.remove(stage.sun);
+    stage.scene.traverse((object) => {
+      if ((object as { isAmbientLight?: boolean }).isAmbientLight) object.visible = false;
+    });
+    stage.ground.visible = false;
+    stage.camera.position.set(0, 1.3, 1.2);
+    stage.camera.lookAt(0, 1.25, 0);
+    await stage.ready();
+    const sum = () => {
+      stage.hair.update(stage.camera);
+      const { pixels } = stage.shoot();
+      let light = 0;
+      for (let p = 0; p < pixels.length; p += 4) light += pixels[p] + pixels[p + 1];
+      return light;
+    };
+    const sums = [sum()];
+    stage.useRoom();
+    for (const intensity of [0.3, 1]) {
+      stage.scene.environmentIntensity = intensity;
+      stage.hair.update(stage.camera);
+      await new Promise((done) => setTimeout(done, 1500));
+      sums.push(sum());
+    }
+    stage.dispose();
+    return sums;
+  });
+  console.log({ dark, dim, bright });
+  expect(dim).toBeGreaterThan(1.02 * dark);
+  expect(bright).toBeGreaterThan(1.02 * dim);
+});
+
+test("light follows hair that is drawn aside, at rest it is the traced light, and no error is reported", async () => {
+  const [still, moved] = await page.evaluate(async () => {
+    const { LightStage: Stage } = window as unknown as Globals;
+    const stage = new Stage(null, {});
+    stage.ground.visible = false;
+    stage.camera.position.set(0, 1.3, 1.1);
+    stage.camera.lookAt(0, 1.25, 0);
+    await stage.ready();
+    const { extensions } = stage.renderer;
+    const has = extensions.has.bind(extensions);
+    const difference = () => {
+      const shots = [true, false].map((follows) => {
+        extensions.has = (name: string) => (follows || name !== "EXT_color_buffer_float") && has(name);
+        stage.hair.update(stage.camera);
+        return stage.shoot().pixels;
+      });
+      return shots[0].reduce((sum, value, n) => sum + Math.abs(value - shots[1][n]), 0) / shots[0].length;
+    };
+    const atRest = difference();
+    stage.head.move((x, y) => [0.5 * Math.sign(x) * Math.min(Math.max(0.15 - y, 0), 0.1), 0, 0]);
+    const apart = difference();
+    stage.dispose();
+    return [atRest, apart];
+  });
+  console.log({ still, moved });
+  expect(still).toBeLessThan(0.05);
+  expect(moved).toBeGreaterThan(0.3);
+  expect(browser.takeFaults().filter((fault) => !fault.includes("404"))).toEqual([]);
+});

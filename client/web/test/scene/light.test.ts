@@ -1,0 +1,291 @@
+import { describe, expect, test } from "vitest";
+import {
+  AmbientLight,
+  ArrayCamera,
+  Box3,
+  CubeCamera,
+  DirectionalLight,
+  Group,
+  Fog,
+  FogExp2,
+  PerspectiveCamera,
+  Scene,
+  SphericalHarmonics3,
+  Texture,
+  type Vector2,
+  Vector3,
+  Vector4,
+  WebGLCubeRenderTarget,
+  type InstancedBufferGeometry,
+  type Mesh,
+  type RawShaderMaterial,
+  type WebGLRenderer,
+} from "three";
+import { rigidPose } from "../../src/hair/pose";
+import { kCellsBeside, kDensitySide } from "../../src/generated/constants";
+import { densityGrid, movedBox } from "../../src/scene/densityGrid";
+import { detailFor } from "../../src/scene/drawDetail";
+import { addEnvironment } from "../../src/scene/environmentLight";
+import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
+import { GroomDrawing } from "../../src/scene/groomDrawing";
+import { SceneUniforms } from "../../src/scene/hairMaterials";
+import { HairScene } from "../../src/scene/hairScene";
+import { makeLightRig, sceneLights } from "../../src/scene/lightRig";
+import { shader } from "../../src/scene/shaders";
+import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf } from "../../src/scene/view";
+import { madeGroom } from "../support/madeGroom";
+import { fullGrid } from "../support/shapes";
+
+const kPx = 600;
+
+/** Looks like a renderer whose viewport is `viewport`. */
+function fakeRenderer(viewport = new Vector4(0, 0, kPx, kPx)): WebGLRenderer {
+  return {
+    xr: { isPresenting: false },
+    outputColorSpace: "srgb",
+    getDrawingBufferSize: (out: Vector2) => out.set(kPx, kPx),
+    getCurrentViewport: (out: Vector4) => out.copy(viewport),
+    getRenderTarget: () => null,
+    getContextAttributes: () => ({ antialias: true }),
+  } as unknown as WebGLRenderer;
+}
+
+function cameraAt(x: number, y: number, z: number, towards = new Vector3()): PerspectiveCamera {
+  const camera = new PerspectiveCamera(40, 1, 0.1, 100);
+  camera.position.set(x, y, z);
+  camera.lookAt(towards);
+  camera.updateMatrixWorld();
+  return camera;
+}
+
+test("a WebGPURenderer is refused in words that say what is needed", () => {
+  const source = { sample: () => [] };
+  const renderer = { isWebGPURenderer: true } as unknown as WebGLRenderer;
+  expect(() => new HairScene(source, renderer)).toThrow(/WebGLRenderer/);
+  expect(() => new HairScene(source, renderer)).toThrow(expect.objectContaining({ name: "HairnetError" }));
+});
+
+describe("further cameras", () => {
+  const pose = rigidPose([0, 0, 0, 1], [0, 0, 0]);
+  const renderer = fakeRenderer();
+  const away = viewsOf(renderer, cameraAt(0, 0, 3, new Vector3(0, 0, 9)));
+
+  test("draw a character that the main camera does not see, in the detail of the nearest of them", () => {
+    expect(seenBy(away, pose, 0.5, 1).inView).toBe(false);
+    expect(drawnIn(away, pose, 0.5, 1).inView).toBe(false);
+    const [near, far] = [2, 8].map((z) => furtherViews(renderer, [cameraAt(0, 0, z)]));
+    const drawn = drawnIn([...away, ...far, ...near], pose, 0.5, 1);
+    expect(drawn.inView).toBe(true);
+    expect(drawn.headPx).toBeCloseTo(seenBy(near, pose, 0.5, 1).headPx, 6);
+  });
+
+  test("one that does not see the character adds no detail", () => {
+    const far = furtherViews(renderer, [cameraAt(0, 0, 8)]);
+    const beside = furtherViews(renderer, [cameraAt(0, 0, 0.7, new Vector3(0, 0, 9))]);
+    expect(drawnIn([...far, ...beside], pose, 0.5, 1).headPx).toBeCloseTo(seenBy(far, pose, 0.5, 1).headPx, 6);
+  });
+
+  test("a cube camera sees all around it, with the pixels of its target", () => {
+    const target = new WebGLCubeRenderTarget(128);
+    const [view] = furtherViews(renderer, [new CubeCamera(0.1, 100, target)]);
+    for (const at of [
+      [0, 0, 2],
+      [0, -2, 0],
+      [2, 0, 0],
+    ] as const) {
+      const seen = seenBy([view], rigidPose([0, 0, 0, 1], [...at]), 0.1, 1);
+      expect(seen.inView).toBe(true);
+      expect(seen.headPx).toBeCloseTo((0.24 * 64) / 2, 6);
+    }
+  });
+
+  test("the parts of an array camera count one by one", () => {
+    const parts = [cameraAt(0, 0, 3, new Vector3(0, 0, 9)), cameraAt(0, 0, 3)];
+    for (const part of parts) (part as { viewport?: Vector4 }).viewport = new Vector4(0, 0, 300, 200);
+    const views = viewsOf(renderer, new ArrayCamera(parts));
+    expect(views.map((view) => seenBy([view], pose, 0.5, 1).inView)).toEqual([false, true]);
+    expect(views[0].heightPx).toBe(200);
+  });
+
+  test("a mirror's plane cuts what is in front of it, and nothing is too far behind it", () => {
+    const camera = cameraAt(0, 0, 3);
+    // The mirror is the plane z = 1 before the camera: client of Lengyel's oblique near plane.
+    const plane = new Vector4(0, 0.2, -0.98, -2);
+    const { elements } = camera.projectionMatrix;
+    const q = new Vector4(
+      (Math.sign(plane.x) + elements[8]) / elements[0],
+      (Math.sign(plane.y) + elements[9]) / elements[5],
+      -1,
+      (1 + elements[10]) / elements[14],
+    );
+    plane.multiplyScalar(2 / plane.dot(q));
+    elements[2] = plane.x;
+    elements[6] = plane.y;
+    elements[10] = plane.z + 1;
+    elements[14] = plane.w;
+    const views = furtherViews(renderer, [camera]);
+    const seenAt = (z: number) => seenBy(views, rigidPose([0, 0, 0, 1], [0, 0, z]), 0.1, 1).inView;
+    expect(seenAt(2)).toBe(false);
+    expect(seenAt(0)).toBe(true);
+    expect(seenAt(-90)).toBe(true);
+  });
+});
+
+describe("shadow maps", () => {
+  const scene = new Scene();
+  const sun = new DirectionalLight();
+  sun.position.set(0, 5, 0);
+  scene.add(sun, sun.target);
+
+  test("of lights that cast shadows see characters, and others do not", () => {
+    expect(shadowViews(scene)).toHaveLength(0);
+    sun.castShadow = true;
+    const views = shadowViews(scene);
+    expect(seenBy(views, rigidPose([0, 0, 0, 1], [1, 0, 1]), 0.3, 1).inView).toBe(true);
+    expect(seenBy(views, rigidPose([0, 0, 0, 1], [30, 0, 0]), 0.3, 1).inView).toBe(false);
+    sun.visible = false;
+    expect(shadowViews(scene)).toHaveLength(0);
+    sun.visible = true;
+  });
+
+  test("do not raise the detail, and what only they see is drawn for its distance", () => {
+    const pose = rigidPose([0, 0, 0, 1], [0, 0, 0]);
+    const seeing = viewsOf(fakeRenderer(), cameraAt(0, 0, 5));
+    expect(drawnIn([...seeing, ...shadowViews(scene)], pose, 0.3, 1).headPx).toBeCloseTo(
+      seenBy(seeing, pose, 0.3, 1).headPx,
+      6,
+    );
+    const turned = viewsOf(fakeRenderer(), cameraAt(0, 0, 5, new Vector3(0, 0, 9)));
+    const only = drawnIn([...turned, ...shadowViews(scene)], pose, 0.3, 1);
+    expect(only.inView).toBe(true);
+    expect(only.headPx).toBeCloseTo(seenBy(seeing, pose, 0.3, 1).headPx, 6);
+  });
+
+  const drawingWith = (castShadow: boolean) => {
+    const group = new Group();
+    const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
+    const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, () => {}, castShadow);
+    const detail = { ...detailFor(600, 1, drawing.strandCount, drawing.waviness), followHairCount: 2, cards: 0 };
+    drawing.show([{ detail, list: 0 }], 0, { drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
+    const strands = group.children.find((mesh) => mesh.visible && mesh.name === "hairnet strand");
+    return { uniforms, group, strands: strands as Mesh<InstancedBufferGeometry, RawShaderMaterial> };
+  };
+
+  test("get each strand once, without follow hairs, at the size of the map, and pictures stay as they were", () => {
+    const { strands, uniforms } = drawingWith(true);
+    expect(strands.castShadow).toBe(true);
+    const before = strands.geometry.instanceCount;
+    expect(before).toBe(3);
+    const args = [scene, sun, sun.shadow.camera, strands.geometry, strands.customDepthMaterial!, null] as const;
+    const renderer = fakeRenderer(new Vector4(0, 0, 512, 512));
+    strands.onBeforeShadow(renderer, ...(args as unknown as [never, never, never, never, never, never]));
+    expect(strands.geometry.instanceCount).toBe(1);
+    expect((strands.customDepthMaterial as RawShaderMaterial).uniforms.copies.value).toBe(1);
+    expect(uniforms.all.viewport_px.value.toArray()).toEqual([512, 512]);
+    expect(uniforms.all.samples.value).toBe(1);
+    strands.onAfterShadow(renderer, ...(args as unknown as [never, never, never, never, never, never]));
+    expect(strands.geometry.instanceCount).toBe(before);
+    expect(strands.material.uniforms.copies.value).toBe(3);
+  });
+
+  test("stay empty unless they are asked for", () => {
+    for (const mesh of drawingWith(false).group.children) expect(mesh.castShadow).toBe(false);
+  });
+
+  test("have a depth shader for each part", () => {
+    for (const part of drawingWith(true).group.children as Mesh[]) {
+      const { defines, vertexShader } = part.customDepthMaterial as RawShaderMaterial;
+      expect(defines).toHaveProperty(part.name.replace("hairnet ", "").toUpperCase());
+      expect(vertexShader).toContain("gl_Position");
+    }
+    expect(shader("shadow.frag")).toContain("discard");
+  });
+});
+
+test("each picture has the width of hair for its own viewport", () => {
+  const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
+  uniforms.setTarget(fakeRenderer(new Vector4(0, 0, 1280, 720)));
+  expect(uniforms.all.viewport_px.value.toArray()).toEqual([1280, 720]);
+  uniforms.setTarget(fakeRenderer(new Vector4(900, 0, 320, 180)));
+  expect(uniforms.all.viewport_px.value.toArray()).toEqual([320, 180]);
+});
+
+describe("an environment", () => {
+  /** The same radiance from everywhere, and more from `towards`. */
+  const radiance = (all: number, more = 0, towards = new Vector3(0, 1, 0)) => {
+    const sh = new SphericalHarmonics3();
+    sh.coefficients[0].setScalar(all / 0.282095);
+    sh.coefficients[1].setScalar(more * towards.y);
+    sh.coefficients[2].setScalar(more * towards.z);
+    sh.coefficients[3].setScalar(more * towards.x);
+    return sh;
+  };
+
+  test("that is the same everywhere is ambient light alone, as bright as it is", () => {
+    const rig = makeLightRig();
+    addEnvironment(rig, radiance(0.5), 2);
+    for (const light of [rig.ambientAbove, rig.ambientBelow]) expect(light.r).toBeCloseTo(1, 3);
+    for (const light of rig.colours) expect(light.r).toBe(0);
+  });
+
+  test("that has a bright side lights hair from there, and its sum stays the same", () => {
+    const rig = makeLightRig();
+    const side = new Vector3(0.6, 0.8, 0);
+    addEnvironment(rig, radiance(0.5, 0.4, side), 1);
+    expect(rig.towards[0].distanceTo(side)).toBeLessThan(1e-6);
+    expect(rig.colours[0].r).toBeGreaterThan(0.1);
+    const up = radiance(0.5, 0.4, side).getIrradianceAt(new Vector3(0, 1, 0), new Vector3()).x / Math.PI;
+    expect(rig.ambientAbove.r + 0.8 * rig.colours[0].r).toBeCloseTo(up, 6);
+  });
+
+  test("adds to the scene's own lights and takes the place of none", () => {
+    const scene = new Scene();
+    const suns = [1, 2, 3].map((intensity) => new DirectionalLight(0xffffff, intensity));
+    scene.add(...suns, new AmbientLight(0xffffff, Math.PI));
+    const rig = makeLightRig();
+    sceneLights(scene, rig);
+    const before = rig.colours.map((colour) => colour.r);
+    addEnvironment(rig, radiance(0.5, 0.4), 1);
+    expect(rig.colours.map((colour) => colour.r)).toEqual(before);
+    expect(rig.ambientAbove.r).toBeGreaterThan(1.4);
+  });
+});
+
+test("fog of both kinds reaches the shaders, and goes when the scene has none", () => {
+  const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
+  const range = () => uniforms.all.fog_range.value.toArray();
+  uniforms.setFog(new Fog(0xffffff, 2, 9));
+  expect(range()).toEqual([2, 9, 0]);
+  expect(uniforms.all.fog_colour.value.r).toBe(1);
+  uniforms.setFog(new FogExp2(0xffffff, 0.3));
+  expect(range()).toEqual([0, 0, 0.3]);
+  uniforms.setFog(null);
+  expect(range()).toEqual([0, 0, 0]);
+});
+
+describe("the grid of density", () => {
+  const rest = new Box3(new Vector3(-0.1, -0.4, -0.1), new Vector3(0.1, 0.2, 0.1));
+  const roots = new Box3(new Vector3(-0.1, 0.1, -0.1), new Vector3(0.1, 0.2, 0.1));
+
+  test("is about the resting hair without layers, and contains hair that has moved, and its roots", () => {
+    expect(movedBox(rest, roots, [])).toBe(rest);
+    const geometry = fullGrid([6, 8, 6], 0.1);
+    geometry.lattice.origin.set([-0.25, -0.45, -0.25]);
+    const aside = new Float32Array(3 * 6 * 8 * 6);
+    for (let n = 0; n < aside.length; n += 3) aside[n] = 0.5;
+    const box = movedBox(rest, roots, [{ geometry, grid: aside, weight: 1 }]);
+    expect(box.containsBox(roots)).toBe(true);
+    expect(box.max.x).toBeGreaterThanOrEqual(0.6);
+    aside.fill(NaN);
+    expect(movedBox(rest, roots, [{ geometry, grid: aside, weight: 1 }]).equals(roots)).toBe(true);
+  });
+
+  test("has empty cells beside the hair, and its optical depth does not depend on the size of its cells", () => {
+    const { origin, cell, weight } = densityGrid(rest, 0, 1e-3);
+    expect(origin.x).toBeCloseTo(rest.min.x - kCellsBeside * cell.x, 9);
+    expect(origin.y + kDensitySide * cell.y).toBeCloseTo(rest.max.y + kCellsBeside * cell.y, 9);
+    const wide = densityGrid(rest.clone().expandByScalar(1), 0, 1e-3);
+    const volume = (size: Vector3) => size.x * size.y * size.z;
+    expect(weight * volume(cell)).toBeCloseTo(wide.weight * volume(wide.cell), 12);
+  });
+});
