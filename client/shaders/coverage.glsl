@@ -7,8 +7,11 @@ float rounded_by(float cover, float chance) {
   return max(count - 0.3, 0.0) / samples;
 }
 
+uniform int dither_seed;  // another number for each picture of an average; 0: a single picture
+
 float chance_at_pixel(float number) {
   uint seed = uint(gl_FragCoord.x) * 1597334677u ^ uint(gl_FragCoord.y) * 3812015801u ^ floatBitsToUint(number);
+  seed += uint(dither_seed) * 2654435769u;
   return float(scramble(seed) >> 8u) / 16777216.0;
 }
 
@@ -22,10 +25,10 @@ float dithered(float cover, float number) {
 // For cards, of which few lie behind each other.
 float dithered_card(float cover, float number) { return rounded_by(cover, chance_at_pixel(number)); }
 
-// For cloth: even, with Bayer's 4x4 thresholds.
+// For cloth: even, with Bayer's 4x4 thresholds, which change from picture to picture of an average.
 float woven(float cover) {
   ivec2 at = ivec2(gl_FragCoord.xy) & 3;
   int low = ((at.x ^ at.y) & 1) * 2 + (at.y & 1);
   int high = (((at.x >> 1) ^ (at.y >> 1)) & 1) * 2 + (at.y >> 1);
-  return rounded_by(cover, (float(low * 4 + high) + 0.5) / 16.0);
+  return rounded_by(cover, fract((float(low * 4 + high) + 0.5) / 16.0 + 0.61803399 * float(dither_seed & 1023)));
 }

@@ -30,6 +30,7 @@ export class SceneUniforms {
       exposure: { value: 1 },
       encode_srgb: { value: 1 },
       samples: { value: 1 },
+      dither_seed: { value: 0 },
       records: { value: records },
       lattices: { value: lattices },
       placed_points: { value: placedPoints },

@@ -9,11 +9,12 @@ import {
 import { kLatticeLayersMax, kStrayM } from "../generated/constants";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
-import { poseFault, type Pose } from "../hair/pose";
+import { poseFault } from "../hair/pose";
 import { detailFor, widthScale } from "./drawDetail";
 import { GroomBuilder } from "./groomBuilder";
 import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
 import { HairCharacter } from "./hairCharacter";
+import { HairMotion, type MovingCharacter } from "./hairMotion";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
@@ -63,6 +64,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /** Factor on the detail that the screen size determines: strands, points; 0.1 to 4. */
   quality = 1;
   lights: "studio" | "scene";
+  /** For `Picture`. */
+  readonly motion = new HairMotion();
   readonly statistics: HairStatistics = {
     drawCalls: 0,
     strands: 0,
@@ -116,6 +119,11 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#reportImportance(nowMs);
   }
 
+  /** For `Picture`: the random numbers of the hair's coverage, other ones for each picture of an average; by default 0. */
+  set ditherSeed(seed: number) {
+    this.#uniforms.all.dither_seed.value = seed;
+  }
+
   /** Leaves its parent and frees all its GPU memory. */
   override dispose(): void {
     this.#isDisposed = true;
@@ -131,6 +139,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#placement.dispose();
     this.#records.dispose();
     this.#lattices.dispose();
+    this.motion.dispose();
   }
 
   readonly #onRestored = () => this.#cardTexture.forget();
@@ -213,10 +222,14 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         detail: groom?.hasFarCards ? detail : { ...detail, cards: 0 },
         list: groom?.listFor(detail.toleranceM) ?? 0,
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
+        ballRadiusM: 1.3 * (groom?.radiusM ?? 0.5) + 0.1,
+        screenHeight: seen.screenHeight,
+        layers: member.layers,
       };
       this.#shown.push(one);
       if (entry?.drawing && seen.inView && isVisible(character)) entry.shown.push(one);
     }
+    this.motion.shown = this.#shown.filter((one) => one.importance.inView);
   }
 
   // Writes lattices and records, and sets up the draw calls.
@@ -310,12 +323,9 @@ interface GroomEntry {
   readonly shown: Appearance[];
 }
 
-interface Appearance extends Drawn {
+interface Appearance extends Drawn, MovingCharacter {
   readonly member: ShownMember;
   readonly character: HairCharacter;
-  /** scene */
-  readonly pose: Pose;
-  readonly size: number;
   readonly importance: MemberImportance;
 }
 
