@@ -16,14 +16,11 @@ float chance_at_pixel(float number) {
 }
 
 // For hair: a random number per hair and pixel. The GPU always sets the same samples first, so hairs behind each other
-// would hide in the same samples. Half of the time this therefore sets all samples or none.
-float dithered(float cover, float number) {
+// would hide in the same samples. `apart`, a share of the time, this therefore sets all samples or none.
+float dithered(float cover, float number, float apart) {
   float chance = chance_at_pixel(number);
-  return fract(chance * 1024.0) < 0.5 ? rounded_by(cover, chance) : step(chance, cover);
+  return fract(chance * 1024.0) < apart ? step(chance, cover) : rounded_by(cover, chance);
 }
-
-// For cards, of which few lie behind each other.
-float dithered_card(float cover, float number) { return rounded_by(cover, chance_at_pixel(number)); }
 
 // For cloth: even, with Bayer's 4x4 thresholds, which change from picture to picture of an average.
 float woven(float cover) {

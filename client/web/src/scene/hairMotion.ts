@@ -1,7 +1,8 @@
 import {
   ClampToEdgeWrapping,
+  DataUtils,
   Data3DTexture,
-  FloatType,
+  HalfFloatType,
   LinearFilter,
   Matrix4,
   Quaternion,
@@ -47,14 +48,14 @@ export interface Motion {
 export class HairMotion {
   /** Slices of kSwingNodes^3 texels, one for each motion: where hair was, minus where it is, head space, m. */
   readonly swing: Data3DTexture;
-  readonly #values = new Float32Array(4 * kSwingNodes ** 3 * kMovingMax);
+  readonly #values = new Uint16Array(4 * kSwingNodes ** 3 * kMovingMax);
   #shown: readonly MovingCharacter[] = [];
   #before = new Map<object, Before>();
 
   constructor() {
     this.swing = new Data3DTexture(this.#values, kSwingNodes, kSwingNodes, kSwingNodes * kMovingMax);
     this.swing.format = RGBAFormat;
-    this.swing.type = FloatType;
+    this.swing.type = HalfFloatType;
     this.swing.minFilter = this.swing.magFilter = LinearFilter;
     this.swing.wrapS = this.swing.wrapT = this.swing.wrapR = ClampToEdgeWrapping;
   }
@@ -118,7 +119,7 @@ export class HairMotion {
           const rest = [x - now[0], y - now[1], z - now[2]] as const;
           displacementAt(one.layers, ...rest, now);
           displacementAt(before, ...rest, then);
-          for (let axis = 0; axis < 3; ++axis) this.#values[at + axis] = then[axis] - now[axis];
+          for (let axis = 0; axis < 3; ++axis) this.#values[at + axis] = DataUtils.toHalfFloat(then[axis] - now[axis]);
         }
       }
     }

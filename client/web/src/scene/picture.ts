@@ -114,7 +114,8 @@ export class Picture {
     const { elements } = camera.projectionMatrix;
     const unmoved = elements.slice();
     const unmovedInverse = camera.projectionMatrixInverse.elements.slice();
-    place.multiplyScalar(2).divide(new Vector2(targets.width, targets.height));
+    // Several samples already spread over the pixel; together with the shifts they cover it evenly.
+    place.multiplyScalar(targets.current.samples > 1 ? 1 : 2).divide(new Vector2(targets.width, targets.height));
     for (let column = 0; column < 16; column += 4) {
       elements[column] += place.x * elements[column + 3];
       elements[column + 1] += place.y * elements[column + 3];
