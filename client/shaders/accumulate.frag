@@ -28,7 +28,7 @@ const float kSwingNodes = 10.0;
 layout(location = 0) out vec4 colour;
 layout(location = 1) out vec4 count;
 
-const float kStillMax = 32.0, kMovingLeast = 10.0;  // pictures in the average
+const float kStillMax = 32.0, kMovingMost = 6.0;  // pictures in the average: each lookup in motion blurs a little
 
 vec2 uv_of(vec4 clip) { return 0.5 * clip.xy / clip.w + 0.5; }
 
@@ -102,14 +102,14 @@ void main() {
     }
   }
   vec4 mean = sum / 9.0, spread = sqrt(max(squares / 9.0 - mean * mean, 0.0));
-  spread = mix(2.5, 1.25, smoothstep(0.0, 1.0, moved_px)) * spread + 1.5 / 255.0;
+  spread = mix(2.5, 1.25, smoothstep(0.0, 0.5, moved_px)) * spread + 1.5 / 255.0;
   vec4 away = abs(average - mean) / spread;
   float outside = max(max(away.x, away.y), max(away.z, away.w));
   if (outside > 1.0) {
     average = mean + (average - mean) / outside;
     pictures = max(pictures / outside, 1.0);
   }
-  float most = mix(kStillMax, kMovingLeast, smoothstep(0.05, 3.0, moved_px));
+  float most = mix(kStillMax, kMovingMost, smoothstep(0.0, 0.5, moved_px));
   pictures = min(pictures + 1.0, most);
   colour = mix(average, fresh, 1.0 / pictures);
   count = vec4(pictures);

@@ -1,10 +1,10 @@
 // Coverage for targets with several samples: alpha becomes samples (alpha to coverage), so nothing needs sorting. A few
 // samples give few steps of coverage; random rounding makes up for this. Returns the alpha for a whole number of
-// samples, rounded by `chance` (0 ... 1). It is slightly less than their share, so that all GPUs count it alike. 0:
-// none.
+// samples, rounded by `chance` (0 ... 1). It is slightly less than their share, so that all GPUs count it alike, but 1
+// for all. 0: none.
 float rounded_by(float cover, float chance) {
   float count = floor(clamp(cover, 0.0, 1.0) * samples + chance);
-  return max(count - 0.3, 0.0) / samples;
+  return count < samples ? max(count - 0.3, 0.0) / samples : 1.0;
 }
 
 uniform int dither_seed;  // another number for each picture of an average; 0: a single picture

@@ -100,8 +100,8 @@ interface AverageGlobals {
 /** Calls one of the functions of `freeze` in the page. */
 const call = <K extends keyof AverageGlobals>(name: K, argument?: number) =>
   page.evaluate(
-    ([name, argument]) =>
-      (window as unknown as { average: Record<string, (argument?: number) => unknown> }).average[name](argument),
+    ([asked, value]) =>
+      (window as unknown as { average: Record<string, (value?: number) => unknown> }).average[asked](value),
     [name, argument] as const,
   ) as Promise<ReturnType<AverageGlobals[K]>>;
 

@@ -102,36 +102,29 @@ export class Picture {
       renderer.render(scene, camera);
       return;
     }
-    scene.updateMatrixWorld();
+    if (scene.matrixWorldAutoUpdate) scene.updateMatrixWorld();
     if (camera.parent === null) camera.updateMatrixWorld();
     const targets = this.#resize();
     const now = cameraOf(camera);
     if (this.#scene !== scene || (this.#before && isCut(this.#before, now))) this.cut();
     this.#scene = scene;
 
-    const place = placeOf(this.#number);
+    const place = placeOf(this.#number).divide(new Vector2(targets.width, targets.height));
+    // Several samples already spread over the pixel; together with their shifts they cover it evenly.
+    if (targets.current.samples > 1) place.multiplyScalar(0.5);
     if (hair) hair.ditherSeed = this.#number;
-    const { elements } = camera.projectionMatrix;
-    const unmoved = elements.slice();
-    const unmovedInverse = camera.projectionMatrixInverse.elements.slice();
-    // Several samples already spread over the pixel; together with the shifts they cover it evenly.
-    place.multiplyScalar(targets.current.samples > 1 ? 1 : 2).divide(new Vector2(targets.width, targets.height));
-    for (let column = 0; column < 16; column += 4) {
-      elements[column] += place.x * elements[column + 3];
-      elements[column + 1] += place.y * elements[column + 3];
-    }
-    camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
-    const isCounted = renderer.info.autoReset;
+    const back = shift(camera, place);
     try {
       renderer.setRenderTarget(targets.current);
+      if (!renderer.autoClear) renderer.clear();
       renderer.render(scene, camera);
       this.#setUniforms(targets, camera, now, hair?.motion ?? null, place);
     } finally {
-      camera.projectionMatrix.elements.splice(0, 16, ...unmoved);
-      camera.projectionMatrixInverse.elements.splice(0, 16, ...unmovedInverse);
+      back();
       if (hair) hair.ditherSeed = 0;
       renderer.setRenderTarget(null);
     }
+    const isCounted = renderer.info.autoReset;
     renderer.info.autoReset = false; // the statistics are those of the scene
     this.#draw(this.#accumulate, targets.next);
     this.#present.uniforms.average.value = targets.next.textures[0];
@@ -178,7 +171,7 @@ export class Picture {
     all.depth.value = targets.current.depthTexture;
     all.history.value = targets.last.textures[0];
     all.history_count.value = targets.last.textures[1];
-    all.jitter.value.copy(jitter).multiplyScalar(0.5);
+    all.jitter.value.copy(jitter);
     // Scene space has the camera as its origin, where floats are precise.
     const fromCamera = new Matrix4().makeTranslation(now.position);
     const toCamera = new Matrix4().makeTranslation(now.position.clone().negate());
@@ -293,6 +286,19 @@ function isCut(before: CameraBefore, now: CameraBefore): boolean {
     before.forward.dot(now.forward) < kCutCosine ||
     before.position.distanceTo(now.position) > kCutM
   );
+}
+
+// Shifts the camera's picture by a share of its size. Returns the function that shifts it back.
+function shift(camera: Camera, by: Vector2): () => void {
+  const { projectionMatrix, projectionMatrixInverse } = camera;
+  const before = projectionMatrix.clone();
+  const inverse = projectionMatrixInverse.clone();
+  projectionMatrix.premultiply(new Matrix4().makeTranslation(2 * by.x, 2 * by.y, 0));
+  projectionMatrixInverse.copy(projectionMatrix).invert();
+  return () => {
+    projectionMatrix.copy(before);
+    projectionMatrixInverse.copy(inverse);
+  };
 }
 
 /** Where picture `number` has its samples, px from their usual places, -0.5 to 0.5: Halton's sequence of bases 2 and 3. */
