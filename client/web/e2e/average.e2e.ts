@@ -3,7 +3,8 @@ import type { Page } from "playwright-core";
 import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
-import { readyCount, type PageGlobals } from "./picture";
+import type { PageViewer } from "../page/viewer";
+import { readyCount } from "./picture";
 
 const server = new HairnetServer();
 const browser = new Browser();
@@ -27,7 +28,7 @@ afterAll(async () => {
 
 /** From here on nothing moves, and only the test draws: a small picture of the head. */
 function freeze(): void {
-  const { stage, hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
+  const { stage, hair, room } = (window as unknown as { hairnet: PageViewer }).hairnet;
   const { renderer, scene, camera, picture } = stage;
   renderer.setAnimationLoop(null);
   const side = 96;
@@ -42,7 +43,8 @@ function freeze(): void {
     view.lookAt(position.x, position.y, position.z);
     view.updateMatrixWorld();
   };
-  const time = performance.now();
+  const shown = room!.sample(performance.now());
+  room!.sample = () => shown;
   const read = (width: number) => {
     const gl = renderer.getContext();
     const pixels = new Uint8Array(4 * width * width);
@@ -56,14 +58,14 @@ function freeze(): void {
   hair!.quality = 1;
   /** One picture at once: its pixels. */
   const plain = () => {
-    hair!.update(view, time);
+    hair!.update(view);
     renderer.render(scene, view);
     return Array.from(read(side));
   };
   /** The last of `count` pictures of an average. */
   const average = (count: number) => {
     for (let n = 0; n < count; ++n) {
-      hair!.update(view, time);
+      hair!.update(view);
       picture.render(scene, view, hair);
     }
     return Array.from(read(side));
@@ -72,7 +74,7 @@ function freeze(): void {
   const reference = () => {
     size(4 * side);
     hair!.quality = 0.25;
-    hair!.update(view, time);
+    hair!.update(view);
     renderer.render(scene, view);
     const large = read(4 * side);
     hair!.quality = 1;
