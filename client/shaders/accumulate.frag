@@ -23,7 +23,7 @@ uniform mat4 to_head[kMovingMax];           // scene -> head space, m
 uniform mat4 head_to_clip_before[kMovingMax];
 uniform float radius_m[kMovingMax];         // of the ball, head space
 uniform sampler3D swing;                    // per character kSwingNodes slices: where hair was, minus where it is, m
-const float kSwingNodes = 10.0;
+const float kSwingNodes = 8.0;
 
 layout(location = 0) out vec4 colour;
 layout(location = 1) out vec4 count;

@@ -15,7 +15,7 @@ import type { Pose } from "../hair/pose";
 /** Characters whose motion is known to a picture; the largest on the screen. The same number as in accumulate.frag. */
 export const kMovingMax = 8;
 /** Nodes on each axis of a character's swing. The same number as in accumulate.frag. */
-const kSwingNodes = 10;
+const kSwingNodes = 8;
 
 /** A drawn character. */
 export interface MovingCharacter {
@@ -113,9 +113,8 @@ export class HairMotion {
           const x = place(i);
           const y = place(j);
           const z = place(k);
-          // Two steps towards the place at rest: rest + displacement(rest) = place.
+          // About the place at rest: rest + displacement(rest) = place.
           displacementAt(one.layers, x, y, z, now);
-          displacementAt(one.layers, x - now[0], y - now[1], z - now[2], now);
           const rest = [x - now[0], y - now[1], z - now[2]] as const;
           displacementAt(one.layers, ...rest, now);
           displacementAt(before, ...rest, then);

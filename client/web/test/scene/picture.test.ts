@@ -63,7 +63,7 @@ test("swing leads from where hair is to where it was", () => {
   const { data, width } = motion.swing.image as { data: Uint16Array; width: number };
   for (let j = 0; j < width; ++j) {
     const y = ((2 * j) / (width - 1) - 1) * 0.45;
-    const at = 4 * (4 + width * (j + width * 5));
+    const at = 4 * (3 + width * (j + width * 4));
     expect(fromHalf(data[at])).toBeCloseTo(-0.2 * y, 3);
     expect(data[at + 1]).toBe(0);
   }
