@@ -23,7 +23,7 @@ void main() {
   float number = floor(place.z + 0.5);
   float across = mod(floor(number / 4.0), 2.0) > 0.5 ? 1.0 - place.x : place.x;
   vec4 hair = texture(card_texture, vec2((mod(number, 4.0) + mix(0.004, 0.996, across)) / 4.0, place.y));
-  float drawn = dithered_card(hair.a * place.w, place.z);
+  float drawn = dithered(hair.a * place.w, place.z, 0.3);
   if (drawn <= 0.0) discard;
   vec4 chance = vec4(hair.x, 0.5, hair.y, hair.z);
   character.hair_albedo = albedo_along(character, place.y);

@@ -1,4 +1,5 @@
 import { CanvasTexture, Group, PerspectiveCamera, Scene, SRGBColorSpace, Vector3, WebGLRenderer } from "three";
+import { Picture } from "../src/scene/index";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const kPixelRatioMax = 2;
@@ -12,6 +13,8 @@ export class Stage {
   /** Carries the camera in VR: the place of its floor. */
   readonly rig = new Group();
   readonly orbit: OrbitControls;
+  /** Draws without grain. */
+  readonly picture: Picture;
   isLost = false;
   /** The user has turned or moved the view. */
   isMoved = false;
@@ -24,6 +27,7 @@ export class Stage {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, kPixelRatioMax));
+    this.picture = new Picture(this.renderer);
     this.renderer.xr.enabled = true;
     this.renderer.xr.setReferenceSpaceType("local-floor");
     this.scene.background = backdrop();

@@ -116,7 +116,7 @@ export class PageViewer {
       for (const character of this.hair.characters.values()) character.visible = !(isInVr && character.own);
       this.#follow();
     }
-    stage.renderer.render(stage.scene, stage.camera);
+    stage.picture.render(stage.scene, stage.camera, this.hair);
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 

@@ -38,6 +38,7 @@ export class SceneUniforms {
       fog_range: { value: new Vector3() },
       encode_srgb: { value: 1 },
       samples: { value: 1 },
+      dither_seed: { value: 0 },
       records: { value: records },
       lattices: { value: lattices },
       placed_points: { value: placedPoints },

@@ -14,7 +14,7 @@ import { checkOptions } from "../hair/checkOptions";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
-import { poseFault, type Pose } from "../hair/pose";
+import { poseFault } from "../hair/pose";
 import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
@@ -23,6 +23,7 @@ import { GroomBuilder } from "./groomBuilder";
 import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
 import { HairDensityPass, type DenseGroom } from "./hairDensityPass";
 import { HairCharacter } from "./hairCharacter";
+import { HairMotion, type MovingCharacter } from "./hairMotion";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
@@ -81,6 +82,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /** Factor on the detail that the screen size determines: strands, points; 0.1 to 4. */
   quality = 1;
   lights: "studio" | "scene";
+  /** For `Picture`. */
+  readonly motion = new HairMotion();
   readonly statistics: HairStatistics = {
     drawCalls: 0,
     strands: 0,
@@ -106,7 +109,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #grooms = new Map<string, GroomEntry>();
   /** numbers of the members, in this frame */
   readonly #here = new Set<number>();
-  readonly #shown: Appearance[] = [];
+  readonly #shown: ShownCharacter[] = [];
   /** the request of `frame` until it is done */
   #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
   #importanceMs = -Infinity;
@@ -174,6 +177,11 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#frame();
   }
 
+  /** For `Picture`: the random numbers of the hair's coverage, other ones for each picture of an average; by default 0. */
+  set ditherSeed(seed: number) {
+    this.#uniforms.all.dither_seed.value = seed;
+  }
+
   /** Leaves its parent and frees all its GPU memory. */
   override dispose(): void {
     this.#isDisposed = true;
@@ -190,6 +198,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#density.dispose();
     this.#records.dispose();
     this.#lattices.dispose();
+    this.motion.dispose();
   }
 
   readonly #onRestored = () => this.#cardTexture.forget();
@@ -268,7 +277,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, placed.size);
       const detail =
         character.detail ?? detailFor(drawn.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
-      const one: Appearance = {
+      const one: ShownCharacter = {
         member,
         character,
         pose: placed.pose,
@@ -276,10 +285,14 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         detail: groom?.hasFarCards ? detail : { ...detail, cards: 0 },
         list: groom?.listFor(detail.toleranceM) ?? 0,
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
+        ballRadiusM: 1.3 * (groom?.radiusM ?? 0.5) + 0.1,
+        screenHeight: seen.screenHeight,
+        layers: member.layers,
       };
       this.#shown.push(one);
       if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
     }
+    this.motion.shown = this.#shown.filter((one) => one.importance.inView);
   }
 
   #frame(): void {
@@ -343,7 +356,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   // null for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with
   // size.
-  #densityOf(one: Appearance, groom: GroomDrawing, number: number): DensityGrid | null {
+  #densityOf(one: ShownCharacter, groom: GroomDrawing, number: number): DensityGrid | null {
     const strands = groom.densityStrandsOf(one);
     const { quadratic } = one.detail;
     if (number >= kDensityGridsMax || strands === 0 || quadratic <= 0 || !this.#density.isSupported(this.#renderer))
@@ -352,7 +365,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.member.layers), number, widthM);
   }
 
-  #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
+  #addRecord(one: ShownCharacter, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
     const { character } = one;
     const tip = character.hairTipColour ?? character.hairColour;
     this.#records.add({
@@ -415,15 +428,12 @@ interface GroomEntry {
   /** a current member has it */
   isWorn: boolean;
   /** characters that are drawn with it */
-  readonly shown: Appearance[];
+  readonly shown: ShownCharacter[];
 }
 
-interface Appearance extends Drawn {
+interface ShownCharacter extends Drawn, MovingCharacter {
   readonly member: ShownMember;
   readonly character: HairCharacter;
-  /** scene */
-  readonly pose: Pose;
-  readonly size: number;
   readonly importance: MemberImportance;
 }
 

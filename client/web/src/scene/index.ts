@@ -5,4 +5,5 @@ export { HairScene, type HairSceneEventMap, type HairSceneOptions, type HairStat
 export type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 export type { LatticeLayer } from "../hair/latticeBlend";
 export { detailFor, type DrawDetail } from "./drawDetail";
+export { Picture } from "./picture";
 export { shader } from "./shaders";

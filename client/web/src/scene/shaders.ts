@@ -1,4 +1,5 @@
 import { HairnetError } from "../hair/hairnetError";
+import accumulateFrag from "../../../shaders/accumulate.frag?raw";
 import bodyFrag from "../../../shaders/body.frag?raw";
 import bodyVert from "../../../shaders/body.vert?raw";
 import character from "../../../shaders/character.glsl?raw";
@@ -14,6 +15,7 @@ import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
 import hairLight from "../../../shaders/hair_light.glsl?raw";
 import limitLengthsFrag from "../../../shaders/limit_lengths.frag?raw";
+import presentFrag from "../../../shaders/present.frag?raw";
 import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
@@ -26,6 +28,7 @@ import cardTextureFrag from "../../../shaders/card_texture.frag?raw";
 import cardVert from "../../../shaders/card.vert?raw";
 
 const files: Record<string, string> = {
+  "accumulate.frag": accumulateFrag,
   "body.frag": bodyFrag,
   "body.vert": bodyVert,
   "character.glsl": character,
@@ -42,6 +45,7 @@ const files: Record<string, string> = {
   "hair_light.glsl": hairLight,
   "limit_lengths.frag": limitLengthsFrag,
   "points.vert": pointsVert,
+  "present.frag": presentFrag,
   "scene.glsl": scene,
   "screen.vert": screenVert,
   "shadow.frag": shadowFrag,

@@ -1,0 +1,315 @@
+import {
+  BufferGeometry,
+  Camera,
+  DepthFormat,
+  DepthStencilFormat,
+  DepthTexture,
+  GLSL3,
+  HalfFloatType,
+  LinearFilter,
+  Matrix4,
+  Mesh,
+  NearestFilter,
+  NoBlending,
+  RawShaderMaterial,
+  RedFormat,
+  UnsignedInt248Type,
+  UnsignedIntType,
+  Vector2,
+  Vector3,
+  WebGLRenderTarget,
+  type ColorSpace,
+  type IUniform,
+  type Object3D,
+  type Scene,
+  type WebGLRenderer,
+} from "three";
+import { kMovingMax, type HairMotion } from "./hairMotion";
+import type { HairScene } from "./hairScene";
+import { shader } from "./shaders";
+
+/** Pictures after which the places of the samples repeat. */
+const kPlaces = 32;
+/** A camera that turns or moves further than this between two pictures shows something else: the average ends. */
+const kCutCosine = Math.cos(0.6);
+const kCutM = 1;
+
+/** The camera of the last picture. */
+interface CameraBefore {
+  readonly camera: Camera;
+  readonly sceneToClip: Matrix4;
+  readonly position: Vector3;
+  readonly forward: Vector3;
+}
+
+/**
+ * Draws without grain: `render` replaces `renderer.render`. Each picture is drawn a little aside of the one before, and
+ * is added to the average of those before it, which follows the motion of the camera, of heads and of their hair
+ * (client/shaders/accumulate.frag). Colours and the background stay as they are without it. In a headset, and where the
+ * GPU cannot draw into floats, it draws like `renderer.render`.
+ */
+export class Picture {
+  readonly #renderer: WebGLRenderer;
+  readonly #screen = new Mesh(new BufferGeometry());
+  readonly #noCamera = new Camera();
+  readonly #accumulate: RawShaderMaterial;
+  readonly #present: RawShaderMaterial;
+  readonly #uniforms: Record<string, IUniform>;
+  readonly #canAverage: boolean;
+  #targets: Targets | null = null;
+  #before: CameraBefore | null = null;
+  #scene: Object3D | null = null;
+  #number = 0;
+
+  constructor(renderer: WebGLRenderer) {
+    this.#renderer = renderer;
+    this.#canAverage =
+      renderer.extensions.has("EXT_color_buffer_float") || renderer.extensions.has("EXT_color_buffer_half_float");
+    this.#screen.geometry.setDrawRange(0, 3);
+    this.#screen.frustumCulled = false;
+    this.#uniforms = {
+      current: { value: null },
+      depth: { value: null },
+      history: { value: null },
+      history_count: { value: null },
+      jitter: { value: new Vector2() },
+      to_scene: { value: new Matrix4() },
+      to_clip_before: { value: new Matrix4() },
+      moving_count: { value: 0 },
+      to_head: { value: Array.from({ length: kMovingMax }, () => new Matrix4()) },
+      head_to_clip_before: { value: Array.from({ length: kMovingMax }, () => new Matrix4()) },
+      radius_m: { value: new Float32Array(kMovingMax) },
+      swing: { value: null },
+    };
+    this.#accumulate = screenPass("accumulate.frag", this.#uniforms);
+    this.#present = screenPass("present.frag", { average: { value: null } });
+    renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
+  }
+
+  /** Pictures since the last cut. */
+  get pictures(): number {
+    return this.#number;
+  }
+
+  /**
+   * Draws to the canvas; call `hair.update(camera)` before it. `hair` may be null: then nothing but the camera is known
+   * to move.
+   */
+  render(scene: Scene, camera: Camera, hair: HairScene | null): void {
+    const renderer = this.#renderer;
+    if (!this.#canAverage || renderer.xr.isPresenting || renderer.getRenderTarget() !== null) {
+      this.cut();
+      renderer.render(scene, camera);
+      return;
+    }
+    if (scene.matrixWorldAutoUpdate) scene.updateMatrixWorld();
+    if (camera.parent === null) camera.updateMatrixWorld();
+    const targets = this.#resize();
+    const now = cameraOf(camera);
+    if (this.#scene !== scene || (this.#before && isCut(this.#before, now))) this.cut();
+    this.#scene = scene;
+
+    const place = placeOf(this.#number).divide(new Vector2(targets.width, targets.height));
+    // Several samples already spread over the pixel; together with their shifts they cover it evenly.
+    if (targets.current.samples > 1) place.multiplyScalar(0.5);
+    if (hair) hair.ditherSeed = this.#number;
+    const back = shift(camera, place);
+    try {
+      renderer.setRenderTarget(targets.current);
+      if (!renderer.autoClear) renderer.clear();
+      renderer.render(scene, camera);
+      this.#setUniforms(targets, camera, now, hair?.motion ?? null, place);
+    } finally {
+      back();
+      if (hair) hair.ditherSeed = 0;
+      renderer.setRenderTarget(null);
+    }
+    const isCounted = renderer.info.autoReset;
+    renderer.info.autoReset = false; // the statistics are those of the scene
+    this.#draw(this.#accumulate, targets.next);
+    this.#present.uniforms.average.value = targets.next.textures[0];
+    this.#draw(this.#present, null);
+    renderer.info.autoReset = isCounted;
+    targets.swap();
+    hair?.motion.remember();
+    this.#before = now;
+    this.#number += 1;
+  }
+
+  /** Forgets all pictures before: the next one shows nothing of them. A jump of the camera does this by itself. */
+  cut(): void {
+    this.#before = null;
+    this.#number = 0;
+  }
+
+  /** Frees its GPU memory. */
+  dispose(): void {
+    this.#renderer.domElement.removeEventListener("webglcontextrestored", this.#onRestored);
+    this.#targets?.dispose();
+    this.#targets = null;
+    this.#accumulate.dispose();
+    this.#present.dispose();
+    this.#screen.geometry.dispose();
+    this.cut();
+  }
+
+  readonly #onRestored = () => this.cut();
+
+  #resize(): Targets {
+    const size = this.#renderer.getDrawingBufferSize(new Vector2());
+    if (this.#targets?.width !== size.x || this.#targets.height !== size.y) {
+      this.#targets?.dispose();
+      this.#targets = new Targets(this.#renderer, size.x, size.y);
+      this.cut();
+    }
+    return this.#targets;
+  }
+
+  #setUniforms(targets: Targets, camera: Camera, now: CameraBefore, motion: HairMotion | null, jitter: Vector2): void {
+    const all = this.#uniforms;
+    all.current.value = targets.current.texture;
+    all.depth.value = targets.current.depthTexture;
+    all.history.value = targets.last.textures[0];
+    all.history_count.value = targets.last.textures[1];
+    all.jitter.value.copy(jitter);
+    // Scene space has the camera as its origin, where floats are precise.
+    const fromCamera = new Matrix4().makeTranslation(now.position);
+    const toCamera = new Matrix4().makeTranslation(now.position.clone().negate());
+    all.to_scene.value.multiplyMatrices(camera.matrixWorld, camera.projectionMatrixInverse).premultiply(toCamera);
+    const before = this.#before;
+    // Without a picture before, everything was outside of it.
+    if (before) all.to_clip_before.value.multiplyMatrices(before.sceneToClip, fromCamera);
+    else all.to_clip_before.value.makeScale(0, 0, 0);
+    all.moving_count.value = 0;
+    if (!before || !motion) return;
+    const motions = motion.motions();
+    all.swing.value = motion.swing;
+    all.moving_count.value = motions.length;
+    for (const [n, one] of motions.entries()) {
+      all.to_head.value[n].copy(one.headToScene).premultiply(toCamera).invert();
+      all.head_to_clip_before.value[n].multiplyMatrices(before.sceneToClip, one.headToSceneBefore);
+      all.radius_m.value[n] = one.ballRadiusM;
+    }
+  }
+
+  #draw(material: RawShaderMaterial, target: WebGLRenderTarget | null): void {
+    const renderer = this.#renderer;
+    const { autoClear } = renderer;
+    renderer.autoClear = false;
+    this.#screen.material = material;
+    renderer.setRenderTarget(target);
+    renderer.render(this.#screen, this.#noCamera);
+    renderer.setRenderTarget(null);
+    renderer.autoClear = autoClear;
+  }
+}
+
+class Targets {
+  readonly current: WebGLRenderTarget;
+  next: WebGLRenderTarget;
+  last: WebGLRenderTarget;
+
+  constructor(
+    renderer: WebGLRenderer,
+    readonly width: number,
+    readonly height: number,
+  ) {
+    const { antialias, stencil } = renderer.getContextAttributes();
+    const depthTexture = new DepthTexture(width, height);
+    depthTexture.format = stencil ? DepthStencilFormat : DepthFormat;
+    depthTexture.type = stencil ? UnsignedInt248Type : UnsignedIntType;
+    depthTexture.minFilter = depthTexture.magFilter = NearestFilter;
+    this.current = new WebGLRenderTarget(width, height, {
+      samples: antialias ? 4 : 0,
+      stencilBuffer: stencil === true,
+      depthTexture,
+      minFilter: NearestFilter,
+      magFilter: NearestFilter,
+      // Bytes in the display's encoding, as the canvas has them: with `isXRRenderTarget` three.js writes colours as it
+      // writes them to the screen.
+      internalFormat: "RGBA8",
+      colorSpace: renderer.outputColorSpace as ColorSpace,
+    });
+    Object.assign(this.current, { isXRRenderTarget: true });
+    this.next = averageTarget(width, height);
+    this.last = averageTarget(width, height);
+  }
+
+  swap(): void {
+    [this.next, this.last] = [this.last, this.next];
+  }
+
+  dispose(): void {
+    this.current.depthTexture?.dispose();
+    for (const target of [this.current, this.next, this.last]) target.dispose();
+  }
+}
+
+// The average of pictures, and the number of pictures in it.
+function averageTarget(width: number, height: number): WebGLRenderTarget {
+  const target = new WebGLRenderTarget(width, height, {
+    count: 2,
+    type: HalfFloatType,
+    depthBuffer: false,
+    minFilter: LinearFilter,
+    magFilter: LinearFilter,
+  });
+  target.textures[1].format = RedFormat;
+  target.textures[1].minFilter = target.textures[1].magFilter = NearestFilter;
+  return target;
+}
+
+function screenPass(fragment: string, uniforms: Record<string, IUniform>): RawShaderMaterial {
+  return new RawShaderMaterial({
+    glslVersion: GLSL3,
+    vertexShader: shader("screen.vert"),
+    fragmentShader: shader(fragment),
+    uniforms,
+    depthTest: false,
+    depthWrite: false,
+    blending: NoBlending,
+  });
+}
+
+function cameraOf(camera: Camera): CameraBefore {
+  return {
+    camera,
+    sceneToClip: new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse),
+    position: new Vector3().setFromMatrixPosition(camera.matrixWorld),
+    forward: camera.getWorldDirection(new Vector3()),
+  };
+}
+
+function isCut(before: CameraBefore, now: CameraBefore): boolean {
+  return (
+    before.camera !== now.camera ||
+    before.forward.dot(now.forward) < kCutCosine ||
+    before.position.distanceTo(now.position) > kCutM
+  );
+}
+
+// Shifts the camera's picture by a share of its size. Returns the function that shifts it back.
+function shift(camera: Camera, by: Vector2): () => void {
+  const { projectionMatrix, projectionMatrixInverse } = camera;
+  const before = projectionMatrix.clone();
+  const inverse = projectionMatrixInverse.clone();
+  projectionMatrix.premultiply(new Matrix4().makeTranslation(2 * by.x, 2 * by.y, 0));
+  projectionMatrixInverse.copy(projectionMatrix).invert();
+  return () => {
+    projectionMatrix.copy(before);
+    projectionMatrixInverse.copy(inverse);
+  };
+}
+
+/** Where picture `number` has its samples, px from their usual places, -0.5 to 0.5: Halton's sequence of bases 2 and 3. */
+export function placeOf(number: number): Vector2 {
+  const n = (number % kPlaces) + 1;
+  return new Vector2(radicalInverse(n, 2) - 0.5, radicalInverse(n, 3) - 0.5);
+}
+
+function radicalInverse(n: number, base: number): number {
+  let inverse = 0;
+  for (let digit = 1 / base, left = n; left > 0; digit /= base, left = Math.floor(left / base))
+    inverse += digit * (left % base);
+  return inverse;
+}
