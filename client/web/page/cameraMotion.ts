@@ -1,4 +1,4 @@
-import { MathUtils, Spherical, Vector3, type PerspectiveCamera } from "three";
+import { MathUtils, type PerspectiveCamera, Spherical, type Vector3 } from "three";
 import type { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 /** A camera's place about a point: the bearing is about +Y from +Z, the height is an angle above the horizon, rad. */

@@ -44,7 +44,7 @@ function addressOf(server: string): string {
 }
 
 function sentence(line: string): string {
-  const text = line.trim().replaceAll("_", " ");
+  const text = line.trim().replaceAll(/(?<=[a-z])_(?=[a-z])/g, " ");
   if (!text) return "The server gave no reason.";
   return `${text[0].toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
 }

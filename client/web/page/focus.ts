@@ -26,6 +26,8 @@ export class Focus {
   #isChosen = false;
   /** what the last framing depended on */
   #framed = "";
+  /** Somebody was in the last picture. */
+  #isDrawn = false;
 
   constructor(
     private readonly stage: Stage,
@@ -48,6 +50,11 @@ export class Focus {
 
   /** Call it before each picture, with everyone who has a pose. */
   update(shown: readonly Shown[], dtS: number): void {
+    this.#move(shown, dtS);
+    this.#isDrawn = shown.some(({ character }) => character.isReady);
+  }
+
+  #move(shown: readonly Shown[], dtS: number): void {
     const mayFrame = !this.stage.isMoved;
     let one = shown.find(({ member }) => member.member === this.person);
     if (mayFrame && !this.#isChosen && !one?.character.isReady) one = firstOf(shown) ?? one;
@@ -92,8 +99,8 @@ export class Focus {
     const at = placeOf(one);
     const bearing = clearBearing(at, headingOf(one), others, distance);
     const view = { target, bearing, height: kViewHeightRad, distance };
-    // As long as nothing is drawn there is nothing to fly from.
-    if (shown.some(({ character }) => character.isReady)) motion.flyTo(view);
+    // As long as nobody is drawn there is nothing to fly from.
+    if (this.#isDrawn) motion.flyTo(view);
     else motion.set(view);
     if (this.#isChosen) return;
     const isAlone = others.every(({ x, z }) => Math.hypot(x - at.x, z - at.z) > kAloneM);

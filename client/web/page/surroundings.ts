@@ -17,13 +17,13 @@ import type { HairPart } from "../src/scene/index";
 import { makeLightRig, studioLights } from "../src/scene/lightRig";
 
 /** The ground is this far below the head joints: below the busts that grooms bring. */
-const kGroundBelowHeadM = 0.42;
+const kGroundBelowHeadM = 0.375;
 const kGroundRadiusM = 9;
 /** Shadows of the nearest people. */
 const kShadowsMax = 16;
 /** A bust fades out between these heights in head space, m. */
-const kFadeFromM = -0.24;
-const kFadeToM = -0.345;
+const kFadeFromM = -0.2;
+const kFadeToM = -0.335;
 
 // Colours are linear RGB. Noise of half a step hides the steps of a dark gradient on 8-bit screens.
 const kCommon = /* glsl */ `
@@ -49,10 +49,10 @@ const kBackdropFragment = /* glsl */ `
   ${kCommon}
   void main() {
     float up = normalize(towards).y;
-    vec3 colour = mix(vec3(0.072, 0.078, 0.094), vec3(0.012, 0.0135, 0.019), smoothstep(-0.05, 0.75, up));
-    colour = mix(colour, vec3(0.017, 0.0175, 0.021), smoothstep(-0.04, -0.42, up));
+    vec3 colour = mix(vec3(0.040, 0.046, 0.060), vec3(0.007, 0.008, 0.012), smoothstep(-0.05, 0.75, up));
+    colour = mix(colour, vec3(0.012, 0.0125, 0.015), smoothstep(-0.04, -0.42, up));
     vec2 away = (gl_FragCoord.xy - middlePx) / viewPx;
-    colour += vec3(0.108, 0.102, 0.098) * exp(-5.5 * dot(away, away) - 6.0 * max(-up, 0.0));
+    colour += vec3(0.096, 0.084, 0.076) * exp(-5.5 * dot(away, away) - 6.0 * max(-up, 0.0));
     colour *= 1.0 - 0.42 * smoothstep(0.3, 1.05, length(away));
     gl_FragColor = toTarget(colour, 1.0);
   }
@@ -75,7 +75,7 @@ const kGroundFragment = /* glsl */ `
   ${kCommon}
   void main() {
     float away = length(place - middle);
-    vec3 colour = mix(vec3(0.105, 0.102, 0.1), vec3(0.03, 0.032, 0.038), smoothstep(0.0, radius, away));
+    vec3 colour = mix(vec3(0.074, 0.069, 0.065), vec3(0.017, 0.018, 0.022), smoothstep(0.0, radius, away));
     float light = 1.0;
     for (int n = 0; n < ${kShadowsMax}; ++n) {
       vec2 from = (place - shadows[n].xy) / max(shadows[n].z, 1e-3);
@@ -143,7 +143,7 @@ export class Surroundings extends Group {
       const head = near[n];
       // A higher head has a softer shadow.
       const height = head ? head.y - ground : 0;
-      if (head) shadow.set(head.x, head.z, 0.13 + 0.3 * height, 0.75);
+      if (head) shadow.set(head.x, head.z, 0.14 + 0.35 * height, 0.8);
       else shadow.set(0, 0, 1, 0);
     }
   }

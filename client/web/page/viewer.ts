@@ -26,6 +26,8 @@ const kFaultShownMs = 8000;
 const kFiguresEveryMs = 500;
 const kNarrowPx = 640;
 const kClickPx = 5;
+const kStepMaxS = 0.1;
+const kFlightStepMaxS = 0.5;
 const kPersonRadiusM = 0.17;
 
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
@@ -123,14 +125,16 @@ export class PageViewer implements PageHost {
   #draw(timeMs: number): void {
     const { stage, hair, room } = this;
     const dtMs = this.#lastMs > 0 ? timeMs - this.#lastMs : 16;
-    const dtS = Math.min(Math.max(dtMs / 1000, 0), 0.1);
+    const dtS = Math.min(Math.max(dtMs / 1000, 0), kStepMaxS);
     this.#lastMs = timeMs;
     this.#quality.add(dtMs);
     const isInVr = stage.renderer.xr.isPresenting;
     const shown = this.#shown();
     if (!isInVr) {
-      this.focus.update(shown, dtS);
-      stage.motion.update(dtS);
+      // Flights take their time, not their number of pictures.
+      const spanS = Math.min(Math.max(dtMs / 1000, 0), kFlightStepMaxS);
+      this.focus.update(shown, spanS);
+      stage.motion.update(spanS);
     }
     if (stage.isLost) return;
     // Captured as late as possible, and drawn at once.
