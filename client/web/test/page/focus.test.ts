@@ -12,13 +12,13 @@ class FakeStage {
   readonly flights: (CameraView | "all")[] = [];
   orbits = 0;
   readonly motion = {
-    flyTo: (view: CameraView) => void this.flights.push(view),
-    set: (view: CameraView) => void this.flights.push(view),
+    flyTo: (view: CameraView) => this.flights.push(view),
+    set: (view: CameraView) => this.flights.push(view),
     follow: () => {},
-    orbitSlowly: () => void ++this.orbits,
+    orbitSlowly: () => ++this.orbits,
   };
   distanceFor = () => 1.5;
-  frame = () => void this.flights.push("all");
+  frame = () => this.flights.push("all");
 }
 
 const person = (number: number, x: number, isReady = true, own = false) =>
