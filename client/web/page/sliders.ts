@@ -118,8 +118,8 @@ export class Sliders {
     return this.#material.values;
   }
 
-  /** Shows values that something else has set: a preset. */
-  showMaterial(scale: MaterialScale): void {
+  /** Shows values that something else has set. */
+  set material(scale: MaterialScale) {
     this.#material.show(scale);
   }
 

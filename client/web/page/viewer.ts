@@ -1,5 +1,5 @@
 import { Raycaster, Sphere, Vector2, Vector3 } from "three";
-import type { OwnCharacter, Room, Wind } from "../src/index";
+import type { MaterialScale, OwnCharacter, Room, Wind } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { AdaptiveQuality } from "./adaptiveQuality";
 import { closedWords, refusedWords } from "./faultWords";
@@ -37,7 +37,7 @@ export class PageViewer implements PageHost {
   readonly stage: Stage;
   readonly focus: Focus;
   readonly head = new OwnHead();
-  readonly sliders: Sliders;
+  readonly #sliders: Sliders;
   hair: HairScene | null = null;
   /** Takes avatar files; null: this page has no avatars. */
   avatarPanel: { take(file: File): void } | null = null;
@@ -56,7 +56,7 @@ export class PageViewer implements PageHost {
   #bytesBefore = 0;
   #faultTimer: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly query: Query) {
+  constructor(readonly query: Query) {
     setFolded(innerWidth <= kNarrowPx);
     this.stage = new Stage(element<HTMLCanvasElement>("view"), coveredByPanel);
     this.focus = new Focus(this.stage, (person) => this.#announce(person));
@@ -65,9 +65,9 @@ export class PageViewer implements PageHost {
       query,
       (room) => this.#enter(room),
       (state, detail, waitS) => this.#showState(state, detail, waitS),
-      (detail) => this.fault(detail),
+      (detail) => this.showFault(detail),
     );
-    this.sliders = new Sliders(
+    this.#sliders = new Sliders(
       element("sliders"),
       element("wind"),
       (scale) => this.own?.setMaterial(scale),
@@ -76,8 +76,8 @@ export class PageViewer implements PageHost {
     this.#wardrobe = new Wardrobe(
       element<HTMLSelectElement>("hairstyle"),
       this.head,
-      () => this.sliders.material,
-      (detail) => this.fault(detail),
+      () => this.#sliders.material,
+      (detail) => this.showFault(detail),
     );
     element("room").textContent = query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
@@ -97,13 +97,19 @@ export class PageViewer implements PageHost {
     return this.#wardrobe.wear(hairstyle);
   }
 
-  fault(detail: string): void {
-    this.#showFault(detail);
+  setMaterial(scale: MaterialScale): void {
+    this.#sliders.material = scale;
+    this.own?.setMaterial(scale);
+  }
+
+  setWind(wind: Wind): void {
+    this.#sliders.showWind(wind);
+    this.room?.setWind(wind);
   }
 
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
-    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.fault(detail));
+    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
     void this.#persistentRoom.start();
     if (!this.query.observe) await this.#wardrobe.start();
   }
@@ -118,7 +124,7 @@ export class PageViewer implements PageHost {
     this.stage.scene.add(hair);
     hair.addEventListener("characteradded", ({ character }) => this.#members.add(character));
     hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
-    hair.addEventListener("groomfault", ({ detail }) => this.fault(`A hairstyle cannot be drawn: ${detail}`));
+    hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
     this.#wardrobe.enter(room);
   }
 
@@ -130,7 +136,8 @@ export class PageViewer implements PageHost {
     this.#quality.add(dtMs);
     const isInVr = stage.renderer.xr.isPresenting;
     const shown = this.#shown();
-    if (!isInVr) {
+    // Something else moves the camera: a headset, or a hand that drags the own head.
+    if (!isInVr && stage.orbit.enabled) {
       // Flights take their time, not their number of pictures.
       const spanS = Math.min(Math.max(dtMs / 1000, 0), kFlightStepMaxS);
       this.focus.update(shown, spanS);
@@ -273,9 +280,9 @@ export class PageViewer implements PageHost {
   #takeFile(file: File): void {
     if (/\.vrm$/i.test(file.name)) {
       if (this.avatarPanel) this.avatarPanel.take(file);
-      else this.fault(`${file.name} is an avatar: open vrm.html and drop it there.`);
+      else this.showFault(`${file.name} is an avatar: open vrm.html and drop it there.`);
     } else if (this.query.observe)
-      this.fault("You only watch this room: open its address without “observe” to wear hair.");
+      this.showFault("You only watch this room: open its address without “observe” to wear hair.");
     else void this.#wardrobe.takeFile(file);
   }
 
@@ -332,7 +339,7 @@ export class PageViewer implements PageHost {
     const wind = windOf(room);
     if (wind === this.#wind) return;
     this.#wind = wind;
-    if (wind) this.sliders.showWind(wind);
+    if (wind) this.#sliders.showWind(wind);
   }
 
   #showState(state: PersistentRoomState, detail: string, waitS: number): void {
@@ -350,13 +357,13 @@ export class PageViewer implements PageHost {
     shown.title = detail;
     if (state === "closed") {
       this.#wardrobe.leave();
-      this.#showFault(closedWords(this.query.server, detail, waitS), Infinity);
+      this.showFault(closedWords(this.query.server, detail, waitS), Infinity);
     }
-    if (state === "refused") this.#showFault(refusedWords(detail, this.query.token !== ""), Infinity);
+    if (state === "refused") this.showFault(refusedWords(detail, this.query.token !== ""), Infinity);
     if (state === "connected") element("fault").hidden = true;
   }
 
-  #showFault(detail: string, forMs = kFaultShownMs): void {
+  showFault(detail: string, forMs = kFaultShownMs): void {
     const fault = element("fault");
     fault.textContent = detail;
     fault.hidden = false;
