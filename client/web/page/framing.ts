@@ -88,7 +88,7 @@ export function boxOf({ bottom, top, halfWidth }: Portrait): Size {
 export function clearBearing(at: Place, heading: number, others: readonly Place[], distance: number): number {
   let best = heading;
   let clearest = -Infinity;
-  for (const turn of [0.4, -0.4, 0.1, 0.8, -0.8, 1.2, -1.2]) {
+  for (const turn of [0.6, -0.6, 0.3, -0.3, 0.9, -0.9, 1.3, -1.3]) {
     const bearing = heading + turn;
     const clearance = Math.min(...others.map((other) => clearanceOf(at, bearing, other, distance)), kShoulderM);
     if (clearance <= clearest) continue;

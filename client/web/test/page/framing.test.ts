@@ -68,8 +68,8 @@ describe("the camera's bearing", () => {
     Math.abs(other.x * Math.cos(bearing) - other.z * Math.sin(bearing)) < 0.3;
 
   test("shows a face at an angle when nobody is in between", () => {
-    expect(clearBearing(me, 0.3, [], 1.7)).toBeCloseTo(0.7, 6);
-    expect(clearBearing(me, 0, [{ x: -0.6, z: 0 }], 1.7)).toBeCloseTo(0.4, 6);
+    expect(clearBearing(me, 0.3, [], 1.7)).toBeCloseTo(0.9, 6);
+    expect(clearBearing(me, 0, [{ x: -0.6, z: 0 }], 1.7)).toBeCloseTo(0.6, 6);
   });
 
   test("goes around people in between", () => {
