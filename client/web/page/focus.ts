@@ -68,7 +68,9 @@ export class Focus {
       return;
     }
     const portrait = portraitOf(one.member.groom);
-    if (mayFrame && this.#isChanged(`${this.person} as ${portrait.bottom} in ${width} ${height}`))
+    // In the first view others are beside the person, and hide nobody.
+    const others = this.#isChosen ? "" : `of ${shown.length}`;
+    if (mayFrame && this.#isChanged(`${this.person} ${others} as ${portrait.bottom} in ${width} ${height}`))
       this.#flyTo(one, shown, portrait);
     if (mayFrame || this.#isChosen) this.stage.motion.follow(targetOf(one, portrait), dtS);
   }

@@ -307,7 +307,7 @@ export class PageViewer implements PageHost {
     element("hint").hidden = !(room && room.members.size === 0 && this.#wardrobe.isAcquainted);
     element("hint").textContent = this.query.observe
       ? "Nobody is here yet. Others appear as soon as they join this room."
-      : "Nobody is here yet. Choose a hairstyle, or drop a .groom file, to be the first.";
+      : "Nobody is here yet. Join with hair on, or drop a .groom file, to be the first.";
     this.#showJoin();
     if (!room || !hair) return;
     this.#members.refresh(room, hair.characters, this.focus.person);
