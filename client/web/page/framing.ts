@@ -83,17 +83,19 @@ export function boxOf({ bottom, top, halfWidth }: Portrait): Size {
 
 /**
  * The bearing from which a camera sees a person at `at` unhidden by others: a three-quarter view of the face if
- * possible. `heading` is the person's; bearings are about +Y from +Z, in rad.
+ * possible, with others behind. `heading` is the person's; bearings are about +Y from +Z, in rad.
  */
 export function clearBearing(at: Place, heading: number, others: readonly Place[], distance: number): number {
   let best = heading;
-  let clearest = -Infinity;
+  let bestScore = -Infinity;
   for (const turn of [0.6, -0.6, 0.3, -0.3, 0.9, -0.9, 1.3, -1.3]) {
     const bearing = heading + turn;
     const clearance = Math.min(...others.map((other) => clearanceOf(at, bearing, other, distance)), kShoulderM);
-    if (clearance <= clearest) continue;
+    const ahead = others.reduce((sum, other) => sum + aheadOf(at, bearing, other), 0) / Math.max(others.length, 1);
+    const score = clearance - 0.2 * Math.min(Math.max(ahead, -1), 1) - 0.1 * Math.abs(Math.abs(turn) - 0.6);
+    if (score <= bestScore) continue;
     best = bearing;
-    clearest = clearance;
+    bestScore = score;
   }
   return best;
 }
@@ -115,9 +117,12 @@ export function clearSwing(
 
 /** How far `other` is beside the line from `at` to the camera; infinite when it is behind. */
 function clearanceOf(at: Place, bearing: number, other: Place, distance: number): number {
-  const x = other.x - at.x;
-  const z = other.z - at.z;
-  const ahead = x * Math.sin(bearing) + z * Math.cos(bearing);
+  const ahead = aheadOf(at, bearing, other);
   if (ahead < 0.05 || ahead > distance + kShoulderM) return Infinity;
-  return Math.abs(x * Math.cos(bearing) - z * Math.sin(bearing));
+  return Math.abs((other.x - at.x) * Math.cos(bearing) - (other.z - at.z) * Math.sin(bearing));
+}
+
+/** How much nearer to the camera `other` is than `at`. */
+function aheadOf(at: Place, bearing: number, other: Place): number {
+  return (other.x - at.x) * Math.sin(bearing) + (other.z - at.z) * Math.cos(bearing);
 }

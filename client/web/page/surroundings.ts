@@ -21,9 +21,9 @@ const kGroundBelowHeadM = 0.375;
 const kGroundRadiusM = 9;
 /** Shadows of the nearest people. */
 const kShadowsMax = 16;
-/** A bust fades out between these heights in head space, m. */
-const kFadeFromM = -0.2;
-const kFadeToM = -0.335;
+/** A bust darkens below the first of these heights in head space, and ends at the second, m. */
+const kFadeFromM = -0.13;
+const kFadeToM = -0.345;
 
 // Colours are linear RGB. Noise of half a step hides the steps of a dark gradient on 8-bit screens.
 const kCommon = /* glsl */ `
@@ -162,7 +162,10 @@ export class Surroundings extends Group {
   }
 }
 
-/** Busts end below the shoulders: each fades out there, instead of showing its cut. For `HairSceneOptions`. */
+/**
+ * Busts end below the shoulders. Each falls into shadow there, and its last centimetres are transparent, instead of
+ * showing its cut. For `HairSceneOptions`.
+ */
 export function fadeBust(material: RawShaderMaterial, part: HairPart): void {
   if (part !== "body") return;
   material.transparent = true;
@@ -174,6 +177,8 @@ export function fadeBust(material: RawShaderMaterial, part: HairPart): void {
   material.fragmentShader = `${material.fragmentShader
     .slice(0, end)
     .replace("void main() {", "in float height_head;\nvoid main() {")}
-  colour.a *= smoothstep(${kFadeToM}, ${kFadeFromM}, height_head);
+  float lit = smoothstep(${kFadeToM}, ${kFadeFromM}, height_head);
+  colour.rgb *= mix(vec3(0.1, 0.1, 0.11), vec3(1.0), lit);
+  colour.a *= smoothstep(0.0, 0.06, lit);
 }`;
 }

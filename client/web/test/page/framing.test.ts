@@ -70,6 +70,8 @@ describe("the camera's bearing", () => {
   test("shows a face at an angle when nobody is in between", () => {
     expect(clearBearing(me, 0.3, [], 1.7)).toBeCloseTo(0.9, 6);
     expect(clearBearing(me, 0, [{ x: -0.6, z: 0 }], 1.7)).toBeCloseTo(0.6, 6);
+    // Others are behind, not between the person and the camera.
+    expect(clearBearing(me, 0, [{ x: 0.6, z: 0 }], 1.7)).toBeCloseTo(-0.6, 6);
   });
 
   test("goes around people in between", () => {
