@@ -156,6 +156,7 @@ export class PageViewer implements PageHost {
     const drawn = shown.filter(({ character }) => character.isReady);
     stage.draw(drawn.map(({ character }) => character.position));
     if (!isInVr) this.#labels.update(drawn, stage.camera, stage.free, stage.size);
+    if (drawn.length > 0) stage.standAt(drawn.reduce((sum, one) => sum + one.character.position.y, 0) / drawn.length);
     this.#showOwn(drawn);
     this.#showLoading();
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
@@ -174,10 +175,7 @@ export class PageViewer implements PageHost {
   // Who has just joined wants to see the own head.
   #showOwn(drawn: readonly Shown[]): void {
     const own = drawn.find(({ member }) => member.own);
-    if (own && !this.#isOwnShown) {
-      this.focus.show(own.member.member);
-      this.stage.standAt(own.character.position.y);
-    }
+    if (own && !this.#isOwnShown) this.focus.show(own.member.member);
     this.#isOwnShown = own !== undefined;
   }
 
