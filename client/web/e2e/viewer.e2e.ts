@@ -60,6 +60,8 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   await until("it is ready", async () => (await readyCount(page)) === 1);
   await page.selectOption("#quality", "0.3");
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
+  // A touch stops the camera.
+  await page.mouse.click(30, 300);
   await actor.turnTo(0, 2);
   await actor.turnTo(0.9, 0.25);
   const headYaw = () =>
@@ -205,7 +207,9 @@ test("a missing server and a browser that cannot draw are each reported in one l
   page = await browser.open(`${server.address}/?server=ws://127.0.0.1:9`);
   await until("the state says so", async () => (await state()) === "closed");
   await until("a line says why", async () =>
-    /no server answers at 127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""),
+    /^The server does not answer at 127\.0\.0\.1:9\. The page tries again in \d+ s\.$/.test(
+      (await page.textContent("#fault")) ?? "",
+    ),
   );
   await shoot("server_gone");
   await page.addInitScript(() => {

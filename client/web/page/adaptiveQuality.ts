@@ -1,7 +1,7 @@
 const kSlowMs = 28;
 const kFastMs = 17.5; // 60 pictures a second, on screens that show no more
 const kFrameMsMax = 1000; // longer: the page was hidden, or did something else
-const kMin = 0.25;
+const kMin = 0.4; // lower: cards would replace the hair of a head that fills the view
 const kMax = 1.5;
 
 /** Lowers the drawing quality while pictures take too long, and raises it again. Changes gradually. */

@@ -1,4 +1,6 @@
-import { decodeGroom, type Member } from "../src/index";
+import { decodeGroom, HairnetError, type Member } from "../src/index";
+import { foreignFileWords } from "./faultWords";
+import { hairstyleName } from "./roomDetails";
 
 /** A hairstyle that the user can choose. */
 export interface Hairstyle {
@@ -22,14 +24,16 @@ export async function listedHairstyles(): Promise<Hairstyle[]> {
     const file = typeof entry === "string" ? entry : (entry as { file?: unknown } | null)?.file;
     if (typeof file !== "string" || !/^[\w.-]+\.groom$/.test(file)) return [];
     const name = (entry as { name?: unknown }).name;
-    const label = typeof name === "string" ? name : file.replace(/\.groom$/, "");
+    const label = typeof name === "string" ? name : hairstyleName(file.replace(/\.groom$/, ""));
     return [{ label, get: () => download(`grooms/${file}`) }];
   });
 }
 
 async function download(address: string): Promise<Uint8Array> {
-  const answer = await fetch(address);
-  if (!answer.ok) throw new Error(`${address} is not there (${answer.status})`);
+  const answer = await fetch(address).catch(() => null);
+  if (!answer) throw new HairnetError("unreachable", "The server does not answer: the hairstyle could not be loaded.");
+  if (!answer.ok)
+    throw new HairnetError("unreachable", `The server does not have the hairstyle ${address} (HTTP ${answer.status}).`);
   return new Uint8Array(await answer.arrayBuffer());
 }
 
@@ -38,14 +42,20 @@ export function roomHairstyles(members: Iterable<Member>): Hairstyle[] {
   const byGroom = new Map<string, Member>();
   for (const member of members) if (member.groom && !byGroom.has(member.groomKey)) byGroom.set(member.groomKey, member);
   return [...byGroom.values()].map((member) => ({
-    label: `${member.groom?.name || "hairstyle"} (in the room)`,
+    label: `${hairstyleName(member.groom?.name ?? "")} (in the room)`,
     get: () => Promise.resolve(member),
   }));
 }
 
 /** A file that the user chose or dropped. Throws a one-line `HairnetError` when it is not a groom. */
 export async function fileHairstyle(file: File): Promise<Hairstyle> {
+  if (!/\.groom$/i.test(file.name)) throw new HairnetError("invalid", foreignFileWords(file.name));
   const bytes = new Uint8Array(await file.arrayBuffer());
-  const groom = decodeGroom(bytes);
-  return { label: groom.name || file.name, get: () => Promise.resolve(bytes) };
+  try {
+    const groom = decodeGroom(bytes);
+    return { label: hairstyleName(groom.name || file.name), get: () => Promise.resolve(bytes) };
+  } catch (fault) {
+    const why = fault instanceof Error ? fault.message : String(fault);
+    throw new HairnetError("malformed", `${file.name} is no whole hairstyle file: ${why}`);
+  }
 }

@@ -33,7 +33,8 @@ export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boole
   addEventListener("keyup", ({ key }) => head.onKeyUp(key));
   addEventListener("blur", () => head.onKeyUp());
   canvas.addEventListener("keydown", (event) => {
-    if (isShown() && head.onKey(event.key)) event.preventDefault();
+    // With Shift the arrow keys turn the view.
+    if (isShown() && !event.shiftKey && head.onKey(event.key)) event.preventDefault();
   });
 }
 

@@ -7,6 +7,7 @@ if (lack) {
   const fault = document.querySelector<HTMLParagraphElement>("#fault")!;
   fault.textContent = lack;
   fault.hidden = false;
+  document.querySelector<HTMLElement>("#loading")!.hidden = true;
   document.querySelector<HTMLElement>("#state")!.dataset.state = "closed";
   document.querySelector<HTMLElement>("#state")!.textContent = "cannot draw";
 } else {

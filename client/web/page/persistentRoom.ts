@@ -18,13 +18,14 @@ export class PersistentRoom {
   constructor(
     private readonly query: Query,
     private readonly onRoom: (room: Room) => void,
-    private readonly onState: (state: PersistentRoomState, detail: string) => void,
+    /** `detail`: the client library's line; `waitS`: until the next attempt, in the states "closed" and "reconnecting" */
+    private readonly onState: (state: PersistentRoomState, detail: string, waitS: number) => void,
     private readonly onFault: (detail: string) => void,
   ) {}
 
   async start(): Promise<void> {
     clearTimeout(this.#timer);
-    this.onState("connecting", "");
+    this.onState("connecting", "", 0);
     try {
       const room = await connect(this.query.server, {
         clientName: "hairnet page",
@@ -36,7 +37,7 @@ export class PersistentRoom {
       this.#take(room);
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
-      if (error.code !== "unreachable") this.onState("refused", error.message);
+      if (error.code !== "unreachable") this.onState("refused", error.message, 0);
       else this.#again(error.message);
     }
   }
@@ -44,19 +45,19 @@ export class PersistentRoom {
   #take(room: Room): void {
     this.room = room;
     room.on("fault", ({ detail }) => this.onFault(detail));
-    room.on("state", ({ state, detail, isRefused }) => {
+    room.on("state", ({ state, detail, waitS, isRefused }) => {
       if (state === "closed") {
         this.room = null;
-        if (isRefused) this.onState("refused", detail);
+        if (isRefused) this.onState("refused", detail, 0);
         else this.#again(detail);
-      } else this.onState(state, detail);
+      } else this.onState(state, detail, waitS);
     });
     this.onRoom(room);
-    this.onState("connected", "");
+    this.onState("connected", "", 0);
   }
 
   #again(why: string): void {
-    this.onState("closed", why);
+    this.onState("closed", why, this.#waitS);
     this.#timer = setTimeout(() => void this.start(), 1000 * this.#waitS);
     this.#waitS = Math.min(1.6 * this.#waitS, kWaitMaxS);
   }

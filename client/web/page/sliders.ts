@@ -2,109 +2,245 @@ import type { MaterialScale, Wind } from "../src/index";
 
 interface Slider {
   readonly label: string;
+  /** one line of what it does */
+  readonly note: string;
   readonly least: number;
   readonly most: number;
   readonly start: number;
   /** of the slider's scale: most useful values are near 1 */
   readonly isLogarithmic?: boolean;
+  /** the value with its unit */
+  readonly words: (value: number) => string;
 }
 
+const times = (value: number) => `× ${value < 1 ? value.toFixed(2) : value.toFixed(1)}`;
+const kScale = { isLogarithmic: true, start: 1, words: times };
+
 const kMaterial: Record<keyof MaterialScale, Slider> = {
-  stiffness: { label: "Stiffness", least: 0.05, most: 20, start: 1, isLogarithmic: true },
-  damping: { label: "Damping", least: 0.05, most: 20, start: 1, isLogarithmic: true },
-  density: { label: "Density", least: 0.1, most: 10, start: 1, isLogarithmic: true },
-  etherDamping: { label: "Calm", least: 0.05, most: 20, start: 1, isLogarithmic: true },
-  airDrag: { label: "Air drag", least: 0.05, most: 20, start: 1, isLogarithmic: true },
-  gelPerS2: { label: "Gel", least: 0, most: 2000, start: 0 },
+  stiffness: { label: "Stiffness", note: "How strongly hair keeps its shape.", least: 0.05, most: 20, ...kScale },
+  damping: { label: "Damping", note: "How soon a swinging lock stops.", least: 0.05, most: 20, ...kScale },
+  density: {
+    label: "Density",
+    note: "The weight of the hair: heavy hair swings slowly.",
+    least: 0.1,
+    most: 10,
+    ...kScale,
+  },
+  etherDamping: {
+    label: "Calm",
+    note: "How soon the whole hairstyle stops moving about the head.",
+    least: 0.05,
+    most: 20,
+    ...kScale,
+  },
+  airDrag: {
+    label: "Air drag",
+    note: "How strongly air and wind take hold of the hair.",
+    least: 0.05,
+    most: 20,
+    ...kScale,
+  },
+  gelPerS2: {
+    label: "Gel",
+    note: "How strongly gel pulls hair back to its resting shape.",
+    least: 0,
+    most: 2000,
+    start: 0,
+    words: (value) => (value < 1 ? "none" : `${value.toFixed(0)} /s²`),
+  },
 };
 const kWind = {
-  speed: { label: "Wind, m/s", least: 0, most: 12, start: 0 },
-  bearing: { label: "Wind from, deg", least: -180, most: 180, start: 90 },
-  gust: { label: "Gusts", least: 0, most: 1, start: 0.4 },
-  turbulence: { label: "Turbulence", least: 0, most: 4, start: 0.5 },
+  speed: {
+    label: "Wind",
+    note: "Everyone in the room feels it.",
+    least: 0,
+    most: 12,
+    start: 0,
+    words: (value: number) => (value < 0.05 ? "calm" : `${value.toFixed(1)} m/s`),
+  },
+  bearing: {
+    label: "Wind from",
+    note: "The direction that it comes from, seen from the front.",
+    least: -180,
+    most: 180,
+    start: 90,
+    words: bearingWords,
+  },
+  gust: {
+    label: "Gusts",
+    note: "The share of the speed that comes and goes, every 4 s.",
+    least: 0,
+    most: 1,
+    start: 0.4,
+    words: (value: number) => `${(100 * value).toFixed(0)} %`,
+  },
+  turbulence: {
+    label: "Turbulence",
+    note: "Small eddies in the wind.",
+    least: 0,
+    most: 4,
+    start: 0.5,
+    words: (value: number) => `${value.toFixed(1)} m/s`,
+  },
 } satisfies Record<string, Slider>;
+
+function bearingWords(value: number): string {
+  const names = [
+    "behind",
+    "behind left",
+    "the left",
+    "front left",
+    "the front",
+    "front right",
+    "the right",
+    "behind right",
+  ];
+  const name = names[((Math.round((value + 180) / 45) % 8) + 8) % 8];
+  return `${name}, ${value.toFixed(0)}°`;
+}
 
 /** Sliders of the user's own hair and of the room's wind. */
 export class Sliders {
-  readonly #material = new Map<string, HTMLInputElement>();
-  readonly #wind = new Map<string, HTMLInputElement>();
+  readonly #material: SliderGroup<keyof MaterialScale>;
+  readonly #wind: SliderGroup<keyof typeof kWind>;
 
-  constructor(place: HTMLElement, onMaterial: (scale: MaterialScale) => void, onWind: (wind: Wind) => void) {
-    addSliders(place, kMaterial, this.#material, () => onMaterial(this.material));
-    addSliders(place, kWind, this.#wind, () => onWind(this.#readWind()));
+  constructor(
+    hair: HTMLElement,
+    air: HTMLElement,
+    onMaterial: (scale: MaterialScale) => void,
+    onWind: (wind: Wind) => void,
+  ) {
+    this.#material = new SliderGroup(hair, kMaterial, "Reset hair", () => onMaterial(this.material));
+    this.#wind = new SliderGroup(air, kWind, "Reset wind", () => onWind(this.#readWind()));
   }
 
   get material(): MaterialScale {
-    const read = (name: keyof MaterialScale) => valueOfSlider(kMaterial[name], this.#material.get(name));
-    return {
-      stiffness: read("stiffness"),
-      damping: read("damping"),
-      density: read("density"),
-      etherDamping: read("etherDamping"),
-      airDrag: read("airDrag"),
-      gelPerS2: read("gelPerS2"),
-    };
+    return this.#material.values;
+  }
+
+  /** Shows values that something else has set. */
+  set material(scale: MaterialScale) {
+    this.#material.show(scale);
+  }
+
+  /** Shows the wind that blows in the room, except while the user moves a slider of it. */
+  showWind({ meanMPerS: [x, , z], gustRatio, turbulenceRmsMPerS }: Wind): void {
+    const speed = Math.hypot(x, z);
+    // Without wind its direction and turbulence mean nothing: the sliders keep what the user wants.
+    const { bearing, turbulence } = this.#wind.values;
+    this.#wind.show({
+      speed,
+      bearing: speed > 0 ? (Math.atan2(-x, -z) * 180) / Math.PI : bearing,
+      gust: gustRatio,
+      turbulence: speed > 0 ? turbulenceRmsMPerS : turbulence,
+    });
   }
 
   #readWind(): Wind {
-    const read = (name: keyof typeof kWind) => valueOfSlider(kWind[name], this.#wind.get(name));
-    const from = (read("bearing") * Math.PI) / 180;
-    const speed = read("speed");
+    const { speed, bearing, gust, turbulence } = this.#wind.values;
+    const from = (bearing * Math.PI) / 180;
     return {
       meanMPerS: [-speed * Math.sin(from), 0, -speed * Math.cos(from)],
-      gustRatio: read("gust"),
+      gustRatio: gust,
       gustPeriodS: 4,
-      turbulenceRmsMPerS: speed > 0 ? read("turbulence") : 0,
+      turbulenceRmsMPerS: speed > 0 ? turbulence : 0,
       turbulenceScaleM: 0.6,
       seed: 1n,
     };
   }
 }
 
-function addSliders(
-  place: HTMLElement,
-  sliders: Record<string, Slider>,
-  inputs: Map<string, HTMLInputElement>,
-  onInput: () => void,
-): void {
-  for (const [name, slider] of Object.entries(sliders)) {
+/** Sliders with their values, and a button that resets them. */
+class SliderGroup<Name extends string> {
+  readonly #sliders: Record<Name, Slider>;
+  readonly #rows = new Map<Name, { input: HTMLInputElement; output: HTMLElement }>();
+  #isWaiting = false;
+
+  constructor(place: HTMLElement, sliders: Record<Name, Slider>, resetLabel: string, onInput: () => void) {
+    this.#sliders = sliders;
+    for (const name of Object.keys(sliders) as Name[]) this.#addRow(place, name, () => this.#tell(onInput));
+    const reset = document.createElement("button");
+    reset.type = "button";
+    reset.className = "reset";
+    reset.textContent = resetLabel;
+    reset.addEventListener("click", () => {
+      for (const name of this.#rows.keys()) this.#put(name, sliders[name].start);
+      onInput();
+    });
+    place.append(reset);
+  }
+
+  get values(): Record<Name, number> {
+    const read = [...this.#rows].map(([name, { input }]) => [name, valueAt(this.#sliders[name], Number(input.value))]);
+    return Object.fromEntries(read) as Record<Name, number>;
+  }
+
+  show(values: Readonly<Record<Name, number>>): void {
+    if (this.#isWaiting) return;
+    for (const [name, { input }] of this.#rows) if (!input.matches(":active")) this.#put(name, values[name]);
+  }
+
+  #addRow(place: HTMLElement, name: Name, onInput: () => void): void {
+    const slider = this.#sliders[name];
     const row = document.createElement("label");
-    row.className = "row";
+    row.className = "slider";
+    row.title = slider.note;
     const label = document.createElement("span");
     label.textContent = slider.label;
+    const output = document.createElement("output");
     const input = document.createElement("input");
     input.type = "range";
     input.name = name;
     input.min = "0";
     input.max = "1";
-    input.step = "any";
-    const start = slider.isLogarithmic
-      ? Math.log(slider.start / slider.least) / Math.log(slider.most / slider.least)
-      : (slider.start - slider.least) / (slider.most - slider.least);
-    input.value = String(start);
-    let isWaiting = false;
+    input.step = "0.005";
+    const note = document.createElement("small");
+    note.textContent = slider.note;
+    note.id = `${name}-note`;
+    input.setAttribute("aria-label", slider.label);
+    input.setAttribute("aria-describedby", note.id);
     input.addEventListener("input", () => {
-      // Sends a few times a second, which is enough for a server.
-      if (isWaiting) return;
-      isWaiting = true;
-      setTimeout(() => {
-        isWaiting = false;
-        onInput();
-      }, 120);
-    });
-    input.addEventListener("dblclick", () => {
-      input.value = String(start);
+      this.#showValue(name);
       onInput();
     });
-    row.append(label, input);
+    row.append(label, output, input, note);
     place.append(row);
-    inputs.set(name, input);
+    this.#rows.set(name, { input, output });
+    this.#put(name, slider.start);
+  }
+
+  // Tells a few times a second, which is enough for a server.
+  #tell(onInput: () => void): void {
+    if (this.#isWaiting) return;
+    this.#isWaiting = true;
+    setTimeout(() => {
+      this.#isWaiting = false;
+      onInput();
+    }, 120);
+  }
+
+  #put(name: Name, value: number): void {
+    const row = this.#rows.get(name);
+    const at = String(placeOf(this.#sliders[name], value));
+    if (!row || row.input.value === at) return this.#showValue(name);
+    row.input.value = at;
+    this.#showValue(name);
+  }
+
+  #showValue(name: Name): void {
+    const { input, output } = this.#rows.get(name)!;
+    const words = this.#sliders[name].words(valueAt(this.#sliders[name], Number(input.value)));
+    output.textContent = words;
+    input.setAttribute("aria-valuetext", words);
   }
 }
 
-function valueOfSlider(slider: Slider, input: HTMLInputElement | undefined): number {
-  if (!input) return slider.start;
-  const at = Number(input.value);
-  if (slider.isLogarithmic) return slider.least * (slider.most / slider.least) ** at;
-  return slider.least + at * (slider.most - slider.least);
+/** The value at a place from 0 to 1 of the slider. */
+function valueAt({ isLogarithmic, least, most }: Slider, at: number): number {
+  return isLogarithmic ? least * (most / least) ** at : least + at * (most - least);
+}
+
+function placeOf({ isLogarithmic, least, most }: Slider, value: number): number {
+  const within = Math.min(Math.max(value, least), most);
+  return isLogarithmic ? Math.log(within / least) / Math.log(most / least) : (within - least) / (most - least);
 }

@@ -1,11 +1,16 @@
-import { CanvasTexture, Group, PerspectiveCamera, Scene, SRGBColorSpace, Vector3, WebGLRenderer } from "three";
-import { Picture } from "../src/scene/index";
+import { Group, PerspectiveCamera, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import { Picture, type HairScene } from "../src/scene/index";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { CameraMotion } from "./cameraMotion";
+import { type Covered, distanceFor, freePart, type Size } from "./framing";
+import { Surroundings } from "./surroundings";
 
 const kPixelRatioMax = 2;
 export const kHeadInVrM = 1.6;
+/** Slightly above the heads: the ground is in the picture. */
+export const kViewHeightRad = 0.1;
 
-/** Renderer, camera and an empty room. */
+/** Renderer, camera, and what is around the people. */
 export class Stage {
   readonly renderer: WebGLRenderer;
   readonly scene = new Scene();
@@ -15,6 +20,8 @@ export class Stage {
   readonly orbit: OrbitControls;
   /** Draws without grain. */
   readonly picture: Picture;
+  readonly motion: CameraMotion;
+  readonly surroundings = new Surroundings();
   isLost = false;
   /** The user has turned or moved the view. */
   isMoved = false;
@@ -23,22 +30,24 @@ export class Stage {
   constructor(
     readonly canvas: HTMLCanvasElement,
     /** the pixels at the right and the bottom that controls cover */
-    private readonly covered: () => { right: number; bottom: number },
+    private readonly covered: () => Covered,
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, kPixelRatioMax));
     this.picture = new Picture(this.renderer);
     this.renderer.xr.enabled = true;
     this.renderer.xr.setReferenceSpaceType("local-floor");
-    this.scene.background = backdrop();
     this.rig.add(this.camera);
-    this.scene.add(this.rig);
-    this.camera.position.set(0.5, 0.1, 1.8);
+    this.scene.add(this.rig, this.surroundings);
+    this.camera.position.set(0.5, kHeadInVrM + 0.2, 1.8);
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.target.set(0, -0.05, 0);
+    this.orbit.target.set(0, kHeadInVrM, 0);
     this.orbit.enableDamping = true;
     this.orbit.minDistance = 0.25;
     this.orbit.maxDistance = 40;
+    // Below the ground there is nothing to see.
+    this.orbit.maxPolarAngle = 0.6 * Math.PI;
+    this.motion = new CameraMotion(this.camera, this.orbit);
     this.orbit.addEventListener("start", () => (this.isMoved = true));
     // A headset's floor is under the feet of other characters; without a headset the camera is in the scene itself.
     this.renderer.xr.addEventListener("sessionstart", () => (this.rig.position.y = this.#headY - kHeadInVrM));
@@ -52,50 +61,59 @@ export class Stage {
     this.resize();
   }
 
+  get size(): Size {
+    return { width: innerWidth, height: innerHeight };
+  }
+
+  /** The part of the view that the controls leave free: at its left and top. */
+  get free(): Size {
+    return freePart(this.size, this.covered());
+  }
+
   resize(): void {
     if (this.renderer.xr.isPresenting) return;
-    const { innerWidth: width, innerHeight: height } = window;
+    const { width, height } = this.size;
     const { right, bottom } = this.covered();
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    // Centres the camera's target in the uncovered part.
+    // Centres the camera's target in the free part.
     this.camera.setViewOffset(width, height, Math.round(right / 2), Math.round(bottom / 2), width, height);
     this.camera.updateProjectionMatrix();
   }
 
-  /** Frames all these heads (world); the direction of the view stays. */
+  /** The camera's distance at which a box of this width and height (m) fits into the free part of the view. */
+  distanceFor(box: Size): number {
+    return distanceFor(box, this.camera.fov, this.size, this.free);
+  }
+
+  /** Flies to a view of all these heads (world); the direction of the view stays. */
   frame(heads: readonly Vector3[]): void {
     if (heads.length === 0) return;
     const middle = heads.reduce((sum, head) => sum.add(head), new Vector3()).divideScalar(heads.length);
-    const radius = 0.36 + heads.reduce((most, head) => Math.max(most, head.distanceTo(middle)), 0);
-    const { right, bottom } = this.covered();
-    const half = Math.tan((this.camera.fov * Math.PI) / 360);
-    const free = { x: 1 - right / innerWidth, y: 1 - bottom / innerHeight };
-    const distance = radius / Math.min(half * free.y, half * this.camera.aspect * free.x);
-    const from = this.camera.position.clone().sub(this.orbit.target).normalize();
-    this.orbit.target.copy(middle).y -= 0.08;
-    this.camera.position.copy(this.orbit.target).addScaledVector(from, distance);
-    this.orbit.update();
+    const { bearing } = this.motion.view;
+    const across = heads.map(({ x, z }) => (x - middle.x) * Math.cos(bearing) - (z - middle.z) * Math.sin(bearing));
+    const ahead = heads.map(({ x, z }) => (x - middle.x) * Math.sin(bearing) + (z - middle.z) * Math.cos(bearing));
+    const heights = heads.map(({ y }) => y - middle.y);
+    const box = {
+      width: 2 * Math.max(...across.map(Math.abs)) + 0.5,
+      height: Math.max(...heights) - Math.min(...heights) + 0.8,
+    };
+    middle.y -= 0.06;
+    const distance = this.distanceFor(box) + Math.max(...ahead);
+    this.motion.flyTo({ target: middle, bearing, height: kViewHeightRad + 0.08, distance });
   }
 
   /** Sets the floor in VR so that heads at `headY` have the height of a standing person. */
   standAt(headY: number): void {
     this.#headY = headY;
   }
-}
 
-/** A soft gradient, lighter behind the heads. */
-function backdrop(): CanvasTexture {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 256;
-  const context = canvas.getContext("2d")!;
-  const gradient = context.createRadialGradient(128, 110, 10, 128, 128, 190);
-  gradient.addColorStop(0, "#5b5d66");
-  gradient.addColorStop(0.55, "#37393f");
-  gradient.addColorStop(1, "#1b1c20");
-  context.fillStyle = gradient;
-  context.fillRect(0, 0, 256, 256);
-  const texture = new CanvasTexture(canvas);
-  texture.colorSpace = SRGBColorSpace;
-  return texture;
+  /** Draws the scene. `heads`: of all visible people, world. */
+  draw(hair: HairScene | null, heads: readonly Vector3[]): void {
+    const { free, size } = this;
+    const ratio = this.renderer.getPixelRatio();
+    const middle = new Vector2(free.width / 2, size.height - free.height / 2).multiplyScalar(ratio);
+    this.surroundings.update(this.camera, heads, middle, ratio * Math.min(free.width, free.height));
+    this.picture.render(this.scene, this.camera, hair);
+  }
 }

@@ -1,64 +1,87 @@
-import { Vector3 } from "three";
-import type { HairCharacter } from "../src/scene/index";
+import { Raycaster, Sphere, Vector2, Vector3 } from "three";
+import type { MaterialScale, OwnCharacter, Room, Wind } from "../src/index";
 import { HairScene } from "../src/scene/index";
-import { Member, type OwnCharacter, type Room } from "../src/index";
+import { AdaptiveQuality } from "./adaptiveQuality";
+import { closedWords, refusedWords } from "./faultWords";
+import { Focus, type Shown } from "./focus";
+import type { Covered } from "./framing";
 import { Graph } from "./graph";
-import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
+import type { Hairstyle } from "./hairstyles";
 import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
+import { LoadingLine, loadingWords } from "./loadingLine";
 import { MemberList } from "./memberList";
+import { NameLabels } from "./nameLabels";
 import { OwnHead } from "./ownHead";
-import { AdaptiveQuality } from "./adaptiveQuality";
-import type { Query } from "./query";
+import type { PageHost } from "./pageHost";
 import { PersistentRoom, type PersistentRoomState } from "./persistentRoom";
+import type { Query } from "./query";
+import { personName, windOf } from "./roomDetails";
 import { Sliders } from "./sliders";
-import { kHeadInVrM, Stage } from "./stage";
+import { Stage } from "./stage";
+import { fadeBust } from "./surroundings";
+import { Wardrobe } from "./wardrobe";
 
 const kFaultShownMs = 8000;
 const kFiguresEveryMs = 500;
-const kPlaceApartM = 0.6;
-const kAcquaintedMs = 700;
+const kNarrowPx = 640;
+const kClickPx = 5;
+const kStepMaxS = 0.1;
+const kFlightStepMaxS = 0.5;
+const kPersonRadiusM = 0.17;
 
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
 
 /** The page: a room, its picture, and the user's own head in it. */
-export class PageViewer {
+export class PageViewer implements PageHost {
   readonly stage: Stage;
-  readonly members = new MemberList(element<HTMLUListElement>("members"));
+  readonly focus: Focus;
+  readonly head = new OwnHead();
+  readonly #sliders: Sliders;
   hair: HairScene | null = null;
+  /** Takes avatar files; null: this page has no avatars. */
+  avatarPanel: { take(file: File): void } | null = null;
+  readonly #members: MemberList;
   readonly #persistentRoom: PersistentRoom;
-  readonly #head = new OwnHead();
+  readonly #wardrobe: Wardrobe;
   readonly #quality = new AdaptiveQuality();
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
-  readonly #sliders: Sliders;
-  #own: OwnCharacter | null = null;
-  #wanted: Hairstyle | null = null;
-  #acquainted: Promise<void> = Promise.resolve();
-  #listed: Hairstyle[] = [];
-  #files: Hairstyle[] = [];
-  #offered: Hairstyle[] = [];
-  readonly #framed = new Set<number>();
+  readonly #labels = new NameLabels(element("labels"));
+  readonly #loading = new LoadingLine(element("loading"));
+  #isOwnShown = false;
+  #wind: Wind | null = null;
+  #state: PersistentRoomState = "connecting";
   #lastMs = 0;
   #figuresMs = 0;
   #bytesBefore = 0;
   #faultTimer: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly query: Query) {
-    this.stage = new Stage(element<HTMLCanvasElement>("view"), () => coveredByPanel());
+  constructor(readonly query: Query) {
+    setFolded(innerWidth <= kNarrowPx);
+    this.stage = new Stage(element<HTMLCanvasElement>("view"), coveredByPanel);
+    this.focus = new Focus(this.stage, (person) => this.#announce(person));
+    this.#members = new MemberList(element<HTMLUListElement>("members"), (member) => this.#choose(member));
     this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
-      (state, detail) => this.#showState(state, detail),
-      (detail) => this.#showFault(detail),
+      (state, detail, waitS) => this.#showState(state, detail, waitS),
+      (detail) => this.showFault(detail),
     );
     this.#sliders = new Sliders(
       element("sliders"),
-      (scale) => this.#own?.setMaterial(scale),
+      element("wind"),
+      (scale) => this.own?.setMaterial(scale),
       (wind) => this.room?.setWind(wind),
     );
-    element("room").textContent = query.room || "(lobby)";
+    this.#wardrobe = new Wardrobe(
+      element<HTMLSelectElement>("hairstyle"),
+      this.head,
+      () => this.#sliders.material,
+      (detail) => this.showFault(detail),
+    );
+    element("room").textContent = query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
-    for (const id of ["you", "hair-and-wind"]) element(id).hidden = query.observe;
+    for (const id of ["you", "hair-and-wind", "join"]) element(id).hidden = query.observe;
     this.#listen();
   }
 
@@ -66,137 +89,111 @@ export class PageViewer {
     return this.#persistentRoom.room;
   }
 
+  get own(): OwnCharacter | null {
+    return this.#wardrobe.own;
+  }
+
+  wear(hairstyle: Hairstyle | null): Promise<void> {
+    return this.#wardrobe.wear(hairstyle);
+  }
+
+  setMaterial(scale: MaterialScale): void {
+    this.#sliders.material = scale;
+    this.own?.setMaterial(scale);
+  }
+
+  setWind(wind: Wind): void {
+    this.#sliders.showWind(wind);
+    this.room?.setWind(wind);
+  }
+
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
-    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.#showFault(detail));
+    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
     void this.#persistentRoom.start();
-    if (this.query.observe) return;
-    this.#listed = await listedHairstyles();
-    this.#offerHairstyles();
+    if (!this.query.observe) await this.#wardrobe.start();
   }
 
   #enter(room: Room): void {
     this.hair?.dispose();
-    this.members.clear();
-    this.#framed.clear();
-    this.#own = null;
-    this.#acquainted = new Promise((done) => setTimeout(done, kAcquaintedMs));
-    const hair = new HairScene(room, this.stage.renderer);
+    this.#members.clear();
+    this.#isOwnShown = false;
+    const hair = new HairScene(room, this.stage.renderer, { onMaterial: fadeBust });
     this.hair = hair;
     hair.exposure = Number(element<HTMLInputElement>("exposure").value);
     this.stage.scene.add(hair);
-    hair.addEventListener("characteradded", ({ character }) => this.members.add(character));
-    hair.addEventListener("characterremoved", ({ character }) => {
-      this.members.remove(character);
-      this.#framed.delete(character.member);
-    });
-    hair.addEventListener("groomfault", ({ detail }) => this.#showFault(`A hairstyle cannot be drawn: ${detail}`));
-    // The own hairstyle carries over to the next room.
-    if (this.#wanted) void this.#wear(this.#wanted);
+    hair.addEventListener("characteradded", ({ character }) => this.#members.add(character));
+    hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
+    hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
+    this.#wardrobe.enter(room);
   }
 
   #draw(timeMs: number): void {
-    const { stage } = this;
+    const { stage, hair, room } = this;
     const dtMs = this.#lastMs > 0 ? timeMs - this.#lastMs : 16;
+    const dtS = Math.min(Math.max(dtMs / 1000, 0), kStepMaxS);
     this.#lastMs = timeMs;
     this.#quality.add(dtMs);
     const isInVr = stage.renderer.xr.isPresenting;
-    if (!isInVr) stage.orbit.update();
+    const shown = this.#shown();
+    // Something else moves the camera: a headset, or a hand that drags the own head.
+    if (!isInVr && stage.orbit.enabled) {
+      // Flights take their time, not their number of pictures.
+      const spanS = Math.min(Math.max(dtMs / 1000, 0), kFlightStepMaxS);
+      this.focus.update(shown, spanS);
+      stage.motion.update(spanS);
+    }
     if (stage.isLost) return;
-    if (this.#own) {
-      // Captured as late as possible, and drawn at once.
-      const pose = isInVr
-        ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
-        : this.#head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
-      this.#own.push(pose);
+    // Captured as late as possible, and drawn at once.
+    this.own?.push(
+      isInVr ? this.head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld) : this.head.update(dtS, stage.camera),
+    );
+    if (hair && room) {
+      hair.quality = this.#quality.value;
+      hair.update(stage.camera);
+      for (const character of hair.characters.values()) character.visible = !(isInVr && character.own);
     }
-    if (this.hair && this.room) {
-      this.hair.quality = this.#quality.value;
-      this.hair.update(stage.camera);
-      for (const character of this.hair.characters.values()) character.visible = !(isInVr && character.own);
-      this.#follow();
-    }
-    stage.picture.render(stage.scene, stage.camera, this.hair);
+    const drawn = shown.filter(({ character }) => character.isReady);
+    stage.draw(
+      hair,
+      drawn.map(({ character }) => character.position),
+    );
+    if (!isInVr) this.#labels.update(drawn, stage.camera, stage.free, stage.size);
+    if (drawn.length > 0) stage.standAt(drawn.reduce((sum, one) => sum + one.character.position.y, 0) / drawn.length);
+    this.#showOwn(drawn);
+    this.#showLoading();
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 
-  // Frame newcomers until the user moves the camera. A member that was clicked stays in the centre of the view.
-  #follow(): void {
-    const seen = [...(this.hair?.characters.values() ?? [])].filter((character) => character.isReady);
-    const isNew = seen.some((character) => !this.#framed.has(character.member));
-    if (isNew && !this.stage.isMoved) {
-      for (const character of seen) this.#framed.add(character.member);
-      this.stage.frame(seen.map((character) => character.position.clone()));
-      this.stage.standAt(meanHeight(seen));
-    }
-    const followed = this.members.followed === null ? null : this.hair?.characters.get(this.members.followed);
-    if (!followed?.isReady || this.stage.renderer.xr.isPresenting) return;
-    const { orbit, camera } = this.stage;
-    const step = followed.position.clone().sub(orbit.target).multiplyScalar(0.12);
-    orbit.target.add(step);
-    camera.position.add(step);
+  /** Everyone with a pose, as of the last picture. */
+  #shown(): Shown[] {
+    const { room, hair } = this;
+    if (!room || !hair) return [];
+    return [...room.members.values()].flatMap((member) => {
+      const character = hair.characters.get(member.member);
+      return character && member.pose ? [{ member, character }] : [];
+    });
   }
 
-  async #wear(hairstyle: Hairstyle | null): Promise<void> {
-    this.#wanted = hairstyle;
-    const { room } = this;
-    if (!room) return;
-    try {
-      const groom = hairstyle ? await hairstyle.get() : null;
-      // The server announces the members shortly after the welcome.
-      await this.#acquainted;
-      if (room !== this.room || hairstyle !== this.#wanted) return;
-      const isFirst = this.#own === null;
-      if (this.#own) room.removeCharacter(this.#own);
-      this.#own = null;
-      if (!groom) return;
-      if (isFirst) this.#takePlace(room);
-      this.#own = groom instanceof Member ? room.addCharacterLike(groom) : room.addCharacter(groom);
-      this.#own.setMaterial(this.#sliders.material);
-    } catch (fault) {
-      this.#wanted = null;
-      this.#showFault(fault instanceof Error ? fault.message : String(fault));
-    }
+  // Who has just joined wants to see the own head.
+  #showOwn(drawn: readonly Shown[]): void {
+    const own = drawn.find(({ member }) => member.own);
+    if (own && !this.#isOwnShown) this.focus.show(own.member.member);
+    this.#isOwnShown = own !== undefined;
   }
 
-  // Finds a free place beside the other characters.
-  #takePlace(room: Room): void {
-    const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
-    const height = others.length > 0 ? others.reduce((sum, pose) => sum + pose[5], 0) / others.length : kHeadInVrM;
-    for (let n = 0; n < 200; ++n) {
-      const side = n % 2 === 0 ? 1 : -1;
-      const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);
-      if (others.some((pose) => Math.hypot(pose[4] - place.x, pose[6] - place.z) < kPlaceApartM - 0.05)) continue;
-      this.#head.placeAt(place, 0);
-      return;
-    }
+  #choose(member: number): void {
+    if (this.focus.person === member) this.focus.showAll();
+    else this.focus.show(member);
   }
 
-  #offerHairstyles(): void {
-    const select = element<HTMLSelectElement>("hairstyle");
-    this.#offered = [...this.#files, ...this.#listed, ...roomHairstyles(this.room?.members.values() ?? [])];
-    const labels = ["none (watch)", ...this.#offered.map((style) => style.label)];
-    const before = [...select.options].map((option) => option.text);
-    if (labels.length === before.length && labels.every((label, n) => label === before[n])) return;
-    const worn = this.#wanted?.label;
-    select.replaceChildren(...labels.map((label) => new Option(label)));
-    select.selectedIndex = Math.max(worn ? labels.indexOf(worn) : 0, 0);
-  }
-
-  async #takeFile(file: File): Promise<void> {
-    try {
-      const style = await fileHairstyle(file);
-      this.#files = [style, ...this.#files.filter((other) => other.label !== style.label)];
-      this.#wanted = style;
-      this.#offerHairstyles();
-      await this.#wear(style);
-    } catch (fault) {
-      this.#showFault(`${file.name}: ${fault instanceof Error ? fault.message : String(fault)}`);
-    }
+  #announce(person: number | null): void {
+    const member = person === null ? undefined : this.room?.members.get(person);
+    element("shown").textContent = member ? `Showing ${personName(member)}` : "Showing everyone";
   }
 
   #listen(): void {
-    const { query } = this;
+    const { query, stage } = this;
     const quality = element<HTMLSelectElement>("quality");
     quality.addEventListener(
       "change",
@@ -204,45 +201,120 @@ export class PageViewer {
     );
     const exposure = element<HTMLInputElement>("exposure");
     exposure.addEventListener("input", () => {
+      element("exposure-value").textContent = `× ${Number(exposure.value).toFixed(1)}`;
       if (this.hair) this.hair.exposure = Number(exposure.value);
     });
-    const panel = element("panel");
-    const fold = element<HTMLButtonElement>("fold");
-    fold.addEventListener("click", () => {
-      const isFolded = panel.classList.toggle("folded");
-      fold.setAttribute("aria-expanded", String(!isFolded));
-      this.stage.resize();
-    });
-    if (query.observe) return;
-    listenForGrabs(this.stage, this.#head, () => this.#own !== null);
-    const select = element<HTMLSelectElement>("hairstyle");
-    select.addEventListener("change", () => void this.#wear(this.#offered[select.selectedIndex - 1] ?? null));
-    const followView = element<HTMLInputElement>("follow-view");
-    followView.addEventListener("change", () => (this.#head.followsView = followView.checked));
-    const chooser = element<HTMLInputElement>("groom-file");
-    chooser.addEventListener("change", () => {
-      const file = chooser.files?.[0];
-      if (file) void this.#takeFile(file);
-    });
+    element("fold").addEventListener("click", () => setFolded(!element("panel").classList.contains("folded")));
+    new ResizeObserver(() => stage.resize()).observe(element("panel"));
+    const calm = matchMedia("(prefers-reduced-motion: reduce)");
+    const listenToCalm = () => {
+      stage.motion.isReduced = calm.matches;
+      if (calm.matches) stage.motion.stop();
+    };
+    calm.addEventListener("change", listenToCalm);
+    listenToCalm();
+    element("show-all").addEventListener("click", () => this.focus.showAll());
+    this.#listenToView();
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", (event) => {
       event.preventDefault();
       const file = event.dataTransfer?.files[0];
-      if (file) void this.#takeFile(file);
+      if (file) this.#takeFile(file);
     });
+    if (query.observe) return;
+    listenForGrabs(stage, this.head, () => this.own !== null);
+    const followView = element<HTMLInputElement>("follow-view");
+    followView.addEventListener("change", () => (this.head.followsView = followView.checked));
+    const chooser = element<HTMLInputElement>("groom-file");
+    chooser.addEventListener("change", () => {
+      const file = chooser.files?.[0];
+      if (file) this.#takeFile(file);
+    });
+    element("join-button").addEventListener("click", () => {
+      void this.wear(this.#wardrobe.isWearing ? null : this.#wardrobe.any());
+    });
+  }
+
+  // A click or tap on a person flies there; a double click and Escape go back to everyone.
+  #listenToView(): void {
+    const { stage, focus } = this;
+    const { canvas } = stage;
+    let down: PointerEvent | null = null;
+    canvas.addEventListener("pointerdown", (event) => (down = event.isPrimary ? event : null));
+    canvas.addEventListener("pointerup", (event) => {
+      const moved = down ? Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) : Infinity;
+      down = null;
+      if (moved > kClickPx || event.button !== 0) return;
+      const person = this.#personAt(event);
+      if (person !== null) focus.show(person);
+    });
+    canvas.addEventListener("dblclick", () => focus.showAll());
+    canvas.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
+      if (event.key === "Home") focus.restart();
+      else if (stage.motion.onKey(event.key)) stage.isMoved = true;
+      else return;
+      event.preventDefault();
+    });
+    addEventListener("keydown", (event) => {
+      if (event.key === "Escape" && !(event.target instanceof HTMLSelectElement)) focus.showAll();
+    });
+  }
+
+  #personAt(event: PointerEvent): number | null {
+    const at = new Vector2((event.clientX / innerWidth) * 2 - 1, 1 - (event.clientY / innerHeight) * 2);
+    const caster = new Raycaster();
+    caster.setFromCamera(at, this.stage.camera);
+    let nearest = Infinity;
+    let person: number | null = null;
+    for (const { member, character } of this.#shown()) {
+      const head = new Sphere(character.position.clone().add(new Vector3(0, 0.03, 0)), kPersonRadiusM);
+      const hit = caster.ray.intersectSphere(head, new Vector3());
+      const distance = hit?.distanceTo(caster.ray.origin) ?? Infinity;
+      if (distance >= nearest) continue;
+      nearest = distance;
+      person = member.member;
+    }
+    return person;
+  }
+
+  #takeFile(file: File): void {
+    if (/\.vrm$/i.test(file.name)) {
+      if (this.avatarPanel) this.avatarPanel.take(file);
+      else this.showFault(`${file.name} is an avatar: open vrm.html and drop it there.`);
+    } else if (this.query.observe)
+      this.showFault("You only watch this room: open its address without “observe” to wear hair.");
+    else void this.#wardrobe.takeFile(file);
+  }
+
+  #showLoading(): void {
+    const { room, hair } = this;
+    if (this.#state === "closed" || this.#state === "refused") return this.#loading.show(null);
+    let [people, withGroom, ready] = [0, 0, 0];
+    for (const member of room?.members.values() ?? []) {
+      if (member.fault || (member.groom && !member.pose)) continue;
+      ++people;
+      if (member.groom) ++withGroom;
+      if (hair?.characters.get(member.member)?.isReady) ++ready;
+    }
+    const downloads = room?.downloads ?? { bytes: 0, byteCount: 0 };
+    this.#loading.show(loadingWords({ isConnected: room !== null, people, withGroom, ready, downloads }));
   }
 
   #showFigures(timeMs: number): void {
     const spanS = (timeMs - this.#figuresMs) / 1000;
     this.#figuresMs = timeMs;
     const { room, hair } = this;
-    element("hint").hidden = !(room && room.members.size === 0);
+    element("hint").hidden = !(room && room.members.size === 0 && this.#wardrobe.isAcquainted);
     element("hint").textContent = this.query.observe
       ? "Nobody is here yet. Others appear as soon as they join this room."
-      : "Nobody is here yet. Choose a hairstyle, or drop a .groom file, to be the first.";
+      : "Nobody is here yet. Join with hair on, or drop a .groom file, to be the first.";
+    this.#showJoin();
     if (!room || !hair) return;
-    this.members.refresh(room, hair.characters);
-    if (!this.query.observe) this.#offerHairstyles();
+    this.#members.refresh(room, hair.characters, this.focus.person);
+    element("show-all").hidden = room.members.size < 2;
+    this.#showWind(room);
+    if (!this.query.observe) this.#wardrobe.offer();
     const { bytesReceived } = room.counters;
     const rate = Math.max(bytesReceived - this.#bytesBefore, 0) / 1000 / spanS;
     this.#bytesBefore = bytesReceived;
@@ -256,7 +328,22 @@ export class PageViewer {
       `${shown}, quality ${this.#quality.value.toFixed(2)}`;
   }
 
-  #showState(state: PersistentRoomState, detail: string): void {
+  #showJoin(): void {
+    const join = element<HTMLButtonElement>("join-button");
+    const isWearing = this.#wardrobe.isWearing;
+    join.textContent = isWearing ? "Leave the picture" : "Join with hair on";
+    join.classList.toggle("primary", !isWearing);
+    join.disabled = !this.room || (!isWearing && this.#wardrobe.any() === null);
+  }
+
+  #showWind(room: Room): void {
+    const wind = windOf(room);
+    if (wind === this.#wind) return;
+    this.#wind = wind;
+    if (wind) this.#sliders.showWind(wind);
+  }
+
+  #showState(state: PersistentRoomState, detail: string, waitS: number): void {
     const texts = {
       connecting: "connecting",
       connected: "connected",
@@ -264,16 +351,20 @@ export class PageViewer {
       closed: "server gone",
       refused: "refused",
     };
+    this.#state = state;
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];
     shown.title = detail;
-    if (state === "closed" && detail) this.#showFault(`${detail}. Trying again.`);
-    if (state === "refused") this.#showFault(detail, Infinity);
+    if (state === "closed") {
+      this.#wardrobe.leave();
+      this.showFault(closedWords(this.query.server, detail, waitS), Infinity);
+    }
+    if (state === "refused") this.showFault(refusedWords(detail, this.query.token !== ""), Infinity);
     if (state === "connected") element("fault").hidden = true;
   }
 
-  #showFault(detail: string, forMs = kFaultShownMs): void {
+  showFault(detail: string, forMs = kFaultShownMs): void {
     const fault = element("fault");
     fault.textContent = detail;
     fault.hidden = false;
@@ -282,12 +373,15 @@ export class PageViewer {
   }
 }
 
-function coveredByPanel(): { right: number; bottom: number } {
-  const panel = element("panel").getBoundingClientRect();
-  const isSheet = panel.width > 0.9 * innerWidth;
-  return isSheet ? { right: 0, bottom: panel.height } : { right: panel.width + 24, bottom: 0 };
+function setFolded(isFolded: boolean): void {
+  element("panel").classList.toggle("folded", isFolded);
+  element("fold").setAttribute("aria-expanded", String(!isFolded));
 }
 
-function meanHeight(characters: readonly HairCharacter[]): number {
-  return characters.reduce((sum, one) => sum + one.position.y, 0) / Math.max(characters.length, 1);
+/** A folded panel in a corner covers nothing that matters. */
+function coveredByPanel(): Covered {
+  const panel = element("panel").getBoundingClientRect();
+  if (panel.width > 0.9 * innerWidth) return { right: 0, bottom: panel.height };
+  const isFolded = element("panel").classList.contains("folded");
+  return { right: isFolded ? 0 : panel.width + 12, bottom: 0 };
 }

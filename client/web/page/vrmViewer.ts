@@ -1,5 +1,5 @@
 import { VRMLoaderPlugin, VRMUtils, type VRM } from "@pixiv/three-vrm";
-import { DirectionalLight, HemisphereLight, Vector3 } from "three";
+import { Vector3 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { decodeGroom, type Groom, type Member, type OwnCharacter, type Room } from "../src/index";
 import { HairScene } from "../src/scene/index";
@@ -33,11 +33,6 @@ export class VrmViewer {
   #lastMs = 0;
 
   constructor(private readonly query: Query) {
-    const key = new DirectionalLight(0xfff4e6, 2.6);
-    key.position.set(-1, 2.2, 2);
-    const rim = new DirectionalLight(0xdfe8ff, 2);
-    rim.position.set(1, 1.8, -2);
-    this.stage.scene.add(key, rim, new HemisphereLight(0xbfc8d8, 0x6b5f55, 0.9));
     this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
@@ -133,7 +128,7 @@ export class VrmViewer {
       if (!this.#own && !this.query.observe) this.#borrow(room);
       element("hint").hidden = this.#own !== null || this.query.observe;
     }
-    stage.renderer.render(stage.scene, stage.camera);
+    stage.draw([]);
   }
 
   async #takeFile(file: File): Promise<void> {

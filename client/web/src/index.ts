@@ -28,6 +28,7 @@ export { validateGroom } from "./hair/validateGroom";
 export type * from "./hair/groom";
 
 export { decodeGroom } from "./net/groomFile";
+export type { Downloads } from "./net/groomFetch";
 export { hashGroom } from "./net/groomHash";
 export type { GroomHash } from "./net/groomHash";
 export { Link, webSocketUrl } from "./net/link";

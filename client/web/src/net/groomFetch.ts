@@ -6,16 +6,37 @@ import type { GroomData, GroomRequest } from "./messages";
 interface Fetch {
   readonly pieces: Uint8Array[];
   byteCount: number;
+  /** of the whole file; 0: no piece has arrived */
+  wholeByteCount: number;
+}
+
+/** The progress of grooms on their way, and of those that have arrived since none was. */
+export interface Downloads {
+  readonly bytes: number;
+  /** of the files whose size is known */
+  readonly byteCount: number;
 }
 
 /** Grooms of others on their way from the server, piece by piece, checked against their hashes. No I/O. */
 export class GroomFetch {
   readonly #fetches = new Map<GroomHash, Fetch>();
+  #arrivedBytes = 0;
+
+  get downloads(): Downloads {
+    let bytes = this.#arrivedBytes;
+    let byteCount = this.#arrivedBytes;
+    for (const fetch of this.#fetches.values()) {
+      bytes += fetch.byteCount;
+      byteCount += fetch.wholeByteCount;
+    }
+    return { bytes, byteCount };
+  }
 
   /** The request to send, or null: it is on its way already. */
   request(hash: GroomHash): GroomRequest | null {
     if (this.#fetches.has(hash)) return null;
-    this.#fetches.set(hash, { pieces: [], byteCount: 0 });
+    if (this.#fetches.size === 0) this.#arrivedBytes = 0;
+    this.#fetches.set(hash, { pieces: [], byteCount: 0, wholeByteCount: 0 });
     return { type: "groomRequest", hash, offset: 0 };
   }
 
@@ -31,10 +52,12 @@ export class GroomFetch {
     if (data.offset !== fetch.byteCount) return this.#fail(data.hash, "its pieces do not fit together");
     fetch.pieces.push(data.bytes);
     fetch.byteCount += data.bytes.length;
+    fetch.wholeByteCount = data.byteCount;
     if (fetch.byteCount < data.byteCount) return null;
     const bytes = joined(fetch);
     if (hashGroom(bytes) !== data.hash) return this.#fail(data.hash, "its bytes are not those of its hash");
     this.#fetches.delete(data.hash);
+    this.#arrivedBytes += bytes.length;
     return { type: "groomFetched", hash: data.hash, bytes, fault: "" };
   }
 

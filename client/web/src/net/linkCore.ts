@@ -9,7 +9,7 @@ import { EventQueue } from "./eventQueue";
 import type { FrameSink, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
 import { FrameDispatcher } from "./frameDispatcher";
-import { GroomFetch } from "./groomFetch";
+import { type Downloads, GroomFetch } from "./groomFetch";
 import type { GroomHash } from "./groomHash";
 import { hashBytes, hashGroom } from "./groomHash";
 import { ImportanceReporter } from "./importanceReporter";
@@ -146,6 +146,11 @@ export class LinkCore {
     hashBytes(hash);
     const request = this.#fetch.request(hash);
     if (request) this.#enqueue(request);
+  }
+
+  /** of other members' grooms */
+  get downloads(): Downloads {
+    return this.#fetch.downloads;
   }
 
   /** Frames then go there, and no `FrameBatch` events come; null: events again. */

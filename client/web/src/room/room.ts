@@ -7,6 +7,7 @@ import { validateMessage } from "../net/clientMessages";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
 import { isFinal } from "../net/finalGoodbye";
+import type { Downloads } from "../net/groomFetch";
 import { hashGroom } from "../net/groomHash";
 import type { LinkCounters } from "../net/linkCoreOptions";
 import { ErrorReason, GroomState, type ModerateAction, ObserveMode, type Wind } from "../net/messages";
@@ -137,6 +138,11 @@ export class Room implements HairSource {
 
   get counters(): LinkCounters {
     return this.link.counters;
+  }
+
+  /** The bytes of other members' grooms that are on their way, and of those that have arrived since none was. */
+  get downloads(): Downloads {
+    return this.link.core.downloads;
   }
 
   /** The delay of `member` from sampling its poses to showing them here, s; 0 without a frame. */

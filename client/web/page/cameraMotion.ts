@@ -1,0 +1,135 @@
+import { MathUtils, type PerspectiveCamera, Spherical, type Vector3 } from "three";
+import type { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+/** A camera's place about a point: the bearing is about +Y from +Z, the height is an angle above the horizon, rad. */
+export interface CameraView {
+  readonly target: Vector3;
+  readonly bearing: number;
+  readonly height: number;
+  readonly distance: number;
+}
+
+const kFlightS = 1.3;
+const kOrbitRadPerS = 0.09;
+/** The share of the remaining way to a moving target in a second: slow, because heads nod and shake. */
+const kFollow = 2.5;
+const kKeyTurnRad = 0.12;
+const kKeyZoom = 0.88;
+
+/** Moves a camera without jumps: flights, a slow orbit, and a target that moves. The user's own moves interrupt it. */
+export class CameraMotion {
+  /** Flights arrive at once, and there is no slow orbit: for people who prefer reduced motion. */
+  isReduced = false;
+  #flight: { from: CameraView; to: CameraView; share: number } | null = null;
+  #orbit: { bearing: number; swing: number; angle: number } | null = null;
+
+  constructor(
+    private readonly camera: PerspectiveCamera,
+    private readonly controls: OrbitControls,
+  ) {
+    controls.addEventListener("start", () => this.stop());
+  }
+
+  get isFlying(): boolean {
+    return this.#flight !== null;
+  }
+
+  get isOrbiting(): boolean {
+    return this.#orbit !== null;
+  }
+
+  get view(): CameraView {
+    const { target } = this.controls;
+    const at = new Spherical().setFromVector3(this.camera.position.clone().sub(target));
+    return { target: target.clone(), bearing: at.theta, height: Math.PI / 2 - at.phi, distance: at.radius };
+  }
+
+  /** Flies there; the shorter way around the target. */
+  flyTo(view: CameraView): void {
+    this.#orbit = null;
+    const from = this.view;
+    const turn = MathUtils.euclideanModulo(view.bearing - from.bearing + Math.PI, 2 * Math.PI) - Math.PI;
+    const to = { ...view, target: view.target.clone(), bearing: from.bearing + turn };
+    this.#flight = { from, to, share: 0 };
+    if (this.isReduced) this.update(kFlightS);
+  }
+
+  /** Jumps there. */
+  set(view: CameraView): void {
+    this.stop();
+    this.#put(view);
+  }
+
+  /** Orbits slowly, by at most `swing` to both sides; infinite: around and around. */
+  orbitSlowly(swing: number): void {
+    if (this.isReduced) return;
+    this.#orbit = { bearing: (this.#flight?.to ?? this.view).bearing, swing, angle: 0 };
+  }
+
+  stop(): void {
+    this.#flight = null;
+    this.#orbit = null;
+  }
+
+  /** Follows a target that moves. */
+  follow(target: Vector3, dtS: number): void {
+    if (this.#flight) this.#flight.to.target.copy(target);
+    else {
+      const step = target
+        .clone()
+        .sub(this.controls.target)
+        .multiplyScalar(1 - Math.exp(-kFollow * dtS));
+      this.controls.target.add(step);
+      this.camera.position.add(step);
+    }
+  }
+
+  update(dtS: number): void {
+    if (this.#flight) {
+      const { from, to } = this.#flight;
+      this.#flight.share = Math.min(this.#flight.share + dtS / kFlightS, 1);
+      const share = MathUtils.smootherstep(this.#flight.share, 0, 1);
+      this.#put({
+        target: from.target.clone().lerp(to.target, share),
+        bearing: MathUtils.lerp(from.bearing, to.bearing, share),
+        height: MathUtils.lerp(from.height, to.height, share),
+        distance: from.distance * (to.distance / from.distance) ** share,
+      });
+      if (this.#flight.share === 1) this.#flight = null;
+    } else if (this.#orbit) {
+      const orbit = this.#orbit;
+      orbit.angle += kOrbitRadPerS * dtS;
+      const turned = orbit.swing === Infinity ? orbit.angle : swung(orbit.angle, orbit.swing);
+      this.#put({ ...this.view, bearing: orbit.bearing + turned });
+    }
+    this.controls.update();
+  }
+
+  /** A key of the view: + and - zoom, arrows turn. Returns true if the camera uses it. */
+  onKey(key: string): boolean {
+    const { view } = this;
+    const moved = {
+      "+": { distance: view.distance * kKeyZoom },
+      "=": { distance: view.distance * kKeyZoom },
+      "-": { distance: view.distance / kKeyZoom },
+      ArrowLeft: { bearing: view.bearing - kKeyTurnRad },
+      ArrowRight: { bearing: view.bearing + kKeyTurnRad },
+      ArrowUp: { height: Math.min(view.height + kKeyTurnRad, 1.4) },
+      ArrowDown: { height: Math.max(view.height - kKeyTurnRad, -0.3) },
+    }[key];
+    if (!moved) return false;
+    this.set({ ...view, ...moved });
+    return true;
+  }
+
+  #put({ target, bearing, height, distance }: CameraView): void {
+    const within = MathUtils.clamp(distance, this.controls.minDistance, this.controls.maxDistance);
+    this.controls.target.copy(target);
+    this.camera.position.setFromSphericalCoords(within, Math.PI / 2 - height, bearing).add(target);
+    this.camera.lookAt(target);
+  }
+}
+
+function swung(angle: number, swing: number): number {
+  return swing > 0 ? swing * Math.sin(angle / swing) : 0;
+}

@@ -1,0 +1,144 @@
+import type { Vector3 } from "three";
+import { Bone, kNumbersPerBone, type Member } from "../src/index";
+import type { HairCharacter } from "../src/scene/index";
+import { boxOf, clearBearing, clearSwing, type Place, type Portrait, portraitOf } from "./framing";
+import { yawOf } from "./headPose";
+import { kViewHeightRad, type Stage } from "./stage";
+
+const kSwingMaxRad = 0.6;
+/** Alone within so many metres: the camera orbits all around. */
+const kAloneM = 2.5;
+
+/** A person of the room that the camera can show. */
+export interface Shown {
+  readonly member: Member;
+  readonly character: HairCharacter;
+}
+
+/**
+ * Decides whom the camera shows. At first a portrait of one person, with a slow orbit; then whom the user chooses, or
+ * everyone.
+ */
+export class Focus {
+  /** member number; null: everyone, or nobody yet */
+  person: number | null = null;
+  /** The user chose this view: a person, or everyone. */
+  #isChosen = false;
+  /** what the last framing depended on */
+  #framed = "";
+  /** Somebody was in the last picture. */
+  #isDrawn = false;
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly onChange: (person: number | null) => void,
+  ) {}
+
+  show(person: number): void {
+    this.#choose(person);
+  }
+
+  showAll(): void {
+    this.#choose(null);
+  }
+
+  /** Back to the first view. */
+  restart(): void {
+    this.#choose(null);
+    this.#isChosen = false;
+  }
+
+  /** Call it before each picture, with everyone who has a pose. */
+  update(shown: readonly Shown[], dtS: number): void {
+    this.#move(shown, dtS);
+    this.#isDrawn = shown.some(({ character }) => character.isReady);
+  }
+
+  #move(shown: readonly Shown[], dtS: number): void {
+    const mayFrame = !this.stage.isMoved;
+    let one = shown.find(({ member }) => member.member === this.person);
+    if (mayFrame && !this.#isChosen && !one?.character.isReady) one = firstOf(shown) ?? one;
+    if ((one?.member.member ?? null) !== this.person) this.#set(one?.member.member ?? null);
+    const { width, height } = this.stage.free;
+    if (!one) {
+      const ready = shown.filter(({ character }) => character.isReady);
+      const here = ready.map(({ member }) => member.member).join();
+      if (mayFrame && this.#isChanged(`all ${here} in ${width} ${height}`))
+        this.stage.frame(ready.map(({ character }) => character.position.clone()));
+      return;
+    }
+    const portrait = portraitOf(one.member.groom);
+    // In the first view others are beside the person, and hide nobody.
+    const others = this.#isChosen ? "" : `of ${shown.length}`;
+    if (mayFrame && this.#isChanged(`${this.person} ${others} as ${portrait.bottom} in ${width} ${height}`))
+      this.#flyTo(one, shown, portrait);
+    if (mayFrame || this.#isChosen) this.stage.motion.follow(targetOf(one, portrait), dtS);
+  }
+
+  #choose(person: number | null): void {
+    this.#isChosen = true;
+    this.stage.isMoved = false;
+    this.#framed = "";
+    this.#set(person);
+  }
+
+  #isChanged(framed: string): boolean {
+    if (framed === this.#framed) return false;
+    this.#framed = framed;
+    return true;
+  }
+
+  #set(person: number | null): void {
+    this.person = person;
+    this.onChange(person);
+  }
+
+  #flyTo(one: Shown, shown: readonly Shown[], portrait: Portrait): void {
+    const { motion } = this.stage;
+    const target = targetOf(one, portrait);
+    const distance = this.stage.distanceFor(boxOf(portrait));
+    const others = shown.filter((other) => other !== one).map((other) => placeOf(other));
+    const at = placeOf(one);
+    const bearing = clearBearing(at, headingOf(one), others, distance);
+    const view = { target, bearing, height: kViewHeightRad, distance };
+    // As long as nobody is drawn there is nothing to fly from.
+    if (this.#isDrawn) motion.flyTo(view);
+    else motion.set(view);
+    if (this.#isChosen) return;
+    const isAlone = others.every(({ x, z }) => Math.hypot(x - at.x, z - at.z) > kAloneM);
+    motion.orbitSlowly(isAlone ? Infinity : clearSwing(at, bearing, others, distance, kSwingMaxRad));
+  }
+}
+
+/** The person of the first view: the most central one whose hair is ready, or the most central one. */
+function firstOf(shown: readonly Shown[]): Shown | undefined {
+  const own = shown.find(({ member }) => member.own);
+  if (own) return own;
+  const ready = shown.filter(({ character }) => character.isReady);
+  const from = ready.length > 0 ? ready : shown;
+  const middle = { x: 0, z: 0 };
+  for (const one of shown) {
+    middle.x += placeOf(one).x / shown.length;
+    middle.z += placeOf(one).z / shown.length;
+  }
+  const away = (one: Shown) => Math.hypot(placeOf(one).x - middle.x, placeOf(one).z - middle.z);
+  return [...from].sort((a, b) => away(a) - away(b))[0];
+}
+
+function placeOf({ character }: Shown): Place {
+  return character.position;
+}
+
+function targetOf({ character }: Shown, { bottom, top }: Portrait): Vector3 {
+  const target = character.position.clone();
+  target.y += (bottom + top) / 2;
+  return target;
+}
+
+/** The direction of the trunk: it turns less than the head. */
+function headingOf({ member, character }: Shown): number {
+  const { x, y, z, w } = character.quaternion;
+  const at = Bone.upperTrunk * kNumbersPerBone;
+  const { pose } = member;
+  return yawOf(pose ? [pose[at], pose[at + 1], pose[at + 2], pose[at + 3]] : [x, y, z, w]);
+}

@@ -1,0 +1,51 @@
+import type { Downloads } from "../src/index";
+
+/** What the page waits for before everyone is in the picture. */
+export interface Waiting {
+  readonly isConnected: boolean;
+  /** people without and with a hairstyle that has arrived, and those who can be drawn */
+  readonly people: number;
+  readonly withGroom: number;
+  readonly ready: number;
+  readonly downloads: Downloads;
+}
+
+/** One line of what the page does, and the part of it that is done, 0 to 1, if known; null: nothing to wait for. */
+export function loadingWords(waiting: Waiting): { text: string; share: number | null } | null {
+  const { isConnected, people, withGroom, ready, downloads } = waiting;
+  if (!isConnected) return { text: "Connecting to the room", share: null };
+  if (withGroom < people) {
+    const { bytes, byteCount } = downloads;
+    if (byteCount === 0) return { text: "Downloading hairstyles", share: null };
+    return {
+      text: `Downloading hairstyles: ${megabytes(bytes)} of ${megabytes(byteCount)} MB`,
+      share: bytes / byteCount,
+    };
+  }
+  if (ready < people) return { text: `Preparing hair: ${ready} of ${people} heads`, share: ready / people };
+  return null;
+}
+
+function megabytes(bytes: number): string {
+  return (bytes / 1e6).toFixed(1);
+}
+
+/** The line over the picture that `index.html` shows before any script has run. */
+export class LoadingLine {
+  readonly #text: HTMLElement;
+  readonly #bar: HTMLProgressElement;
+
+  constructor(private readonly line: HTMLElement) {
+    this.#text = line.querySelector("span")!;
+    this.#bar = line.querySelector("progress")!;
+  }
+
+  /** null: the page waits for nothing. */
+  show(words: { text: string; share: number | null } | null): void {
+    this.line.hidden = words === null;
+    if (!words) return;
+    if (this.#text.textContent !== words.text) this.#text.textContent = words.text;
+    if (words.share === null) this.#bar.removeAttribute("value");
+    else this.#bar.value = words.share;
+  }
+}

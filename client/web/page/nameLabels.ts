@@ -1,0 +1,61 @@
+import { Vector3, type PerspectiveCamera } from "three";
+import { portraitOf, type Size } from "./framing";
+import type { Shown } from "./focus";
+import { givenName } from "./roomDetails";
+
+const kFarM = 12;
+const kAboveHairM = 0.05;
+const kWidthPx = 150;
+const kHeightPx = 26;
+
+/** Names over heads, as elements that follow them. Screen readers read the list of people instead. */
+export class NameLabels {
+  readonly #labels = new Map<number, HTMLElement>();
+
+  constructor(private readonly place: HTMLElement) {}
+
+  /** Call it after each picture. Shows the nearest of labels that would overlap. */
+  update(shown: readonly Shown[], camera: PerspectiveCamera, free: Size, view: Size): void {
+    const here = new Set<number>();
+    const taken: { x: number; y: number }[] = [];
+    const eye = camera.getWorldPosition(new Vector3());
+    const near = [...shown].sort((a, b) => distance(a, eye) - distance(b, eye));
+    for (const one of near) {
+      const name = one.member.own ? "You" : givenName(one.member);
+      if (!name || !one.character.isReady) continue;
+      here.add(one.member.member);
+      const label = this.#labelOf(one.member.member);
+      if (label.textContent !== name) label.textContent = name;
+      const at = one.character.position.clone();
+      at.y += portraitOf(one.member.groom).top + kAboveHairM;
+      at.project(camera);
+      const x = ((at.x + 1) / 2) * view.width;
+      const y = ((1 - at.y) / 2) * view.height;
+      const isFree = x > 0 && x < free.width && y > kHeightPx && y < free.height;
+      const overlaps = taken.some((other) => Math.abs(other.x - x) < kWidthPx && Math.abs(other.y - y) < kHeightPx);
+      label.hidden = at.z > 1 || !isFree || overlaps || distance(one, eye) > kFarM;
+      if (label.hidden) continue;
+      taken.push({ x, y });
+      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;
+    }
+    for (const [number, label] of this.#labels) {
+      if (here.has(number)) continue;
+      label.remove();
+      this.#labels.delete(number);
+    }
+  }
+
+  #labelOf(member: number): HTMLElement {
+    let label = this.#labels.get(member);
+    if (!label) {
+      label = document.createElement("span");
+      this.place.append(label);
+      this.#labels.set(member, label);
+    }
+    return label;
+  }
+}
+
+function distance({ character }: Shown, eye: Vector3): number {
+  return character.position.distanceTo(eye);
+}

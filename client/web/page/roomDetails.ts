@@ -1,0 +1,35 @@
+import type { Member, Room, Wind } from "../src/index";
+
+// What a room tells about its people and its wind, in words for people.
+
+const kHairstyleNames: Readonly<Record<string, string>> = {
+  long_straight: "Long straight hair",
+  long_curly: "Long ringlets",
+  wavy: "Waves",
+  bob: "Bob",
+  ponytail: "Ponytail",
+  short: "Short hair",
+};
+
+/** The name of a hairstyle for people: "Long straight hair" for "long_straight". */
+export function hairstyleName(name: string): string {
+  const words = name.replaceAll(/[_-]+/g, " ").trim();
+  return kHairstyleNames[name] ?? (words ? words[0].toUpperCase() + words.slice(1) : "Hairstyle");
+}
+
+/** The name that a person gives; empty: none. */
+export function givenName(member: Member): string {
+  const { tagText } = member as Member & { tagText?: string };
+  return (tagText ?? "").replaceAll(/\s+/g, " ").trim();
+}
+
+/** The name of a person: the given one, or the hairstyle and a number. */
+export function personName(member: Member): string {
+  const name = givenName(member) || `${hairstyleName(member.groom?.name ?? "")} ${member.member}`;
+  return member.own ? `${name} (you)` : name;
+}
+
+/** The wind that blows in the room; null: the room does not tell it. */
+export function windOf(room: Room): Wind | null {
+  return (room as Room & { wind?: Wind }).wind ?? null;
+}

@@ -1,0 +1,122 @@
+import { Vector3 } from "three";
+import { Member, type MaterialScale, type OwnCharacter, type Room } from "../src/index";
+import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
+import type { OwnHead } from "./ownHead";
+import { kHeadInVrM } from "./stage";
+
+const kPlaceApartM = 0.6;
+/** The server announces the members shortly after the welcome. */
+const kAcquaintedMs = 700;
+
+/** The hairstyles that the user can choose, and the one that the user's own character wears. */
+export class Wardrobe {
+  own: OwnCharacter | null = null;
+  /** The room's members are known: who is not there yet joins later. */
+  isAcquainted = false;
+  #room: Room | null = null;
+  #wanted: Hairstyle | null = null;
+  #acquainted: Promise<void> = Promise.resolve();
+  #listed: Hairstyle[] = [];
+  #files: Hairstyle[] = [];
+  #offered: Hairstyle[] = [];
+
+  constructor(
+    private readonly select: HTMLSelectElement,
+    private readonly head: OwnHead,
+    private readonly materialOf: () => MaterialScale,
+    private readonly onFault: (detail: string) => void,
+  ) {
+    select.addEventListener("change", () => void this.wear(this.#offered[select.selectedIndex - 1] ?? null));
+  }
+
+  /** Reads the list of the server's hairstyles. */
+  async start(): Promise<void> {
+    this.#listed = await listedHairstyles();
+    this.offer();
+  }
+
+  /** The own hairstyle carries over to the next room. */
+  enter(room: Room): void {
+    this.#room = room;
+    this.own = null;
+    this.isAcquainted = false;
+    this.#acquainted = new Promise((done) => setTimeout(done, kAcquaintedMs)).then(() => {
+      if (room === this.#room) this.isAcquainted = true;
+    });
+    if (this.#wanted) void this.wear(this.#wanted);
+  }
+
+  leave(): void {
+    this.#room = null;
+    this.own = null;
+  }
+
+  get isWearing(): boolean {
+    return this.#wanted !== null;
+  }
+
+  /** One of the offered hairstyles, by chance: of the server's own ones if there are any. */
+  any(): Hairstyle | null {
+    const from = this.#listed.length > 0 ? this.#listed : this.#offered;
+    return from[Math.floor(Math.random() * from.length)] ?? null;
+  }
+
+  async wear(hairstyle: Hairstyle | null): Promise<void> {
+    this.#wanted = hairstyle;
+    this.offer();
+    const room = this.#room;
+    if (!room) return;
+    try {
+      const groom = hairstyle ? await hairstyle.get() : null;
+      await this.#acquainted;
+      if (room !== this.#room || hairstyle !== this.#wanted) return;
+      const isFirst = this.own === null;
+      if (this.own) room.removeCharacter(this.own);
+      this.own = null;
+      if (!groom) return;
+      if (isFirst) this.#takePlace(room);
+      this.own = groom instanceof Member ? room.addCharacterLike(groom) : room.addCharacter(groom);
+      this.own.setMaterial(this.materialOf());
+    } catch (fault) {
+      this.#wanted = null;
+      this.offer();
+      this.onFault(fault instanceof Error ? fault.message : String(fault));
+    }
+  }
+
+  /** Wears the hairstyle of a file. */
+  async takeFile(file: File): Promise<void> {
+    try {
+      const style = await fileHairstyle(file);
+      this.#files = [style, ...this.#files.filter((other) => other.label !== style.label)];
+      await this.wear(style);
+    } catch (fault) {
+      this.onFault(fault instanceof Error ? fault.message : String(fault));
+    }
+  }
+
+  /** Lists the hairstyles: dropped files, the server's, those in the room. Call it now and then. */
+  offer(): void {
+    const { select } = this;
+    this.#offered = [...this.#files, ...this.#listed, ...roomHairstyles(this.#room?.members.values() ?? [])];
+    const labels = ["none (watch)", ...this.#offered.map((style) => style.label)];
+    const before = [...select.options].map((option) => option.text);
+    if (labels.length !== before.length || labels.some((label, n) => label !== before[n]))
+      select.replaceChildren(...labels.map((label) => new Option(label)));
+    const worn = this.#wanted?.label;
+    select.selectedIndex = Math.max(worn ? labels.indexOf(worn) : 0, 0);
+  }
+
+  // Finds a free place beside the other characters.
+  #takePlace(room: Room): void {
+    const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
+    const height = others.length > 0 ? others.reduce((sum, pose) => sum + pose[5], 0) / others.length : kHeadInVrM;
+    for (let n = 0; n < 200; ++n) {
+      const side = n % 2 === 0 ? 1 : -1;
+      const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);
+      if (others.some((pose) => Math.hypot(pose[4] - place.x, pose[6] - place.z) < kPlaceApartM - 0.05)) continue;
+      this.head.placeAt(place, 0);
+      return;
+    }
+  }
+}

@@ -1,0 +1,92 @@
+import { Quaternion, Vector3 } from "three";
+import { expect, test } from "vitest";
+import type { CameraView } from "../../page/cameraMotion";
+import { Focus, type Shown } from "../../page/focus";
+import type { Stage } from "../../page/stage";
+import { rigidPose } from "../../src/hair/pose";
+
+/** Records how the camera would move. */
+class FakeStage {
+  isMoved = false;
+  free = { width: 968, height: 720 };
+  readonly flights: (CameraView | "all")[] = [];
+  orbits = 0;
+  readonly motion = {
+    flyTo: (view: CameraView) => this.flights.push(view),
+    set: (view: CameraView) => this.flights.push(view),
+    follow: () => {},
+    orbitSlowly: () => ++this.orbits,
+  };
+  distanceFor = () => 1.5;
+  frame = () => this.flights.push("all");
+}
+
+const person = (number: number, x: number, isReady = true, own = false) =>
+  ({
+    member: { member: number, own, groom: null, pose: rigidPose([0, 0, 0, 1], [x, 1.6, 0]) },
+    character: { isReady, position: new Vector3(x, 1.6, 0), quaternion: new Quaternion() },
+  }) as unknown as Shown;
+
+function begin() {
+  const stage = new FakeStage();
+  const told: (number | null)[] = [];
+  const focus = new Focus(stage as unknown as Stage, (one) => told.push(one));
+  return { stage, focus, told };
+}
+
+test("at first it shows the most central person whose hair is ready, and stays with that person", () => {
+  const { stage, focus } = begin();
+  const three = [person(1, -1, false), person(2, 0, false), person(3, 0.9, false)];
+  focus.update([], 0.1);
+  expect(focus.person).toBeNull();
+  focus.update(three, 0.1);
+  expect(focus.person).toBe(2);
+  focus.update([person(1, -1), three[1], three[2]], 0.1);
+  expect(focus.person).toBe(1);
+  focus.update([person(1, -1), person(2, 0), person(3, 0.9)], 0.1);
+  expect(focus.person).toBe(1);
+  expect(stage.orbits).toBe(2);
+});
+
+test("after the user's own move nothing moves the camera until the user chooses", () => {
+  const { stage, focus } = begin();
+  const two = [person(1, 0), person(2, 0.6)];
+  focus.update(two, 0.1);
+  stage.isMoved = true;
+  stage.flights.length = 0;
+  stage.free = { width: 1280, height: 720 };
+  focus.update([...two, person(3, -0.6)], 0.1);
+  expect(stage.flights).toEqual([]);
+  focus.show(3);
+  focus.update([...two, person(3, -0.6)], 0.1);
+  expect(focus.person).toBe(3);
+  expect((stage.flights[0] as CameraView).target.x).toBeCloseTo(-0.6, 6);
+});
+
+test("it frames everyone on demand, and again when people come or the free part changes", () => {
+  const { stage, focus, told } = begin();
+  const two = [person(1, 0), person(2, 0.6)];
+  focus.update(two, 0.1);
+  focus.showAll();
+  stage.flights.length = 0;
+  for (let n = 0; n < 3; ++n) focus.update(two, 0.1);
+  expect(stage.flights).toEqual(["all"]);
+  focus.update([...two, person(3, -0.6)], 0.1);
+  stage.free = { width: 1280, height: 720 };
+  focus.update([...two, person(3, -0.6)], 0.1);
+  expect(stage.flights).toEqual(["all", "all", "all"]);
+  expect(told.at(-1)).toBeNull();
+  focus.restart();
+  focus.update(two, 0.1);
+  expect(focus.person).not.toBeNull();
+});
+
+test("when the shown person leaves, it shows everyone who is left", () => {
+  const { stage, focus } = begin();
+  focus.show(2);
+  focus.update([person(1, 0), person(2, 0.6)], 0.1);
+  stage.flights.length = 0;
+  focus.update([person(1, 0)], 0.1);
+  expect(focus.person).toBeNull();
+  expect(stage.flights).toEqual(["all"]);
+});

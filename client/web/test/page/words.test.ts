@@ -1,0 +1,78 @@
+import { expect, test } from "vitest";
+import { closedWords, foreignFileWords, refusedWords } from "../../page/faultWords";
+import { fileHairstyle } from "../../page/hairstyles";
+import { loadingWords } from "../../page/loadingLine";
+import { hairstyleName } from "../../page/roomDetails";
+import { HairnetError } from "../../src/index";
+
+test("a server that does not answer is named with its address and the next attempt", () => {
+  const words = closedWords("ws://127.0.0.1:9/ws", "no WebSocket at ws://127.0.0.1:9/ws", 1.6);
+  expect(words).toBe("The server does not answer at 127.0.0.1:9. The page tries again in 2 s.");
+  expect(closedWords("https://hair.example", "", 1)).toContain("at hair.example.");
+  expect(closedWords("http://x", "the server says goodbye: draining for an update", 3)).toBe(
+    "The server ended the connection: Draining for an update. The page tries again in 3 s.",
+  );
+});
+
+test("each refusal of a token says what is wrong and whom to ask", () => {
+  const refused = (why: string, hasToken = true) => refusedWords(`the server says goodbye: ${why}`, hasToken);
+  expect(refused("malformed", false)).toMatch(/^This room needs a token\. Ask /);
+  expect(refused("this room needs a token; ask the operator for one", false)).toMatch(
+    /^This room needs a token\. Ask /,
+  );
+  expect(refused("expired")).toMatch(/^The token in this address has expired\. Ask /);
+  expect(refused("the token expired at 2026-01-02 03:04 UTC")).toMatch(
+    /^The token expired at 2026-01-02 03:04 UTC\. Ask /,
+  );
+  expect(refused("wrong_room")).toMatch(/^The token in this address is for another room\. Ask /);
+  expect(refused("the token is for the room hall")).toMatch(/^The token is for the room hall\. Ask /);
+  expect(refused("malformed")).toMatch(/^The token in this address is not valid\. Ask /);
+  for (const why of ["malformed", "expired", "wrong_room"]) expect(refused(why)).not.toMatch(/_|goodbye|malformed/);
+});
+
+test("other refusals are the server's own line", () => {
+  expect(refusedWords("the server says goodbye: removed by a moderator: spam", true)).toBe(
+    "Removed by a moderator: spam.",
+  );
+  expect(refusedWords("a room's name is up to 64 letters, digits and . _ -", false)).toBe(
+    "A room's name is up to 64 letters, digits and . _ -.",
+  );
+  expect(refusedWords("the server says goodbye: ", true)).toBe("The server gave no reason.");
+});
+
+test("a file of another program leads to the command that makes a groom of it", async () => {
+  for (const name of ["braid.hair", "braid.TFX", "braid.data"])
+    expect(foreignFileWords(name)).toContain(`hairnet-groom import ${name} --out braid.groom`);
+  expect(foreignFileWords("scene.abc")).toContain("hairnet-groom import FILE --out scene.groom");
+  expect(foreignFileWords("photo.png")).toContain("drop a hairstyle (.groom) or an avatar (.vrm)");
+  const refusal = async (name: string, text: string) => {
+    const fault = await fileHairstyle(new File([text], name)).catch((error: unknown) => error);
+    expect(fault).toBeInstanceOf(HairnetError);
+    return (fault as HairnetError).message;
+  };
+  expect(await refusal("braid.hair", "HAIR")).toContain("hairnet-groom import");
+  expect(await refusal("licence.groom", "MIT Licence")).toMatch(/^licence\.groom is no whole hairstyle file: /);
+});
+
+test("the loading line says what the page waits for, with bytes", () => {
+  const downloads = { bytes: 1_234_000, byteCount: 2_400_000 };
+  const waiting = { isConnected: true, people: 3, withGroom: 1, ready: 0, downloads };
+  expect(loadingWords({ ...waiting, isConnected: false })?.text).toBe("Connecting to the room");
+  expect(loadingWords(waiting)).toEqual({
+    text: "Downloading hairstyles: 1.2 of 2.4 MB",
+    share: 1_234_000 / 2_400_000,
+  });
+  expect(loadingWords({ ...waiting, downloads: { bytes: 0, byteCount: 0 } })).toEqual({
+    text: "Downloading hairstyles",
+    share: null,
+  });
+  expect(loadingWords({ ...waiting, withGroom: 3, ready: 1 })?.text).toBe("Preparing hair: 1 of 3 heads");
+  expect(loadingWords({ ...waiting, withGroom: 3, ready: 3 })).toBeNull();
+  expect(loadingWords({ ...waiting, people: 0, withGroom: 0 })).toBeNull();
+});
+
+test("hairstyles have names for people", () => {
+  expect(hairstyleName("long_straight")).toBe("Long straight hair");
+  expect(hairstyleName("my_new-style")).toBe("My new style");
+  expect(hairstyleName("")).toBe("Hairstyle");
+});
