@@ -1,5 +1,6 @@
 import type { VRM, VRMHumanBoneName } from "@pixiv/three-vrm";
 import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
+import { HairnetError } from "../hair/hairnetError";
 import { Bone, kBoneCount, kNumbersPerBone, kPoseNumbers, type Pose } from "../hair/pose";
 
 /** The model's bones that serve as ours; the first existing one is used. */
@@ -30,12 +31,13 @@ export class VrmSkeleton {
 
   constructor(readonly vrm: VRM) {
     this.#nodes = nodesOf(vrm);
-    const rest = atRest(vrm, () => {
+    const { rest, head } = atRest(vrm, () => {
       const toModel = vrm.scene.matrixWorld.clone().invert();
-      return this.#nodes.map((node) => toModel.clone().multiply(node.matrixWorld));
+      return {
+        rest: this.#nodes.map((node) => toModel.clone().multiply(node.matrixWorld)),
+        head: headSpace(vrm).premultiply(toModel),
+      };
     });
-    const head = new Matrix4().makeRotationFromQuaternion(facing(vrm));
-    head.setPosition(new Vector3().setFromMatrixPosition(rest[Bone.head]));
     const toHead = head.clone().invert();
     this.#restInHead = rest.map((node) => toHead.clone().multiply(node));
     // Head space in the head bone, for any axes of the bone.
@@ -96,14 +98,18 @@ function nodesOf(vrm: VRM): Object3D[] {
       const node = vrm.humanoid.getRawBoneNode(name);
       if (node) return node;
     }
-    throw new Error(`the model has no ${kBonesFor[bone as Bone][0]} bone`);
+    throw new HairnetError("invalid", `the model has no ${kBonesFor[bone as Bone][0]} bone`);
   });
 }
 
-/** From head space to the model's: models of VRM 0 look along -Z, those of VRM 1 along +Z. */
-function facing(vrm: VRM): Quaternion {
-  const isOld = vrm.meta.metaVersion === "0";
-  return new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), isOld ? Math.PI : 0);
+/**
+ * From head space to the world, of a model at rest: the origin is the head joint. Models of VRM 0 look along -Z of their
+ * own space, those of VRM 1 along +Z.
+ */
+export function headSpace(vrm: VRM): Matrix4 {
+  const joint = new Vector3().setFromMatrixPosition(vrm.humanoid.getRawBoneNode("head")!.matrixWorld);
+  const facing = new Matrix4().makeRotationY(vrm.meta.metaVersion === "0" ? Math.PI : 0);
+  return new Matrix4().extractRotation(vrm.scene.matrixWorld).multiply(facing).setPosition(joint);
 }
 
 /** Runs `measure` with the model at rest; then restores its pose. */
