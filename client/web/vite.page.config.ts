@@ -15,7 +15,6 @@ export default defineConfig({
     sourcemap: false,
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 900,
-    rollupOptions: { input: { index: here("page/index.html"), vrm: here("page/vrm.html") } },
   },
   server: {
     fs: { allow: [here("..")] },

@@ -2,6 +2,7 @@ import { Vector3 } from "three";
 import type { HairCharacter } from "../src/scene/index";
 import { HairScene } from "../src/scene/index";
 import { Member, type OwnCharacter, type Room } from "../src/index";
+import { AvatarPanel } from "./avatarPanel";
 import { Graph } from "./graph";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
 import { listenForGrabs } from "./headGrab";
@@ -25,6 +26,7 @@ const element = <T extends HTMLElement>(id: string) => document.querySelector<T>
 export class PageViewer {
   readonly stage: Stage;
   readonly members = new MemberList(element<HTMLUListElement>("members"));
+  readonly avatar: AvatarPanel;
   hair: HairScene | null = null;
   readonly #persistentRoom: PersistentRoom;
   readonly #head = new OwnHead();
@@ -56,9 +58,14 @@ export class PageViewer {
       (scale) => this.#own?.setMaterial(scale),
       (wind) => this.room?.setWind(wind),
     );
+    this.avatar = new AvatarPanel(element("avatar"), {
+      scene: this.stage.scene,
+      showFault: (detail) => this.#showFault(detail),
+      join: () => this.#join(),
+    });
     element("room").textContent = query.room || "(lobby)";
     // An observer has no hair of its own, and servers do not let it set the wind.
-    for (const id of ["you", "hair-and-wind"]) element(id).hidden = query.observe;
+    for (const id of ["you", "avatar", "hair-and-wind"]) element(id).hidden = query.observe;
     this.#listen();
   }
 
@@ -103,17 +110,19 @@ export class PageViewer {
     const isInVr = stage.renderer.xr.isPresenting;
     if (!isInVr) stage.orbit.update();
     if (stage.isLost) return;
-    if (this.#own) {
-      // Captured as late as possible, and drawn at once.
-      const pose = isInVr
-        ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
-        : this.#head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
-      this.#own.push(pose);
-    }
+    // Captured as late as possible, and drawn at once.
+    const dtS = Math.min(dtMs / 1000, 0.1);
+    const head = isInVr
+      ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
+      : this.#head.update(dtS, stage.camera);
+    const character = [...(this.hair?.characters.values() ?? [])].find(({ own }) => own) ?? null;
+    const groom = this.room?.members.get(character?.member ?? -1)?.groom ?? null;
+    const pose = this.avatar.update(character, groom, head, dtS);
+    this.#own?.push(pose);
     if (this.hair && this.room) {
       this.hair.quality = this.#quality.value;
       this.hair.update(stage.camera);
-      for (const character of this.hair.characters.values()) character.visible = !(isInVr && character.own);
+      for (const one of this.hair.characters.values()) one.visible = !(isInVr && one.own);
       this.#follow();
     }
     stage.renderer.render(stage.scene, stage.camera);
@@ -159,6 +168,14 @@ export class PageViewer {
     }
   }
 
+  // Somebody who puts on a model has hair too.
+  #join(): void {
+    if (this.#wanted) return;
+    const [first] = this.#offered;
+    if (!first) this.#showFault("Choose a hairstyle, or drop a .groom file, to see the avatar with hair.");
+    else void this.#wear(first).then(() => this.#offerHairstyles());
+  }
+
   // Finds a free place beside the other characters.
   #takePlace(room: Room): void {
     const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
@@ -184,6 +201,7 @@ export class PageViewer {
   }
 
   async #takeFile(file: File): Promise<void> {
+    if (/\.(vrm|glb|gltf)$/i.test(file.name)) return this.avatar.take(file);
     try {
       const style = await fileHairstyle(file);
       this.#files = [style, ...this.#files.filter((other) => other.label !== style.label)];

@@ -78,7 +78,10 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
     const [size, y, z] = settle(skull, surface, start, kOutlierShare * median(radii));
     const kept = Math.min(Math.max(size, kSizeMin), kSizeMax);
     fit = { size: kept, offset: [0, y + (size - kept) * groomMiddle.y, z + (size - kept) * groomMiddle.z] };
-    middle = groomMiddle.clone().multiplyScalar(fit.size).add(new Vector3(...fit.offset));
+    middle = groomMiddle
+      .clone()
+      .multiplyScalar(fit.size)
+      .add(new Vector3(...fit.offset));
   }
   return fit;
 }
@@ -90,7 +93,11 @@ type Numbers = [number, number, number];
 function settle(skull: readonly Vector3[], surface: HeadSurface, start: Numbers, outlierM: number): Numbers {
   const at: Numbers = [...start];
   const distance = (point: Vector3, [size, y, z]: Numbers): number | null => {
-    moved.copy(point).multiplyScalar(size).add(shift.set(0, y, z)).sub(surface.middle);
+    moved
+      .copy(point)
+      .multiplyScalar(size)
+      .add(shift.set(0, y, z))
+      .sub(surface.middle);
     const radius = surface.radius(moved);
     return radius > 0 ? moved.length() - radius : null;
   };

@@ -54,7 +54,12 @@ export class HeadSurface {
     bc.crossVectors(b, c);
     ca.crossVectors(c, a);
     const volume = a.dot(bc);
-    const cone = axis.copy(a).normalize().add(corner.copy(b).normalize()).add(corner.copy(c).normalize()).normalize();
+    const cone = centroid
+      .copy(a)
+      .normalize()
+      .add(corner.copy(b).normalize())
+      .add(corner.copy(c).normalize())
+      .normalize();
     const least = Math.min(cone.dot(a) / a.length(), cone.dot(b) / b.length(), cone.dot(c) / c.length()) - 1e-6;
     for (let n = 0; n < kDirections.length; ++n) {
       const d = kDirections[n];
@@ -70,7 +75,7 @@ export class HeadSurface {
 const ab = new Vector3();
 const bc = new Vector3();
 const ca = new Vector3();
-const axis = new Vector3();
+const centroid = new Vector3();
 const corner = new Vector3();
 
 const kDirections = Array.from({ length: (kRows + 1) * kColumns }, (_, n) => {

@@ -1,5 +1,5 @@
 import type { VRM } from "@pixiv/three-vrm";
-import { Mesh, SkinnedMesh } from "three";
+import { Mesh, type SkinnedMesh } from "three";
 
 /** All meshes of a model, in the order of its scene. */
 export function meshesOf(vrm: VRM): Mesh[] {
