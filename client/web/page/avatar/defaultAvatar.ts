@@ -10,11 +10,12 @@ export interface DefaultAvatarOptions {
   hairMesh?: string;
 }
 
-const kSkin: Colour = [0.68, 0.4, 0.29];
-const kBlush: Colour = [0.68, 0.27, 0.21];
-const kLip: Colour = [0.4, 0.1, 0.085];
-const kWhite: Colour = [0.8, 0.79, 0.77];
-const kIris: Colour = [0.06, 0.13, 0.12];
+const kSkin: Colour = [0.74, 0.45, 0.33];
+const kBlush: Colour = [0.76, 0.27, 0.22];
+const kLip: Colour = [0.48, 0.12, 0.1];
+const kWhite: Colour = [0.82, 0.81, 0.79];
+const kIris: Colour = [0.1, 0.16, 0.09];
+const kGlint: Colour = [1, 1, 1];
 const kPupil: Colour = [0.008, 0.008, 0.01];
 const kBrow: Colour = [0.06, 0.032, 0.02];
 const kJumper: Colour = [0.045, 0.14, 0.17];
@@ -23,7 +24,9 @@ const kTrousers: Colour = [0.035, 0.04, 0.06];
 const kShoes: Colour = [0.5, 0.45, 0.38];
 
 /** The middle of the skull from the head joint, m. */
-const kSkull: Vector = [0, 0.095, 0.012];
+const kSkull: Vector = [0, 0.078, 0.006];
+/** A little larger than a real person's. */
+const kHeadScale = 1.06;
 
 /** A person made by code, as the bytes of a VRM file, without hair: it needs no licence of another person. */
 export function makeDefaultAvatar(options: DefaultAvatarOptions = {}): Uint8Array<ArrayBuffer> {
@@ -36,7 +39,7 @@ export function makeDefaultAvatar(options: DefaultAvatarOptions = {}): Uint8Arra
   const meshes = [body, face, eyes];
   if (hairMesh) {
     const layer = new SkinnedMeshBytes(hairMesh, 0.6);
-    const upper = (along: number, around: number) => headPoint(0.62 * along, around, 1.12 * headSize);
+    const upper = (along: number, around: number) => onHead(headPoint(0.62 * along, around), 1.12 * headSize);
     layer.addSkin(24, 32, upper, only("head"), () => kBrow);
     meshes.push(layer);
   }
@@ -44,7 +47,7 @@ export function makeDefaultAvatar(options: DefaultAvatarOptions = {}): Uint8Arra
 }
 
 /** The surface of the head: an egg with a jaw, a nose, eye sockets and a chin. */
-function headPoint(along: number, around: number, size: number): Vector {
+function headPoint(along: number, around: number): Vector {
   const polar = Math.PI * Math.min(Math.max(along, 0.003), 0.997);
   const turn = 2 * Math.PI * around;
   const [x, y, z] = [Math.sin(polar) * Math.sin(turn), Math.cos(polar), Math.sin(polar) * Math.cos(turn)];
@@ -52,41 +55,43 @@ function headPoint(along: number, around: number, size: number): Vector {
   const front = Math.max(z, 0);
   const bump = (atX: number, atY: number, width: number, height: number) =>
     front * Math.exp(-(((Math.abs(x) - atX) / width) ** 2) - ((y - atY) / height) ** 2);
-  const bridge = 0.006 * bump(0, -0.02, 0.1, 0.22);
-  const nose = 0.017 * bump(0, -0.2, 0.12, 0.1) + bridge;
-  const sockets = -0.006 * bump(0.4, 0.06, 0.24, 0.16);
-  const cheeks = 0.003 * bump(0.5, -0.28, 0.28, 0.2);
-  const chin = 0.007 * bump(0, -0.82, 0.22, 0.16);
-  const lips = 0.003 * bump(0, -0.47, 0.2, 0.09);
-  const narrow = 1 - 0.3 * low ** 1.6;
+  const nose = 0.012 * bump(0, -0.2, 0.1, 0.1) + 0.004 * bump(0, -0.02, 0.09, 0.2);
+  const sockets = -0.005 * bump(0.4, -0.03, 0.26, 0.18);
+  const cheeks = 0.004 * bump(0.5, -0.36, 0.3, 0.22);
+  const chin = 0.006 * bump(0, -0.85, 0.2, 0.16);
+  const lips = 0.002 * bump(0, -0.5, 0.18, 0.09);
+  const narrow = 1 - 0.32 * low ** 1.7;
   const skull = [
-    0.077 * x * narrow,
-    0.116 * y,
-    (z > 0 ? 0.09 * (1 - 0.08 * low) : 0.1) * z * (1 - 0.18 * low ** 2 * (z < 0 ? 1.8 : 0.3)),
+    0.0745 * x * narrow,
+    y > 0 ? 0.106 * y ** 0.88 : 0.108 * y,
+    (z > 0 ? 0.096 * (1 - 0.08 * low) : 0.099) * z * (1 - 0.18 * low ** 2 * (z < 0 ? 1.8 : 0.3)),
   ];
   const out = nose + sockets + cheeks + chin + lips;
-  const [px, py, pz] = [skull[0] + x * 0.4 * (cheeks + sockets), skull[1] - 0.25 * nose, skull[2] + out];
-  return onHead([px, py, pz], size);
+  return [skull[0] + x * 0.4 * (cheeks + sockets), skull[1] - 0.25 * nose, skull[2] + out];
+}
+
+/** The place of the face's surface in front of a point, from the skull's middle. */
+function faceZ(x: number, y: number): number {
+  const along = Math.acos(Math.max(y > 0 ? (y / 0.106) ** 1.136 : y / 0.108, -1)) / Math.PI;
+  const [widest] = headPoint(along, 0.25);
+  return headPoint(along, Math.asin(Math.min(x / widest, 1)) / (2 * Math.PI))[2];
 }
 
 /** From the skull's middle to the model at rest. */
 function onHead(at: Vector, size: number): Vector {
   const joint = jointOf("head");
-  return [
-    joint[0] + size * (at[0] + kSkull[0]),
-    joint[1] + size * (at[1] + kSkull[1]),
-    joint[2] + size * (at[2] + kSkull[2]),
-  ];
+  const scale = kHeadScale * size;
+  return [0, 1, 2].map((axis) => joint[axis] + scale * (at[axis] + kSkull[axis])) as unknown as Vector;
 }
 
 function addHead(face: SkinnedMeshBytes, eyes: SkinnedMeshBytes, size: number): void {
   const head = only("head");
   const colour = (point: Vector) => {
-    const [x, y, z] = point.map((v, axis) => (v - jointOf("head")[axis]) / size - kSkull[axis]);
-    const glow = z < 0 ? 0 : Math.exp(-(((Math.abs(x) - 0.043) / 0.02) ** 2) - ((y + 0.03) / 0.018) ** 2);
-    return mix(kSkin, kBlush, 0.45 * glow);
+    const [x, y, z] = point.map((v, axis) => (v - jointOf("head")[axis]) / (kHeadScale * size) - kSkull[axis]);
+    const glow = z < 0 ? 0 : Math.exp(-(((Math.abs(x) - 0.042) / 0.019) ** 2) - ((y + 0.038) / 0.017) ** 2);
+    return mix(kSkin, kBlush, 0.6 * glow);
   };
-  face.addSkin(64, 80, (along, around) => headPoint(along, around, size), head, colour);
+  face.addSkin(64, 80, (along, around) => onHead(headPoint(along, around), size), head, colour);
   const egg = (mesh: SkinnedMeshBytes, at: Vector, radii: Vector, tint: Colour, yaw = 0) =>
     mesh.addSkin(
       14,
@@ -96,32 +101,40 @@ function addHead(face: SkinnedMeshBytes, eyes: SkinnedMeshBytes, size: number): 
       () => tint,
     );
   for (const side of [1, -1]) {
-    egg(face, [0.077 * side, -0.012, -0.012], [0.009, 0.026, 0.016], kSkin, -0.4 * side);
-    egg(eyes, [0.031 * side, 0.006, 0.0735], [0.0165, 0.0125, 0.0105], kWhite, 0.3 * side);
-    egg(eyes, [0.0313 * side, 0.006, 0.0795], [0.0086, 0.0096, 0.0055], kIris, 0.2 * side);
-    egg(eyes, [0.0313 * side, 0.006, 0.0822], [0.0047, 0.0053, 0.0034], kPupil, 0.2 * side);
-    egg(eyes, [0.0275 * side + 0.002, 0.0105, 0.0845], [0.0017, 0.0017, 0.0012], kWhite);
-    const arc = (bend: number, at: Vector, halfWidth: number, thick: number, tint: Colour) =>
-      face.addSkin(14, 8, tubeAlongArc(side, at, halfWidth, bend, thick, size), head, () => tint);
-    arc(0.0075, [0.031, 0.0125, 0.0805], 0.0175, 0.0019, kBrow);
-    arc(0.006, [0.033, 0.034, 0.0835], 0.02, 0.0029, kBrow);
+    egg(face, [0.0745 * side, -0.016, -0.01], [0.008, 0.024, 0.015], kSkin, -0.4 * side);
+    egg(eyes, [0.0315 * side, -0.003, 0.0755], [0.0175, 0.0165, 0.0125], kWhite, 0.3 * side);
+    egg(eyes, [0.0318 * side, -0.0035, 0.0812], [0.0112, 0.0124, 0.0078], kIris, 0.22 * side);
+    egg(eyes, [0.0319 * side, -0.0035, 0.0842], [0.0062, 0.0069, 0.0055], kPupil, 0.2 * side);
+    egg(eyes, [0.032 * side - 0.0035, 0.0012, 0.0884], [0.0023, 0.0026, 0.0012], kGlint);
+    egg(face, [0.0315 * side, 0.0105, 0.0752], [0.0186, 0.0135, 0.0133], kSkin, 0.3 * side);
+    const lash = (x: number) => 0.0885 - 32 * (x - 0.0315) ** 2;
+    face.addSkin(18, 8, tubeAlongArc(side, [0.032, 0.0025], 0.0178, 0.0085, 0.0019, lash, size), head, () => kBrow);
+    const brow = (x: number, y: number) => faceZ(x, y) + 0.001;
+    face.addSkin(18, 8, tubeAlongArc(side, [0.034, 0.0305], 0.0175, 0.005, 0.0026, brow, size), head, () => kBrow);
   }
-  face.addSkin(20, 8, tubeAlongArc(1, [0, -0.0515, 0.0895], 0.023, -0.0058, 0.0024, size), head, () => kLip);
+  face.addSkin(24, 8, tubeAlongArc(1, [0, -0.0535], 0.019, -0.0062, 0.0023, faceZ, size), head, () => kLip);
 }
 
-/** A thin tube across the face, thick in the middle; its middle is `bend` above its ends. */
-function tubeAlongArc(side: number, at: Vector, halfWidth: number, bend: number, thick: number, size: number) {
+/**
+ * A thin tube across the face, thick in the middle; its middle is `bend` above its ends. `surface`: the z of its line.
+ */
+function tubeAlongArc(
+  side: number,
+  at: readonly [number, number],
+  halfWidth: number,
+  bend: number,
+  thick: number,
+  surface: (x: number, y: number) => number,
+  size: number,
+) {
   return (along: number, around: number): Vector => {
     const s = 2 * along - 1;
     const radius = thick * Math.sqrt(Math.max(1 - s * s, 1e-4));
-    const turn = -2 * Math.PI * around * side;
-    // The face falls away to the sides.
+    const turn = 2 * Math.PI * around * side;
     const x = at[0] + halfWidth * s;
-    const z = at[2] - 7.5 * (x * x - at[0] * at[0]);
-    return onHead(
-      [side * x, at[1] + bend * (1 - s * s) - 0.4 * bend + radius * Math.sin(turn), z + radius * Math.cos(turn)],
-      size,
-    );
+    const y = at[1] + bend * (1 - s * s) - 0.4 * bend;
+    const z = surface(Math.abs(x), y);
+    return onHead([side * x, y + radius * Math.sin(turn), z + radius * Math.cos(turn)], size);
   };
 }
 
@@ -130,8 +143,8 @@ function addClothes(mesh: SkinnedMeshBytes): void {
   const up = (rows: readonly Row[], colour: Colour) => addLoft(mesh, rows, [0, 0], trunk, colour);
   up(
     [
-      [0.8, 0.07, 0.07],
-      [0.84, 0.14, 0.1],
+      [0.85, 0.1, 0.07],
+      [0.87, 0.145, 0.1],
       [0.92, 0.148, 0.106],
       [0.99, 0.135, 0.1],
     ],
@@ -146,8 +159,8 @@ function addClothes(mesh: SkinnedMeshBytes): void {
       [1.25, 0.146, 0.104],
       [1.34, 0.16, 0.102],
       [1.39, 0.157, 0.09],
-      [1.425, 0.125, 0.075],
-      [1.447, 0.078, 0.064],
+      [1.42, 0.135, 0.078],
+      [1.445, 0.085, 0.066],
       [1.458, 0.05, 0.05],
     ],
     kJumper,
@@ -179,7 +192,7 @@ function addClothes(mesh: SkinnedMeshBytes): void {
       [0.1, 0.053, 0.06],
       [0.48, 0.063, 0.068],
       [0.75, 0.08, 0.086],
-      [0.9, 0.078, 0.09],
+      [0.9, 0.075, 0.092],
     ];
     addLoft(mesh, rows, [0.08 * side, 0], leg, kTrousers);
     const foot = (along: number, around: number) => {
@@ -220,9 +233,9 @@ function addLoft(
 function addLimb(mesh: SkinnedMeshBytes, side: number, bones: string[]): void {
   const y = jointOf(bones[0])[1];
   const rows: Row[] = [
-    [0.07, 0.05, 0.055],
-    [0.115, 0.055, 0.057],
-    [0.17, 0.05, 0.052],
+    [0.07, 0.03, 0.045],
+    [0.115, 0.047, 0.055],
+    [0.17, 0.047, 0.05],
     [0.36, 0.041, 0.043],
     [0.56, 0.034, 0.035],
     [0.6, 0.036, 0.037],
@@ -230,8 +243,8 @@ function addLimb(mesh: SkinnedMeshBytes, side: number, bones: string[]): void {
   ];
   const skin = (along: number, around: number): Vector => {
     const [x, halfHeight, halfDepth] = rowAt(rows, along);
-    const turn = -2 * Math.PI * around * side;
-    return [side * x, y - 0.12 * Math.max(0.13 - x, 0) + halfHeight * Math.sin(turn), halfDepth * Math.cos(turn)];
+    const turn = 2 * Math.PI * around * side;
+    return [side * x, y - 0.012 + halfHeight * Math.sin(turn), halfDepth * Math.cos(turn)];
   };
   const joints = (along: number) =>
     blend(

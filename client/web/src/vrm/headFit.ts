@@ -25,9 +25,9 @@ export const kNoFit: HeadFit = { size: 1, offset: [0, 0, 0] };
 const kSizeMin = 0.2;
 const kSizeMax = 10;
 /** The middle of a groom's skull, head space, m. */
-const kSkullMiddle = [0, 0.09, 0] as const;
+const kSkullMiddle = [0, 0.06, 0] as const;
 /** Hair that is inside the head is worse than hair that is as far outside. */
-const kBuriedWeight = 3;
+const kBuriedWeight = 6;
 /** The distance from the model's skull, as a share of its radius, beyond which a sample is an ear, a hat or a horn. */
 const kOutlierShare = 0.2;
 const kMeasuredShareMin = 0.3;
