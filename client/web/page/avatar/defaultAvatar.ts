@@ -34,7 +34,7 @@ export function makeDefaultAvatar(options: DefaultAvatarOptions = {}): Uint8Arra
   const body = new SkinnedMeshBytes("Body", 0.85);
   const face = new SkinnedMeshBytes("Face", 0.62);
   const eyes = new SkinnedMeshBytes("Eyes", 0.2);
-  addClothes(body);
+  addClothes(body, Math.min(headSize, 1));
   addHead(face, eyes, headSize);
   const meshes = [body, face, eyes];
   if (hairMesh) {
@@ -138,7 +138,8 @@ function tubeAlongArc(
   };
 }
 
-function addClothes(mesh: SkinnedMeshBytes): void {
+/** `neck`: the size of the neck under the head. */
+function addClothes(mesh: SkinnedMeshBytes, neck: number): void {
   const trunk = ["hips", "spine", "chest", "upperChest", "neck", "head"];
   const up = (rows: readonly Row[], colour: Colour) => addLoft(mesh, rows, [0, 0], trunk, colour);
   up(
@@ -177,9 +178,9 @@ function addClothes(mesh: SkinnedMeshBytes): void {
   up(
     [
       [1.4, 0.052, 0.05],
-      [1.47, 0.046, 0.048],
-      [1.52, 0.045, 0.05],
-      [1.58, 0.05, 0.055],
+      [1.47, 0.046 * neck, 0.048 * neck],
+      [1.52, 0.045 * neck, 0.05 * neck],
+      [1.53 + 0.04 * neck, 0.045 * neck, 0.05 * neck],
     ],
     kSkin,
   );

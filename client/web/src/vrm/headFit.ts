@@ -64,13 +64,14 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
     const radius = groomSurface.radius(direction);
     return radius > 0 ? [direction.clone().multiplyScalar(radius).add(groomMiddle)] : [];
   });
+  if (skull.length === 0) return kNoFit;
+  const groomRadius = median(skull.map((point) => point.distanceTo(groomMiddle)));
   let fit: HeadFit = kNoFit;
-  // The second pass measures from the middle that the first has found.
-  for (let pass = 0; pass < 2; ++pass) {
+  // Each pass measures from the middle that the previous one has found.
+  for (let pass = 0, change = Infinity; pass < 4 && change > 5e-3 * groomRadius * fit.size; ++pass) {
     const surface = new HeadSurface(to, middle);
     const radii = kScalp.map((direction) => surface.radius(direction)).filter((radius) => radius > 0);
-    if (radii.length < kMeasuredShareMin * kScalp.length || skull.length === 0) return fit;
-    const groomRadius = median(skull.map((point) => point.distanceTo(groomMiddle)));
+    if (radii.length < kMeasuredShareMin * kScalp.length) return fit;
     const start: Numbers = [median(radii) / groomRadius, middle.y, middle.z];
     if (pass > 0) start[0] = fit.size;
     start[1] -= start[0] * groomMiddle.y;
@@ -78,10 +79,12 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
     const [size, y, z] = settle(skull, surface, start, kOutlierShare * median(radii));
     const kept = Math.min(Math.max(size, kSizeMin), kSizeMax);
     fit = { size: kept, offset: [0, y + (size - kept) * groomMiddle.y, z + (size - kept) * groomMiddle.z] };
+    const before: Vector3 = middle;
     middle = groomMiddle
       .clone()
       .multiplyScalar(fit.size)
       .add(new Vector3(...fit.offset));
+    change = before.distanceTo(middle);
   }
   return fit;
 }

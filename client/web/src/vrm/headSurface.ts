@@ -61,7 +61,12 @@ export class HeadSurface {
       .add(corner.copy(c).normalize())
       .normalize();
     const least = Math.min(cone.dot(a) / a.length(), cone.dot(b) / b.length(), cone.dot(c) / c.length()) - 1e-6;
-    for (let n = 0; n < kDirections.length; ++n) {
+    // Only directions within the triangle's cone can meet it.
+    const polar = Math.acos(Math.min(Math.max(cone.y, -1), 1));
+    const reach = least > 0 ? Math.acos(Math.min(least, 1)) : Math.PI;
+    const firstRow = Math.max(Math.floor(((polar - reach) / Math.PI) * kRows), 0);
+    const lastRow = Math.min(Math.ceil(((polar + reach) / Math.PI) * kRows), kRows);
+    for (let n = firstRow * kColumns; n < (lastRow + 1) * kColumns; ++n) {
       const d = kDirections[n];
       if (least > 0 && cone.dot(d) < least) continue;
       const [x, y, z] = [d.dot(ab), d.dot(bc), d.dot(ca)];

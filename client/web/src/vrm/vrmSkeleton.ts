@@ -117,7 +117,7 @@ export function atRest<T>(vrm: VRM, measure: () => T): T {
   const nodes = Object.values(vrm.humanoid.rawHumanBones).flatMap((bone) => (bone ? [bone.node] : []));
   const kept = nodes.map((node) => ({ position: node.position.clone(), quaternion: node.quaternion.clone() }));
   vrm.humanoid.resetRawPose();
-  vrm.scene.updateWorldMatrix(true, true);
+  updateMatrices(vrm);
   try {
     return measure();
   } finally {
@@ -125,6 +125,12 @@ export function atRest<T>(vrm: VRM, measure: () => T): T {
       node.position.copy(kept[n].position);
       node.quaternion.copy(kept[n].quaternion);
     });
-    vrm.scene.updateWorldMatrix(true, true);
+    updateMatrices(vrm);
   }
+}
+
+// `updateMatrixWorld` also updates what skinned meshes derive from their matrix; `updateWorldMatrix` does not.
+function updateMatrices({ scene }: VRM): void {
+  scene.updateWorldMatrix(true, false);
+  scene.updateMatrixWorld(true);
 }
