@@ -121,7 +121,7 @@ export class AvatarPanel {
     key.position.set(-1, 2.2, 2);
     const rim = new DirectionalLight(0xdfe8ff, 1.6);
     rim.position.set(1, 1.8, -2);
-    this.#lights.push(key, rim, new HemisphereLight(0xc8d0de, 0x6b5f55, 1.1));
+    this.#lights.push(key, rim, new HemisphereLight(0xc8d0de, 0x8a7a6c, 1.6));
     this.host.scene.add(...this.#lights);
   }
 

@@ -13,7 +13,7 @@ export class AvatarMotion {
   readonly root = new Object3D();
   readonly #headAtRest: Vector3;
   /** of the idle motion, 0 to 1 */
-  #idle = 1;
+  #idle = 0;
   #timeS = 0;
 
   constructor(private readonly vrm: VRM) {

@@ -91,7 +91,7 @@ function addHead(face: SkinnedMeshBytes, eyes: SkinnedMeshBytes, size: number): 
     const glow = z < 0 ? 0 : Math.exp(-(((Math.abs(x) - 0.042) / 0.019) ** 2) - ((y + 0.038) / 0.017) ** 2);
     return mix(kSkin, kBlush, 0.6 * glow);
   };
-  face.addSkin(64, 80, (along, around) => onHead(headPoint(along, around), size), head, colour);
+  face.addSkin(52, 64, (along, around) => onHead(headPoint(along, around), size), head, colour);
   const egg = (mesh: SkinnedMeshBytes, at: Vector, radii: Vector, tint: Colour, yaw = 0) =>
     mesh.addSkin(
       14,
@@ -106,9 +106,9 @@ function addHead(face: SkinnedMeshBytes, eyes: SkinnedMeshBytes, size: number): 
     egg(eyes, [0.0318 * side, -0.0035, 0.0812], [0.0112, 0.0124, 0.0078], kIris, 0.22 * side);
     egg(eyes, [0.0319 * side, -0.0035, 0.0842], [0.0062, 0.0069, 0.0055], kPupil, 0.2 * side);
     egg(eyes, [0.032 * side - 0.0035, 0.0012, 0.0884], [0.0023, 0.0026, 0.0012], kGlint);
-    egg(face, [0.0315 * side, 0.0105, 0.0752], [0.0186, 0.0135, 0.0133], kSkin, 0.3 * side);
+    egg(face, [0.0315 * side, 0.0118, 0.0748], [0.0184, 0.0135, 0.0132], kSkin, 0.3 * side);
     const lash = (x: number) => 0.0885 - 32 * (x - 0.0315) ** 2;
-    face.addSkin(18, 8, tubeAlongArc(side, [0.032, 0.0025], 0.0178, 0.0085, 0.0019, lash, size), head, () => kBrow);
+    face.addSkin(18, 8, tubeAlongArc(side, [0.032, 0.0042], 0.0178, 0.009, 0.0019, lash, size), head, () => kBrow);
     const brow = (x: number, y: number) => faceZ(x, y) + 0.001;
     face.addSkin(18, 8, tubeAlongArc(side, [0.034, 0.0305], 0.0175, 0.005, 0.0026, brow, size), head, () => kBrow);
   }

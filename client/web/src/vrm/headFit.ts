@@ -22,8 +22,8 @@ export interface HeadFitChange {
 
 export const kNoFit: HeadFit = { size: 1, offset: [0, 0, 0] };
 
-const kSizeMin = 0.2;
-const kSizeMax = 10;
+/** The fitted size over the ratio of the skulls' median radii lies in 1 / kSizeChange to kSizeChange. */
+const kSizeChange = 1.3;
 /** The middle of a groom's skull, head space, m. */
 const kSkullMiddle = [0, 0.06, 0] as const;
 /** Hair that is inside the head is worse than hair that is as far outside. */
@@ -72,12 +72,12 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
     const surface = new HeadSurface(to, middle);
     const radii = kScalp.map((direction) => surface.radius(direction)).filter((radius) => radius > 0);
     if (radii.length < kMeasuredShareMin * kScalp.length) return fit;
-    const start: Numbers = [median(radii) / groomRadius, middle.y, middle.z];
-    if (pass > 0) start[0] = fit.size;
+    const ratio = median(radii) / groomRadius;
+    const start: Numbers = [pass > 0 ? fit.size : ratio, middle.y, middle.z];
     start[1] -= start[0] * groomMiddle.y;
     start[2] -= start[0] * groomMiddle.z;
     const [size, y, z] = settle(skull, surface, start, kOutlierShare * median(radii));
-    const kept = Math.min(Math.max(size, kSizeMin), kSizeMax);
+    const kept = Math.min(Math.max(size, ratio / kSizeChange), ratio * kSizeChange);
     fit = { size: kept, offset: [0, y + (size - kept) * groomMiddle.y, z + (size - kept) * groomMiddle.z] };
     const before: Vector3 = middle;
     middle = groomMiddle

@@ -71,9 +71,13 @@ function validateVrm(bytes: Uint8Array): void {
   if (links.some((uri) => typeof uri === "string" && !uri.startsWith("data:")))
     throw new HairnetError("invalid", "the VRM file needs other files beside it. Export it as one file");
   let numbers = 0;
-  for (const accessor of list(json?.accessors))
-    numbers += Number(accessor?.count) * (kNumbersOf[String(accessor?.type)] ?? 16);
-  if (!(numbers <= kVrmNumbersMax)) throw new HairnetError("too_large", "the VRM model has too many vertices");
+  for (const accessor of list(json?.accessors)) {
+    const count = accessor?.count;
+    if (typeof count !== "number" || !Number.isInteger(count) || count < 0)
+      throw new HairnetError("malformed", "the VRM file is damaged: an array has no valid length");
+    numbers += count * (kNumbersOf[String(accessor?.type)] ?? 16);
+  }
+  if (numbers > kVrmNumbersMax) throw new HairnetError("too_large", "the VRM model has too many vertices");
 }
 
 const kNumbersOf: Record<string, number> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };

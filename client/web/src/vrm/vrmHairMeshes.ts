@@ -73,7 +73,9 @@ function shareOf(mesh: Mesh, bones: ReadonlySet<Object3D>): number {
 /** Meshes outside of all others over most of the scalp. A face has expressions, and hair has none. */
 function coversOfScalp(vrm: VRM): Mesh[] {
   const toHead: Matrix4 = headSpace(vrm).invert();
-  const layers = meshesOf(vrm).map((mesh) => ({ mesh, triangles: headTriangles(vrm, mesh, toHead) }));
+  const layers = meshesOf(vrm)
+    .map((mesh) => ({ mesh, triangles: headTriangles(vrm, mesh, toHead) }))
+    .filter(({ triangles }) => triangles.length > 0);
   const middle = middleOf(layers.flatMap(({ triangles }) => triangles));
   if (!middle) return [];
   const surfaces = layers.map(({ triangles }) => new HeadSurface(triangles, middle));
