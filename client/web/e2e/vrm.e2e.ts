@@ -49,13 +49,17 @@ test("the user wears a VRM model with the hair of the room on its head instead o
         drawCalls: hair?.statistics.drawCalls ?? 0,
       };
     });
+  const wears = (version: string) => async () => {
+    const now = await look();
+    return now.version === version && now.isReady;
+  };
   const fault = () => page.evaluate(() => document.querySelector<HTMLElement>("#fault")?.textContent ?? "");
 
   await drop("LICENSE.vrm", new TextEncoder().encode("MIT License"));
   await until("the page tells that it is no model", async () => (await fault()).includes("not a VRM file"), 60_000);
 
   await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
-  await until("the dropped model wears hair", async () => (await look()).isReady, 90_000);
+  await until("the dropped model wears hair", wears("0"), 90_000);
   const seen = await look();
   expect(seen.version).toBe("0");
   expect(seen.isOnHead).toBe(true);
@@ -73,13 +77,9 @@ test("the user wears a VRM model with the hair of the room on its head instead o
   });
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
   await page.click("#avatar >> text=Default avatar");
-  await until(
-    "the default avatar wears hair",
-    async () => (await look()).version === "1" && (await look()).isReady,
-    90_000,
-  );
+  await until("the default avatar wears hair", wears("1"), 90_000);
   await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
-  await until("the first model is back", async () => (await look()).version === "0" && (await look()).isReady, 90_000);
+  await until("the first model is back", wears("0"), 90_000);
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
   await page.click("#avatar >> text=Reset the fit");
   expect((await look()).size).toBeCloseTo(seen.size, 3);

@@ -90,7 +90,7 @@ describe("a model's own hair is found", () => {
   function hangOnHairBone(mesh: SkinnedMesh, which: (vertex: number) => boolean): void {
     const bone = mesh.skeleton.bones.find(({ name }) => name === "leftHand")!;
     bone.name = "hair_tail";
-    delete vrm.humanoid.humanBones.leftHand;
+    delete (vrm.humanoid.humanBones as { leftHand?: unknown }).leftHand;
     const index = mesh.skeleton.bones.indexOf(bone);
     const { skinIndex, skinWeight } = mesh.geometry.attributes;
     for (let v = 0; v < skinIndex.count; ++v) {
