@@ -7,9 +7,9 @@ import { kFitAsFound, RememberedFits, type RememberedFit } from "./avatar/rememb
 
 /** What the panel needs of the page. */
 export interface AvatarHost {
-  readonly scene: Scene;
+  readonly stage: { readonly scene: Scene };
   showFault(detail: string): void;
-  /** A model was put on: the user needs a character with hair. */
+  /** A model was put on: a user without a character gets one, with hair. */
   join(): void;
 }
 
@@ -92,7 +92,7 @@ export class AvatarPanel {
     this.#name.textContent = `Loading ${name} …`;
     try {
       const file = await read();
-      const avatar = await Avatar.load(file, this.host.scene);
+      const avatar = await Avatar.load(file, this.host.stage.scene);
       if (request !== this.#request) {
         avatar.dispose();
         return;
@@ -113,16 +113,16 @@ export class AvatarPanel {
   // A page whose scene has no light would show a black model.
   #light(): void {
     let hasLight = false;
-    this.host.scene.traverse((object) => {
+    this.host.stage.scene.traverse((object) => {
       hasLight ||= "isLight" in object;
     });
-    if (hasLight || this.host.scene.environment) return;
+    if (hasLight || this.host.stage.scene.environment) return;
     const key = new DirectionalLight(0xfff4e6, 2.4);
     key.position.set(-1, 2.2, 2);
     const rim = new DirectionalLight(0xdfe8ff, 1.6);
     rim.position.set(1, 1.8, -2);
     this.#lights.push(key, rim, new HemisphereLight(0xc8d0de, 0x8a7a6c, 1.6));
-    this.host.scene.add(...this.#lights);
+    this.host.stage.scene.add(...this.#lights);
   }
 
   #show(): void {

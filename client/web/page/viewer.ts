@@ -59,7 +59,7 @@ export class PageViewer {
       (wind) => this.room?.setWind(wind),
     );
     this.avatar = new AvatarPanel(element("avatar"), {
-      scene: this.stage.scene,
+      stage: this.stage,
       showFault: (detail) => this.#showFault(detail),
       join: () => this.#join(),
     });
