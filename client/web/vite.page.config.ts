@@ -18,7 +18,6 @@ export default defineConfig({
     rollupOptions: {
       // A server knows by these hashes which files never change.
       output: { hashCharacters: "hex" },
-      input: { index: here("page/index.html"), vrm: here("page/vrm.html") },
     },
   },
   server: {

@@ -3,7 +3,7 @@ import { createServer } from "node:net";
 import type { AddressInfo } from "node:net";
 import type { Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, describe, expect, test } from "vitest";
-import { makeMinimalVrm } from "../page/minimalVrm";
+import { makeDefaultAvatar } from "../page/avatar/defaultAvatar";
 import { Browser } from "./browser";
 import { areExamplesInstalled, ExampleRun, kExamples, readPage } from "./exampleRun";
 import { until } from "./hairnetServer";
@@ -48,7 +48,7 @@ describe.skipIf(!areExamplesInstalled)("the page of the example, followed word f
     mkdirSync(shots, { recursive: true });
     mkdirSync(`${kExamples}/public`, { recursive: true });
     // Stands for the reader's own avatar.
-    writeFileSync(`${kExamples}/public/avatar.vrm`, new Uint8Array(makeMinimalVrm()));
+    writeFileSync(`${kExamples}/public/avatar.vrm`, makeDefaultAvatar());
     port = await freePort();
     // The pages say port 7420, which another server of this machine may have.
     await browser.start({ width: 480, height: 360 }, [`--host-resolver-rules=MAP localhost:7420 127.0.0.1:${port}`]);

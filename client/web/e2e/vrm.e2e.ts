@@ -1,7 +1,8 @@
 import { mkdirSync } from "node:fs";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import type { VrmViewer } from "../page/vrmViewer";
-import { Actor, makeGroomFile } from "./actor";
+import { makeDefaultAvatar } from "../page/avatar/defaultAvatar";
+import type { PageViewer } from "../page/viewer";
+import { makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
 
@@ -9,7 +10,6 @@ const server = new HairnetServer();
 const browser = new Browser();
 const groom = makeGroomFile("wavy");
 const shots = process.env.HAIRNET_SHOTS ?? "e2e/shots";
-let lender: Actor | null = null;
 
 beforeAll(async () => {
   mkdirSync(shots, { recursive: true });
@@ -17,40 +17,75 @@ beforeAll(async () => {
   await browser.start();
 });
 afterAll(async () => {
-  lender?.leave();
   await browser.dispose();
   await server.dispose();
 });
 
-test("a VRM model has the room's hair on its head instead of its own", async () => {
-  lender = await Actor.join(server.address, "model", groom.bytes);
-  const page = await browser.open(`${server.address}/vrm.html?room=model`);
+test("the user wears a VRM model with the hair of the room on its head instead of its own", async () => {
+  const page = await browser.open(`${server.address}/?room=model`);
+  await page.setInputFiles("#groom-file", groom.path);
+  const drop = (name: string, bytes: Uint8Array) =>
+    page.evaluate(
+      ([file, text]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0))], file));
+        dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+      },
+      [name, Buffer.from(bytes).toString("base64")] as const,
+    );
   const look = () =>
     page.evaluate(() => {
-      const { hair, worn, model } = (window as unknown as { hairnet: VrmViewer }).hairnet;
+      const { hair, avatar } = (window as unknown as { hairnet: PageViewer }).hairnet;
       const own = [...(hair?.characters.values() ?? [])].find((one) => one.own);
-      const head = model?.humanoid.getRawBoneNode("head");
+      const { vrm, worn } = avatar.avatar ?? {};
       const anchor = worn?.skeleton.anchor;
       return {
-        isReady: own?.isReady === true,
-        isAnchored: own !== undefined && own.anchor === anchor && anchor?.parent === head,
-        ownHair: worn?.hiddenMeshes.map((mesh) => [mesh.name, mesh.visible]),
+        isReady: own?.isReady === true && own.anchor !== null && own.anchor === anchor,
+        version: vrm?.meta.metaVersion ?? "",
+        isOnHead: anchor !== undefined && anchor.parent === vrm?.humanoid.getRawBoneNode("head"),
+        hidden: worn?.hiddenMeshes.map((mesh) => [mesh.name, mesh.visible]),
         bust: own?.bodyVisible,
         size: worn?.size ?? 0,
         drawCalls: hair?.statistics.drawCalls ?? 0,
-        headY: own?.position.y ?? 0,
       };
     });
-  await until("the model wears hair", async () => (await look()).isReady, 90_000);
+  const wears = (version: string) => async () => {
+    const now = await look();
+    return now.version === version && now.isReady;
+  };
+  const fault = () => page.evaluate(() => document.querySelector<HTMLElement>("#fault")?.textContent ?? "");
+
+  await drop("LICENSE.vrm", new TextEncoder().encode("MIT License"));
+  await until("the page tells that it is no model", async () => (await fault()).includes("not a VRM file"), 60_000);
+
+  await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
+  await until("the dropped model wears hair", wears("0"), 90_000);
   const seen = await look();
-  expect(seen.isAnchored).toBe(true);
-  expect(seen.ownHair).toEqual([["Hair", false]]);
+  expect(seen.version).toBe("0");
+  expect(seen.isOnHead).toBe(true);
+  expect(seen.hidden).toEqual([["Hair", false]]);
   expect(seen.bust).toBe(false);
   expect(seen.size).toBeGreaterThan(0.8);
   expect(seen.size).toBeLessThan(1.4);
   expect(seen.drawCalls).toBeGreaterThan(0);
-  expect(seen.headY).toBeGreaterThan(1.4);
-  await new Promise((done) => setTimeout(done, 6000));
+
+  // What the user sets is there again when the same file comes again.
+  await page.evaluate(() => {
+    const size = document.querySelector<HTMLInputElement>('#avatar input[name="size"]')!;
+    size.value = "1.2";
+    size.dispatchEvent(new Event("input"));
+  });
+  expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
+  await page.click("#avatar >> text=Default avatar");
+  await until("the default avatar wears hair", wears("1"), 90_000);
+  await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
+  await until("the first model is back", wears("0"), 90_000);
+  expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
+  await page.click("#avatar >> text=Reset the fit");
+  expect((await look()).size).toBeCloseTo(seen.size, 3);
   await page.screenshot({ path: `${shots}/vrm.png`, timeout: 90_000 });
+
+  await page.click("#avatar >> text=Take off");
+  await until("the bust is back", async () => (await look()).bust === true, 60_000);
   expect(browser.takeFaults()).toEqual([]);
 });

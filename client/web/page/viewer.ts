@@ -2,6 +2,7 @@ import { Raycaster, Sphere, Vector2, Vector3 } from "three";
 import type { MaterialScale, OwnCharacter, Room, Wind } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { AdaptiveQuality } from "./adaptiveQuality";
+import { AvatarPanel } from "./avatarPanel";
 import { closedWords, refusedWords } from "./faultWords";
 import { Focus, type Shown } from "./focus";
 import type { Covered } from "./framing";
@@ -38,9 +39,8 @@ export class PageViewer implements PageHost {
   readonly focus: Focus;
   readonly head = new OwnHead();
   readonly #sliders: Sliders;
+  readonly avatar: AvatarPanel;
   hair: HairScene | null = null;
-  /** Takes avatar files; null: this page has no avatars. */
-  avatarPanel: { take(file: File): void } | null = null;
   readonly #members: MemberList;
   readonly #persistentRoom: PersistentRoom;
   readonly #wardrobe: Wardrobe;
@@ -79,9 +79,15 @@ export class PageViewer implements PageHost {
       () => this.#sliders.material,
       (detail) => this.showFault(detail),
     );
+    this.avatar = new AvatarPanel(element("avatar"), {
+      stage: this.stage,
+      showFault: (detail) => this.showFault(detail),
+      // Somebody who puts on a model has hair too.
+      join: () => void (this.#wardrobe.isWearing || this.wear(this.#wardrobe.any())),
+    });
     element("room").textContent = query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
-    for (const id of ["you", "hair-and-wind", "join"]) element(id).hidden = query.observe;
+    for (const id of ["you", "avatar", "play", "hair-and-wind", "join"]) element(id).hidden = query.observe;
     this.#listen();
   }
 
@@ -145,9 +151,11 @@ export class PageViewer implements PageHost {
     }
     if (stage.isLost) return;
     // Captured as late as possible, and drawn at once.
-    this.own?.push(
-      isInVr ? this.head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld) : this.head.update(dtS, stage.camera),
-    );
+    const head = isInVr
+      ? this.head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
+      : this.head.update(dtS, stage.camera);
+    const worn = shown.find(({ member }) => member.own);
+    this.own?.push(this.avatar.update(worn?.character ?? null, worn?.member.groom ?? null, head, dtS));
     if (hair && room) {
       hair.quality = this.#quality.value;
       hair.update(stage.camera);
@@ -279,11 +287,9 @@ export class PageViewer implements PageHost {
   }
 
   #takeFile(file: File): void {
-    if (/\.vrm$/i.test(file.name)) {
-      if (this.avatarPanel) this.avatarPanel.take(file);
-      else this.showFault(`${file.name} is an avatar: open vrm.html and drop it there.`);
-    } else if (this.query.observe)
+    if (this.query.observe)
       this.showFault("You only watch this room: open its address without “observe” to wear hair.");
+    else if (/\.(vrm|glb|gltf)$/i.test(file.name)) void this.avatar.take(file);
     else void this.#wardrobe.takeFile(file);
   }
 

@@ -1,9 +1,8 @@
 import type { VRM } from "@pixiv/three-vrm";
-import { Matrix4, Mesh, SkinnedMesh, Vector3, type Object3D } from "three";
+import { Matrix3, Vector3, type Mesh, type Object3D } from "three";
 import type { Groom } from "../hair/groom";
-import { isBelow } from "./isBelow";
-import { heaviest } from "./vrmHairMeshes";
-import { atRest } from "./vrmSkeleton";
+import { groomHeadTriangles, modelHeadTriangles } from "./headTriangles";
+import { HeadSurface, kScalp, middleOf, type Triangles } from "./headSurface";
 
 /** How a groom made on one head fits another: x on that head = size * x + offset, head space, m. */
 export interface HeadFit {
@@ -11,70 +10,130 @@ export interface HeadFit {
   readonly offset: readonly [number, number, number];
 }
 
+/** A change of a fit by hand. */
+export interface HeadFitChange {
+  /** factor on the hair's size, about the middle of the skull */
+  readonly size?: number;
+  /** up, m of the model */
+  readonly height?: number;
+  /** towards the face, m of the model */
+  readonly depth?: number;
+}
+
 export const kNoFit: HeadFit = { size: 1, offset: [0, 0, 0] };
 
-/** The upper part of a skull. */
-interface Skull {
-  readonly top: number;
-  readonly widthX: number;
-  readonly widthZ: number;
-  readonly middleZ: number;
-}
-
-const kSizeMin = 0.5;
-const kSizeMax = 2;
+/** The fitted size over the ratio of the skulls' median radii lies in 1 / kSizeChange to kSizeChange. */
+const kSizeChange = 1.3;
+/** The middle of a groom's skull, head space, m. */
+const kSkullMiddle = [0, 0.06, 0] as const;
+/** Hair that is inside the head is worse than hair that is as far outside. */
+const kBuriedWeight = 6;
+/** The distance from the model's skull, as a share of its radius, beyond which a sample is an ear, a hat or a horn. */
+const kOutlierShare = 0.2;
+const kMeasuredShareMin = 0.3;
 
 /**
- * Scales the groom's skull evenly until it is as wide and as deep as the model's above the ears (by the larger of the
- * two ratios, so that hair does not sink in), and moves it so that the crowns meet and both have the same middle from
- * front to back. A part that cannot be measured does not change the fit. `hidden`: meshes that do not belong to the
- * skull.
+ * Scales the groom's skull evenly and moves it, until the part of it that carries hair lies on the model's head. A model
+ * whose head cannot be measured keeps the groom as it is. `hidden`: meshes that do not belong to the skull; `hairBones`:
+ * bones whose triangles do not.
  */
-export function fitHead(groom: Groom, vrm: VRM, anchor: Object3D, hidden: readonly Mesh[]): HeadFit {
-  const from = skullOf(headPoints(groom));
-  const to = skullOf(modelHeadPoints(vrm, anchor, hidden));
-  if (!from || !to) return kNoFit;
-  const size = Math.min(Math.max(to.widthX / from.widthX, to.widthZ / from.widthZ, kSizeMin), kSizeMax);
-  return { size, offset: [0, to.top - size * from.top, to.middleZ - size * from.middleZ] };
+export function fitHead(
+  groom: Groom,
+  vrm: VRM,
+  anchor: Object3D,
+  hidden: readonly Mesh[],
+  hairBones: ReadonlySet<Object3D> = new Set(),
+): HeadFit {
+  return fitTriangles(groomHeadTriangles(groom), modelHeadTriangles(vrm, anchor, hidden, hairBones));
 }
 
-/** The part of the groom's own body that moves with the head. */
-function headPoints(groom: Groom): Vector3[] {
-  const { vertices, boneWeights } = groom.body;
-  const points: Vector3[] = [];
-  for (let v = 0; v < vertices.length / 3; ++v)
-    if (boneWeights[5 * v] > 0.9) points.push(new Vector3(vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]));
-  return points;
+/** `fit`, changed by hand. */
+export function changedFit(fit: HeadFit, change: HeadFitChange): HeadFit {
+  const { size = 1, height = 0, depth = 0 } = change;
+  const by = [0, height, depth];
+  const offset = kSkullMiddle.map((x, axis) => fit.offset[axis] + by[axis] + fit.size * (1 - size) * x);
+  return { size: fit.size * size, offset: [offset[0], offset[1], offset[2]] };
 }
 
-/** The vertices of all visible meshes that belong to the head bone itself, in head space at rest. */
-function modelHeadPoints(vrm: VRM, anchor: Object3D, hidden: readonly Mesh[]): Vector3[] {
-  const head = vrm.humanoid.getRawBoneNode("head");
-  return atRest(vrm, () => {
-    const toHead = new Matrix4().copy(anchor.matrixWorld).invert();
-    const points: Vector3[] = [];
-    vrm.scene.traverse((object) => {
-      if (!(object instanceof Mesh) || hidden.includes(object)) return;
-      const count = object.geometry.attributes.position?.count ?? 0;
-      for (let v = 0; v < count; ++v) {
-        if (object instanceof SkinnedMesh && object.skeleton.bones[heaviest(object, v)] !== head) continue;
-        if (!(object instanceof SkinnedMesh) && !isBelow(object, head)) break;
-        points.push(object.getVertexPosition(v, new Vector3()).applyMatrix4(object.matrixWorld).applyMatrix4(toHead));
-      }
-    });
-    return points;
+function fitTriangles(from: Triangles, to: Triangles): HeadFit {
+  const groomMiddle = middleOf(from);
+  let middle = middleOf(to);
+  if (!groomMiddle || !middle) return kNoFit;
+  const groomSurface = new HeadSurface(from, groomMiddle);
+  const skull = kScalp.flatMap((direction) => {
+    const radius = groomSurface.radius(direction);
+    return radius > 0 ? [direction.clone().multiplyScalar(radius).add(groomMiddle)] : [];
   });
+  if (skull.length === 0) return kNoFit;
+  const groomRadius = median(skull.map((point) => point.distanceTo(groomMiddle)));
+  let fit: HeadFit = kNoFit;
+  // Each pass measures from the middle that the previous one has found.
+  for (let pass = 0, change = Infinity; pass < 4 && change > 5e-3 * groomRadius * fit.size; ++pass) {
+    const surface = new HeadSurface(to, middle);
+    const radii = kScalp.map((direction) => surface.radius(direction)).filter((radius) => radius > 0);
+    if (radii.length < kMeasuredShareMin * kScalp.length) return fit;
+    const ratio = median(radii) / groomRadius;
+    const start: Numbers = [pass > 0 ? fit.size : ratio, middle.y, middle.z];
+    start[1] -= start[0] * groomMiddle.y;
+    start[2] -= start[0] * groomMiddle.z;
+    const [size, y, z] = settle(skull, surface, start, kOutlierShare * median(radii));
+    const kept = Math.min(Math.max(size, ratio / kSizeChange), ratio * kSizeChange);
+    fit = { size: kept, offset: [0, y + (size - kept) * groomMiddle.y, z + (size - kept) * groomMiddle.z] };
+    const before: Vector3 = middle;
+    middle = groomMiddle
+      .clone()
+      .multiplyScalar(fit.size)
+      .add(new Vector3(...fit.offset));
+    change = before.distanceTo(middle);
+  }
+  return fit;
 }
 
-function skullOf(points: readonly Vector3[]): Skull | null {
-  const top = points.reduce((most, p) => Math.max(most, p.y), -Infinity);
-  const upper = points.filter((p) => p.y > 0.45 * top);
-  if (!(top > 0.02) || upper.length < 4) return null;
-  const xs = upper.map((p) => p.x);
-  const zs = upper.map((p) => p.z);
-  const low = (values: number[]) => values.reduce((a, b) => Math.min(a, b));
-  const high = (values: number[]) => values.reduce((a, b) => Math.max(a, b));
-  const widthX = high(xs) - low(xs);
-  const widthZ = high(zs) - low(zs);
-  return widthX > 0.01 && widthZ > 0.01 ? { top, widthX, widthZ, middleZ: 0.5 * (low(zs) + high(zs)) } : null;
+/** size, offset along y, offset along z */
+type Numbers = [number, number, number];
+
+/** Gauss-Newton steps on the weighted distances of the moved skull from the surface. */
+function settle(skull: readonly Vector3[], surface: HeadSurface, start: Numbers, outlierM: number): Numbers {
+  const at: Numbers = [...start];
+  const distance = (point: Vector3, [size, y, z]: Numbers): number | null => {
+    moved
+      .copy(point)
+      .multiplyScalar(size)
+      .add(shift.set(0, y, z))
+      .sub(surface.middle);
+    const radius = surface.radius(moved);
+    return radius > 0 ? moved.length() - radius : null;
+  };
+  for (let step = 0; step < 40; ++step) {
+    const normal = new Matrix3().set(0, 0, 0, 0, 0, 0, 0, 0, 0);
+    const right = new Vector3();
+    for (const point of skull) {
+      const d = distance(point, at);
+      if (d === null) continue;
+      const slope = at.map((x, n) => {
+        const h = 1e-3;
+        const other: Numbers = [...at];
+        other[n] = x + h;
+        return ((distance(point, other) ?? d) - d) / h;
+      });
+      const weight = (d < 0 ? kBuriedWeight : 1) / (1 + (d / outlierM) ** 2) ** 2;
+      for (let i = 0; i < 3; ++i)
+        for (let j = 0; j < 3; ++j) normal.elements[3 * j + i] += weight * slope[i] * slope[j];
+      right.add(shift.fromArray(slope).multiplyScalar(weight * d));
+    }
+    if (!(Math.abs(normal.determinant()) > 1e-12)) break;
+    right.applyMatrix3(normal.invert());
+    at[0] = Math.max(at[0] - right.x, 0.5 * at[0]);
+    at[1] -= right.y;
+    at[2] -= right.z;
+    if (right.length() < 1e-6) break;
+  }
+  return at;
+}
+
+const moved = new Vector3();
+const shift = new Vector3();
+
+function median(values: readonly number[]): number {
+  return [...values].sort((a, b) => a - b)[values.length >> 1];
 }

@@ -1,4 +1,6 @@
-export { fitHead, kNoFit, type HeadFit } from "./headFit";
+export { fitHead, kNoFit, type HeadFit, type HeadFitChange } from "./headFit";
+export { kVrmBytesMax, loadVrm } from "./loadVrm";
+export { lowerArms } from "./lowerArms";
 export { VrmHair, type VrmHairOptions } from "./vrmHair";
-export { findHairMeshes } from "./vrmHairMeshes";
+export { findHairBones, findHairMeshes } from "./vrmHairMeshes";
 export { VrmSkeleton } from "./vrmSkeleton";

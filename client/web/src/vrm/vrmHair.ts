@@ -1,17 +1,25 @@
 import type { VRM } from "@pixiv/three-vrm";
-import type { Mesh } from "three";
+import type { Mesh, Object3D } from "three";
 import type { Groom } from "../hair/groom";
 import type { Pose } from "../hair/pose";
 import type { HairCharacter } from "../scene/hairCharacter";
-import { fitHead, kNoFit, type HeadFit } from "./headFit";
-import { findHairMeshes } from "./vrmHairMeshes";
+import { changedFit, fitHead, kNoFit, type HeadFit, type HeadFitChange } from "./headFit";
+import { findHairBones, findHairMeshes, hideTriangles } from "./vrmHairMeshes";
+import { meshesOf } from "./vrmMeshes";
 import { VrmSkeleton } from "./vrmSkeleton";
 
 export interface VrmHairOptions {
   /** Meshes of the model's own hair; by default `findHairMeshes` finds them. None: `[]`. */
   hairMeshes?: readonly Mesh[];
+  /**
+   * Bones of the model's own hair: their triangles are hidden in all meshes; by default `findHairBones` finds them. None:
+   * an empty set.
+   */
+  hairBones?: ReadonlySet<Object3D>;
   /** How the groom fits the model's head; by default `fitHead` measures both when `fit` gets the groom. */
   headFit?: HeadFit;
+  /** A change of the fit by hand. */
+  change?: HeadFitChange;
 }
 
 /**
@@ -20,34 +28,64 @@ export interface VrmHairOptions {
  */
 export class VrmHair {
   readonly skeleton: VrmSkeleton;
-  readonly hiddenMeshes: readonly Mesh[];
+  #hidden: readonly Mesh[] = [];
+  readonly #bones: ReadonlySet<Object3D>;
+  readonly #showTriangles: readonly (() => void)[];
   #fit: HeadFit;
+  #change: HeadFitChange;
   readonly #fitIsGiven: boolean;
   #character: HairCharacter | null = null;
   #bodyWasVisible = true;
-  readonly #meshWasVisible: boolean[];
+  readonly #wasVisible = new Map<Mesh, boolean>();
 
   constructor(vrm: VRM, options: VrmHairOptions = {}) {
     this.skeleton = new VrmSkeleton(vrm);
-    this.hiddenMeshes = options.hairMeshes ?? findHairMeshes(vrm);
-    this.#meshWasVisible = this.hiddenMeshes.map((mesh) => mesh.visible);
-    for (const mesh of this.hiddenMeshes) mesh.visible = false;
+    this.hide(options.hairMeshes ?? findHairMeshes(vrm));
+    this.#bones = options.hairBones ?? findHairBones(vrm);
+    this.#showTriangles = meshesOf(vrm).flatMap((mesh) => hideTriangles(mesh, this.#bones) ?? []);
     this.#fitIsGiven = options.headFit !== undefined;
     this.#fit = options.headFit ?? kNoFit;
+    this.#change = options.change ?? {};
     this.#placeAnchor();
+  }
+
+  /** The meshes of the model that are not drawn. */
+  get hiddenMeshes(): readonly Mesh[] {
+    return this.#hidden;
   }
 
   /** The size of the model's head relative to the groom's. */
   get size(): number {
-    return this.#fit.size;
+    return this.headFit.size;
+  }
+
+  /** The current fit, with the change by hand. */
+  get headFit(): HeadFit {
+    return changedFit(this.#fit, this.#change);
+  }
+
+  /** Hides these meshes of the model, and shows those that were hidden before. The next `fit` does not measure them. */
+  hide(meshes: readonly Mesh[]): void {
+    for (const [mesh, visible] of this.#wasVisible) mesh.visible = visible;
+    this.#wasVisible.clear();
+    for (const mesh of meshes) {
+      this.#wasVisible.set(mesh, mesh.visible);
+      mesh.visible = false;
+    }
+    this.#hidden = [...meshes];
   }
 
   /** Measures this groom against the model's head, unless `headFit` was given. */
   fit(groom: Groom): void {
     if (this.#fitIsGiven) return;
-    this.#fit = kNoFit;
+    this.skeleton.setAnchor(kNoFit.offset, kNoFit.size);
+    this.#fit = fitHead(groom, this.skeleton.vrm, this.skeleton.anchor, this.#hidden, this.#bones);
     this.#placeAnchor();
-    this.#fit = fitHead(groom, this.skeleton.vrm, this.skeleton.anchor, this.hiddenMeshes);
+  }
+
+  /** Changes the fit by hand, relative to the measured or given one. */
+  change(change: HeadFitChange): void {
+    this.#change = change;
     this.#placeAnchor();
   }
 
@@ -71,12 +109,14 @@ export class VrmHair {
 
   dispose(): void {
     this.wear(null);
-    for (const [n, mesh] of this.hiddenMeshes.entries()) mesh.visible = this.#meshWasVisible[n];
+    this.hide([]);
+    for (const show of this.#showTriangles) show();
     this.skeleton.dispose();
   }
 
   // Computes the place of the groom's head joint, and the scale.
   #placeAnchor(): void {
-    this.skeleton.setAnchor(this.#fit.offset, this.#fit.size);
+    const { offset, size } = this.headFit;
+    this.skeleton.setAnchor(offset, size);
   }
 }

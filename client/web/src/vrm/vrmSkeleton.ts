@@ -31,12 +31,13 @@ export class VrmSkeleton {
 
   constructor(readonly vrm: VRM) {
     this.#nodes = nodesOf(vrm);
-    const rest = atRest(vrm, () => {
+    const { rest, head } = atRest(vrm, () => {
       const toModel = vrm.scene.matrixWorld.clone().invert();
-      return this.#nodes.map((node) => toModel.clone().multiply(node.matrixWorld));
+      return {
+        rest: this.#nodes.map((node) => toModel.clone().multiply(node.matrixWorld)),
+        head: headSpace(vrm).premultiply(toModel),
+      };
     });
-    const head = new Matrix4().makeRotationFromQuaternion(facing(vrm));
-    head.setPosition(new Vector3().setFromMatrixPosition(rest[Bone.head]));
     const toHead = head.clone().invert();
     this.#restInHead = rest.map((node) => toHead.clone().multiply(node));
     // Head space in the head bone, for any axes of the bone.
@@ -101,10 +102,14 @@ function nodesOf(vrm: VRM): Object3D[] {
   });
 }
 
-/** From head space to the model's: models of VRM 0 look along -Z, those of VRM 1 along +Z. */
-function facing(vrm: VRM): Quaternion {
-  const isOld = vrm.meta.metaVersion === "0";
-  return new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), isOld ? Math.PI : 0);
+/**
+ * From head space to the world, of a model at rest: the origin is the head joint. Models of VRM 0 look along -Z of their
+ * own space, those of VRM 1 along +Z.
+ */
+export function headSpace(vrm: VRM): Matrix4 {
+  const joint = new Vector3().setFromMatrixPosition(vrm.humanoid.getRawBoneNode("head")!.matrixWorld);
+  const facing = new Matrix4().makeRotationY(vrm.meta.metaVersion === "0" ? Math.PI : 0);
+  return new Matrix4().extractRotation(vrm.scene.matrixWorld).multiply(facing).setPosition(joint);
 }
 
 /** Runs `measure` with the model at rest; then restores its pose. */
@@ -112,7 +117,7 @@ export function atRest<T>(vrm: VRM, measure: () => T): T {
   const nodes = Object.values(vrm.humanoid.rawHumanBones).flatMap((bone) => (bone ? [bone.node] : []));
   const kept = nodes.map((node) => ({ position: node.position.clone(), quaternion: node.quaternion.clone() }));
   vrm.humanoid.resetRawPose();
-  vrm.scene.updateWorldMatrix(true, true);
+  updateMatrices(vrm);
   try {
     return measure();
   } finally {
@@ -120,6 +125,12 @@ export function atRest<T>(vrm: VRM, measure: () => T): T {
       node.position.copy(kept[n].position);
       node.quaternion.copy(kept[n].quaternion);
     });
-    vrm.scene.updateWorldMatrix(true, true);
+    updateMatrices(vrm);
   }
+}
+
+// `updateMatrixWorld` also updates what skinned meshes derive from their matrix; `updateWorldMatrix` does not.
+function updateMatrices({ scene }: VRM): void {
+  scene.updateWorldMatrix(true, false);
+  scene.updateMatrixWorld(true);
 }

@@ -1,20 +1,21 @@
-import { VRMLoaderPlugin, type VRM } from "@pixiv/three-vrm";
-import { Quaternion, Vector3 } from "three";
-import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import type { VRM } from "@pixiv/three-vrm";
+import { Quaternion, type SkinnedMesh, Vector3 } from "three";
 import { beforeEach, describe, expect, test } from "vitest";
-import { makeMinimalVrm } from "../../page/minimalVrm";
+import { makeDefaultAvatar, type DefaultAvatarOptions } from "../../page/avatar/defaultAvatar";
 import { Bone, kNumbersPerBone, poseFault, type Pose } from "../../src/hair/pose";
 import { HairCharacter } from "../../src/scene/hairCharacter";
-import { fitHead, findHairMeshes, VrmHair, VrmSkeleton } from "../../src/vrm/index";
+import { findHairMeshes, loadVrm, lowerArms, VrmHair, VrmSkeleton } from "../../src/vrm/index";
+import { HeadSurface, kScalp } from "../../src/vrm/headSurface";
+import { modelHeadTriangles } from "../../src/vrm/headTriangles";
 import { madeGroom } from "../support/madeGroom";
 
-async function load(): Promise<VRM> {
-  const loader = new GLTFLoader().register((parser) => new VRMLoaderPlugin(parser));
-  const { userData } = await loader.parseAsync(makeMinimalVrm(), "");
-  return userData.vrm as VRM;
-}
+// GLTFLoader asks for the browser's global object.
+(globalThis as { self?: unknown }).self ??= globalThis;
 
-const headJoint = new Vector3(0, 1.53, 0); // of the minimal model
+const load = (options: DefaultAvatarOptions = {}): Promise<VRM> =>
+  loadVrm(makeDefaultAvatar({ hairMesh: "Hair", ...options }));
+
+const headJoint = new Vector3(0, 1.53, 0); // of the made model
 
 function moved(pose: Pose, bone: Bone, rest: Vector3): Vector3 {
   const at = bone * kNumbersPerBone;
@@ -29,24 +30,121 @@ beforeEach(async () => {
   vrm = await load();
 });
 
-test("the minimal model is a VRM with the bones that hair needs, and its own hair", () => {
+test("the made model is a VRM with the bones that hair needs, and its own hair", () => {
   for (const bone of ["head", "neck", "leftShoulder", "rightShoulder", "upperChest"] as const)
     expect(vrm.humanoid.getRawBoneNode(bone)).not.toBeNull();
   expect(findHairMeshes(vrm).map((mesh) => mesh.name)).toEqual(["Hair"]);
 });
 
-test("hair is found by the bones it hangs on, too", () => {
-  const [hair] = findHairMeshes(vrm);
-  hair.name = "Mesh_7";
-  for (const material of [hair.material].flat()) material.name = "Material_3";
-  // Only its tail belongs to the spring bone: the cap alone would belong to the head.
-  const { skinIndex } = hair.geometry.attributes;
-  const tail = vrm.scene.getObjectByName("hair_tail");
-  const index = (hair as unknown as { skeleton: { bones: unknown[] } }).skeleton.bones.indexOf(tail);
-  expect(findHairMeshes(vrm)).toEqual([]);
-  for (let v = 0; v < skinIndex.count; ++v) skinIndex.setX(v, index);
-  expect(findHairMeshes(vrm)).toEqual([hair]);
+describe("a model's own hair is found", () => {
+  const rename = (name: string) => {
+    const [hair] = findHairMeshes(vrm);
+    hair.name = name;
+    for (const material of [hair.material].flat()) material.name = "Material_3";
+    return hair;
+  };
+
+  test("by its place: a second layer on the scalp", () => {
+    const hair = rename("Mesh_7");
+    expect(findHairMeshes(vrm)).toEqual([hair]);
+  });
+
+  test("but not by its place if its name is that of a hat", () => {
+    rename("Top_Hat");
+    expect(findHairMeshes(vrm)).toEqual([]);
+  });
+
+  test("and not if there is none", async () => {
+    expect(findHairMeshes(await load({ hairMesh: undefined }))).toEqual([]);
+  });
+
+  test("by the bones that most of its triangles hang on", () => {
+    const [hair] = findHairMeshes(vrm) as SkinnedMesh[];
+    hair.name = "Top_Hat";
+    for (const material of [hair.material].flat()) material.name = "Material_3";
+    hangOnHairBone(hair, () => true);
+    expect(findHairMeshes(vrm)).toEqual([hair]);
+  });
+
+  test("in a mesh with other things: only its triangles are hidden, and drawn again later", () => {
+    const face = vrm.scene.getObjectByName("Face") as SkinnedMesh;
+    const { geometry } = face;
+    const before = geometry.index!;
+    const crown = geometry.attributes.position.count / 4;
+    hangOnHairBone(face, (v) => v < crown);
+    const worn = new VrmHair(vrm);
+    const drawn = geometry.index!;
+    expect(drawn.count).toBe(before.count);
+    let hidden = 0;
+    for (let t = 0; t < drawn.count; t += 3) {
+      const corners = [0, 1, 2].map((n) => before.getX(t + n));
+      const isHidden = drawn.getX(t) === drawn.getX(t + 1) && drawn.getX(t) === drawn.getX(t + 2);
+      expect(isHidden).toBe(corners.some((v) => v < crown));
+      if (isHidden) ++hidden;
+    }
+    expect(hidden).toBeGreaterThan(0);
+    worn.dispose();
+    expect(geometry.index).toBe(before);
+  });
+
+  function hangOnHairBone(mesh: SkinnedMesh, which: (vertex: number) => boolean): void {
+    const bone = mesh.skeleton.bones.find(({ name }) => name === "leftHand")!;
+    bone.name = "hair_tail";
+    delete (vrm.humanoid.humanBones as { leftHand?: unknown }).leftHand;
+    const index = mesh.skeleton.bones.indexOf(bone);
+    const { skinIndex, skinWeight } = mesh.geometry.attributes;
+    for (let v = 0; v < skinIndex.count; ++v) {
+      if (!which(v)) continue;
+      skinIndex.setXYZW(v, index, 0, 0, 0);
+      skinWeight.setXYZW(v, 1, 0, 0, 0);
+    }
+  }
 });
+
+for (const version of [0, 1] as const)
+  describe(`a model of VRM ${version}`, () => {
+    beforeEach(async () => {
+      vrm = await load({ version });
+    });
+
+    test("has its version, and looks along +Z", () => {
+      expect(vrm.meta.metaVersion).toBe(String(version));
+      const pose = new VrmSkeleton(vrm).pose();
+      expect(Math.abs(pose[3])).toBeCloseTo(1, 5);
+      const foot = vrm.scene.getObjectByName("leftFoot")!.getWorldPosition(new Vector3());
+      expect(foot.x).toBeGreaterThan(0); // its left is at +X
+    });
+
+    test("lowers its arms: the hands are beside the hips, and the elbows bend forwards", () => {
+      lowerArms(vrm);
+      vrm.update(0.1);
+      vrm.scene.updateWorldMatrix(true, true);
+      const at = (bone: "leftHand" | "leftShoulder" | "leftLowerArm" | "rightHand" | "rightShoulder" | "hips") =>
+        vrm.humanoid.getRawBoneNode(bone)!.getWorldPosition(new Vector3());
+      for (const side of ["left", "right"] as const) {
+        const hand = at(`${side}Hand`);
+        expect(hand.y).toBeLessThan(at(`${side}Shoulder`).y - 0.35);
+        expect(Math.abs(hand.x)).toBeGreaterThan(0.15);
+        expect(Math.sign(hand.x)).toBe(side === "left" ? 1 : -1);
+        expect(hand.z).toBeGreaterThan(0.02);
+      }
+    });
+
+    test("lowers arms that hang at rest already to the same place", () => {
+      const before = handHeight();
+      for (const side of ["left", "right"] as const) {
+        const arm = vrm.humanoid.getNormalizedBoneNode(`${side}LowerArm`)!;
+        arm.position.applyAxisAngle(new Vector3(0, 0, 1), -0.6 * Math.sign(arm.position.x));
+      }
+      expect(handHeight()).toBeCloseTo(before, 5);
+    });
+
+    function handHeight(): number {
+      lowerArms(vrm);
+      const arm = vrm.humanoid.getNormalizedBoneNode("leftUpperArm")!;
+      return vrm.humanoid.getNormalizedBoneNode("leftLowerArm")!.position.clone().applyQuaternion(arm.quaternion).y;
+    }
+  });
 
 describe("a model's skeleton as a pose", () => {
   test("at rest has all bones equal: head space at the head joint, facing where the model does", () => {
@@ -91,8 +189,9 @@ describe("a model's skeleton as a pose", () => {
     expect(moved(pose, Bone.head, new Vector3()).distanceTo(head)).toBeLessThan(1e-5);
   });
 
-  test("of a VRM 0 model looks the other way", () => {
-    (vrm.meta as { metaVersion: string }).metaVersion = "0";
+  test("of a VRM 0 model looks the other way until the model is turned", async () => {
+    vrm = await load({ version: 0 });
+    vrm.scene.rotation.y = 0;
     const pose = new VrmSkeleton(vrm).pose();
     expect(Math.abs(pose[1])).toBeCloseTo(1, 5); // half a turn
   });
@@ -117,13 +216,81 @@ describe("a model's skeleton as a pose", () => {
 });
 
 describe("hair on a model", () => {
-  test("fits a head of another size: skulls as wide, crowns together", () => {
+  for (const version of [0, 1] as const)
+    for (const headSize of [0.5, 1, 2, 3])
+      test(`fits heads of size ${headSize} in VRM ${version} within millimetres`, async () => {
+        vrm = await load({ version, headSize });
+        const groom = madeGroom();
+        // The groom's head is this model's at size 1, moved: the fit is known.
+        const one = new VrmHair(await load());
+        const { vertices, triangles } = skullOf(one);
+        const up = 0.04;
+        const count = vertices.length / 3;
+        const body = {
+          ...groom.body,
+          vertices: vertices.map((x, n) => (n % 3 === 1 ? x - up : x)),
+          triangles,
+          boneWeights: Float32Array.from({ length: 5 * count }, (_, n) => (n % 5 === 0 ? 1 : 0)),
+        };
+        const worn = new VrmHair(vrm);
+        worn.fit({ ...groom, body });
+        const { size, offset } = worn.headFit;
+        for (const crown of [
+          [0, 0.19, 0],
+          [0, 0.08, -0.1],
+          [0.08, 0.08, 0],
+          [0, 0.15, 0.08],
+        ])
+          for (let axis = 0; axis < 3; ++axis) {
+            const inGroom = crown[axis] - (axis === 1 ? up : 0);
+            expect(Math.abs(size * inGroom + offset[axis] - headSize * crown[axis])).toBeLessThan(0.002 * headSize);
+          }
+      });
+
+  test("does not sink into a head of another shape, nor float above it", () => {
     const worn = new VrmHair(vrm);
-    const fit = fitHead(madeGroom(), vrm, worn.skeleton.anchor, worn.hiddenMeshes);
-    // Half axes 0.085 and 0.105 about 0.085 here, 0.08 and 0.1 about 0.08 there; cut at the same share of the height.
-    expect(fit.size).toBeGreaterThan(1.02);
-    expect(fit.size).toBeLessThan(1.1);
-    expect(fit.offset[1] + fit.size * 0.2).toBeCloseTo(0.21, 2);
+    worn.fit(madeGroom()); // an egg with half axes 0.08, 0.12, 0.1 m about (0, 0.08, 0.02)
+    const { size, offset } = worn.headFit;
+    // The anchor is at the hair's place now, so these are the groom's coordinates.
+    const head = modelHeadTriangles(vrm, worn.skeleton.anchor, worn.hiddenMeshes, new Set());
+    const surface = new HeadSurface(head, new Vector3(0, 0.08, 0.01));
+    for (const direction of kScalp) {
+      const onEgg = direction
+        .clone()
+        .multiply(new Vector3(0.08, 0.12, 0.1))
+        .add(new Vector3(0, 0.08, 0.02));
+      const at = onEgg.sub(surface.middle);
+      const above = size * (at.length() - surface.radius(at));
+      expect(above).toBeGreaterThan(-0.012);
+      expect(above).toBeLessThan(0.025);
+    }
+    expect(offset[0]).toBe(0);
+  });
+
+  test("can be made larger and moved by hand: the middle of the skull stays", () => {
+    const worn = new VrmHair(vrm);
+    worn.fit(madeGroom());
+    const { size, offset } = worn.headFit;
+    const middle = size * 0.06 + offset[1];
+    worn.change({ size: 1.1, height: 0.02, depth: -0.01 });
+    const changed = worn.headFit;
+    expect(changed.size).toBeCloseTo(1.1 * size, 6);
+    expect(changed.size * 0.06 + changed.offset[1]).toBeCloseTo(middle + 0.02, 6);
+    expect(changed.offset[2]).toBeCloseTo(offset[2] - 0.01, 6);
+    worn.fit(madeGroom());
+    expect(worn.headFit).toEqual(changed);
+    worn.change({});
+    expect(worn.headFit).toEqual({ size, offset });
+  });
+
+  test("hides other meshes than before, and shows those again", () => {
+    const worn = new VrmHair(vrm);
+    const [hair] = worn.hiddenMeshes;
+    const eyes = vrm.scene.getObjectByName("Eyes") as SkinnedMesh;
+    worn.hide([eyes]);
+    expect([hair.visible, eyes.visible]).toEqual([true, false]);
+    worn.dispose();
+    expect([hair.visible, eyes.visible]).toEqual([true, true]);
   });
 
   test("sends poses whose other bones lie as the groom's own, and draws them as large as the model", () => {
@@ -175,3 +342,11 @@ describe("hair on a model", () => {
     expect(along(new Vector3(0, 1, 0))).toEqual([0, 1, 0].map((x) => expect.closeTo(x, 5)));
   });
 });
+
+/** The head of a model as a mesh, head space, m. */
+function skullOf(worn: VrmHair): { vertices: Float32Array; triangles: Uint32Array } {
+  const { skeleton, hiddenMeshes } = worn;
+  skeleton.setAnchor([0, 0, 0], 1);
+  const vertices = Float32Array.from(modelHeadTriangles(skeleton.vrm, skeleton.anchor, hiddenMeshes, new Set()));
+  return { vertices, triangles: Uint32Array.from({ length: vertices.length / 3 }, (_, n) => n) };
+}

@@ -1,0 +1,217 @@
+import { DirectionalLight, HemisphereLight, type Mesh, type Object3D, type Scene } from "three";
+import type { Groom, Pose } from "../src/index";
+import type { HairCharacter } from "../src/scene/index";
+import { Avatar } from "./avatar/avatar";
+import { makeDefaultAvatar } from "./avatar/defaultAvatar";
+import { kFitAsFound, RememberedFits, type RememberedFit } from "./avatar/rememberedFits";
+
+/** What the panel needs of the page. */
+export interface AvatarHost {
+  readonly stage: { readonly scene: Scene };
+  showFault(detail: string): void;
+  /** A model was put on: a user without a character gets one, with hair. */
+  join(): void;
+}
+
+const kSizeChange = 0.4;
+/** of height and depth, m at the size of a person's head */
+const kShiftM = 0.08;
+const kMeshesShownMax = 60;
+
+/**
+ * The section "Avatar": the user wears a VRM model as the own body. Models stay in this browser; other people see the
+ * hair on the groom's own bust.
+ */
+export class AvatarPanel {
+  avatar: Avatar | null = null;
+  readonly #fits = new RememberedFits();
+  readonly #lights: Object3D[] = [];
+  readonly #name = make("p", { className: "note" });
+  readonly #file = make("input", { type: "file", accept: ".vrm" });
+  readonly #controls = make("div", { hidden: true });
+  readonly #parts = make("ul");
+  readonly #sliders: readonly Slider[];
+  readonly #takeOff = make("button", { type: "button", textContent: "Take off", hidden: true });
+  #key = "";
+  #fit: RememberedFit = { ...kFitAsFound };
+  /** of the newest model that was asked for */
+  #request = 0;
+
+  constructor(
+    section: HTMLElement,
+    private readonly host: AvatarHost,
+  ) {
+    const heading = make("h2", { textContent: "Avatar" });
+    const made = make("button", { type: "button", textContent: "Default avatar" });
+    made.addEventListener("click", () => void this.#load("default avatar", () => Promise.resolve(makeDefaultAvatar())));
+    this.#takeOff.addEventListener("click", () => this.takeOff());
+    this.#file.addEventListener("change", () => {
+      const file = this.#file.files?.[0];
+      if (file) void this.take(file);
+    });
+    this.#sliders = [
+      this.#slider("Hair size", 1 - kSizeChange, 1 + kSizeChange, "size"),
+      this.#slider("Hair height", -kShiftM, kShiftM, "height"),
+      this.#slider("Hair depth", -kShiftM, kShiftM, "depth"),
+    ];
+    const parts = make("details");
+    parts.append(make("summary", { textContent: "Hide parts of the model" }), this.#parts);
+    const reset = make("button", { type: "button", textContent: "Reset the fit" });
+    reset.addEventListener("click", () => this.#reset());
+    this.#controls.append(...this.#sliders.map((slider) => slider.row), parts, reset);
+    const buttons = make("div", { className: "buttons" });
+    buttons.append(made, this.#takeOff);
+    section.append(heading, buttons, row("or a .vrm file", this.#file, "row file"), this.#name, this.#controls);
+    this.#show();
+  }
+
+  /** Wears the model of a file that the user chose or dropped. */
+  async take(file: File): Promise<void> {
+    await this.#load(file.name, async () => new Uint8Array(await file.arrayBuffer()));
+  }
+
+  takeOff(): void {
+    ++this.#request;
+    this.avatar?.dispose();
+    this.avatar = null;
+    for (const light of this.#lights.splice(0)) light.removeFromParent();
+    this.#file.value = "";
+    this.#show();
+  }
+
+  /**
+   * Each frame: moves the model with `pose`, the user's head in the world, and returns the pose to send. `character`,
+   * `groom`: the user's own; null while there is none.
+   */
+  update(character: HairCharacter | null, groom: Groom | null, pose: Pose, dtS: number): Pose {
+    return this.avatar?.update(character, groom, pose, dtS) ?? pose;
+  }
+
+  async #load(name: string, read: () => Promise<Uint8Array>): Promise<void> {
+    const request = ++this.#request;
+    this.#name.textContent = `Loading ${name} …`;
+    try {
+      const file = await read();
+      const avatar = await Avatar.load(file, this.host.stage.scene);
+      if (request !== this.#request) {
+        avatar.dispose();
+        return;
+      }
+      this.avatar?.dispose();
+      this.avatar = avatar;
+      this.#key = RememberedFits.keyOf(file);
+      this.#fit = this.#fits.get(this.#key);
+      avatar.set(this.#fit);
+      this.#light();
+      this.host.join();
+    } catch (fault) {
+      this.host.showFault(`${name}: ${fault instanceof Error ? fault.message : String(fault)}`);
+    }
+    if (request === this.#request) this.#show();
+  }
+
+  // A page whose scene has no light would show a black model.
+  #light(): void {
+    let hasLight = false;
+    this.host.stage.scene.traverse((object) => {
+      hasLight ||= "isLight" in object;
+    });
+    if (hasLight || this.host.stage.scene.environment) return;
+    const key = new DirectionalLight(0xfff4e6, 2.4);
+    key.position.set(-1, 2.2, 2);
+    const rim = new DirectionalLight(0xdfe8ff, 1.6);
+    rim.position.set(1, 1.8, -2);
+    this.#lights.push(key, rim, new HemisphereLight(0xc8d0de, 0x8a7a6c, 1.6));
+    this.host.stage.scene.add(...this.#lights);
+  }
+
+  #show(): void {
+    const { avatar } = this;
+    this.#controls.hidden = this.#takeOff.hidden = avatar === null;
+    this.#name.textContent = avatar
+      ? `You wear ${avatar.name || "a model"}. The model stays in this browser: others see your hair on a plain bust.`
+      : "Wear a VRM model as your body: drop its file anywhere on the page. Models are not uploaded.";
+    if (!avatar) return;
+    for (const slider of this.#sliders) slider.refresh();
+    this.#parts.replaceChildren(...avatar.meshes.slice(0, kMeshesShownMax).map((mesh, n) => this.#part(mesh, n)));
+  }
+
+  #part(mesh: Mesh, index: number): HTMLLIElement {
+    const box = make("input", { type: "checkbox", checked: !mesh.visible });
+    box.addEventListener("change", () => {
+      const hidden = this.avatar?.meshes.flatMap((other, n) =>
+        (n === index ? box.checked : !other.visible) ? [n] : [],
+      );
+      this.#set({ hidden: hidden ?? null });
+    });
+    const material = [mesh.material].flat()[0].name;
+    const label = make("label", { className: "part" });
+    label.append(
+      box,
+      `${mesh.name || `part ${index + 1}`}${material && material !== mesh.name ? ` (${material})` : ""}`,
+    );
+    const item = make("li");
+    item.append(label);
+    return item;
+  }
+
+  #slider(label: string, least: number, most: number, name: Setting): Slider {
+    const input = make("input", { type: "range", min: String(least), max: String(most), step: "0.001", name });
+    const line = row(label, input);
+    const text = line.querySelector("span")!;
+    const showValue = () => {
+      const shown =
+        name === "size" ? `${(100 * this.#fit.size).toFixed(0)} %` : `${(100 * this.#fit[name]).toFixed(1)} cm`;
+      text.textContent = `${label}, ${shown}`;
+      input.setAttribute("aria-valuetext", shown);
+    };
+    input.addEventListener("input", () => {
+      this.#set({ [name]: Number(input.value) * this.#unit(name) });
+      showValue();
+    });
+    const refresh = () => {
+      input.value = String(this.#fit[name] / this.#unit(name));
+      showValue();
+    };
+    return { row: line, refresh };
+  }
+
+  // The range of shifts grows with the model's head.
+  #unit(name: Setting): number {
+    return name === "size" ? 1 : (this.avatar?.worn.size ?? 1) / this.#fit.size;
+  }
+
+  #set(change: Partial<RememberedFit>): void {
+    this.#fit = { ...this.#fit, ...change };
+    this.avatar?.set(this.#fit);
+    this.#fits.put(this.#key, this.#fit);
+  }
+
+  #reset(): void {
+    this.#fit = { ...kFitAsFound };
+    this.#fits.forget(this.#key);
+    this.avatar?.set(this.#fit);
+    this.#show();
+  }
+}
+
+type Setting = "size" | "height" | "depth";
+
+interface Slider {
+  readonly row: HTMLElement;
+  /** Shows the current fit. */
+  readonly refresh: () => void;
+}
+
+function make<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  properties: Partial<HTMLElementTagNameMap[K]> = {},
+): HTMLElementTagNameMap[K] {
+  return Object.assign(document.createElement(tag), properties);
+}
+
+function row(label: string, input: HTMLInputElement, className = "row"): HTMLLabelElement {
+  const line = make("label", { className });
+  line.append(make("span", { textContent: label }), input);
+  return line;
+}

@@ -1,0 +1,107 @@
+import { Vector3 } from "three";
+import { describe, expect, test } from "vitest";
+import { AvatarMotion } from "../../page/avatar/avatarMotion";
+import { makeDefaultAvatar } from "../../page/avatar/defaultAvatar";
+import { kFitAsFound, RememberedFits } from "../../page/avatar/rememberedFits";
+import { poseOf, rotationOf } from "../../page/headPose";
+import { loadVrm, VrmSkeleton } from "../../src/vrm/index";
+
+// GLTFLoader asks for the browser's global object.
+(globalThis as { self?: unknown }).self ??= globalThis;
+
+const yaw = (yawRad: number, bodyRad = 0) =>
+  poseOf(rotationOf({ yawRad, pitchRad: 0, rollRad: 0 }), [1, 1.6, -2], bodyRad);
+
+for (const version of [0, 1] as const)
+  describe(`a model of VRM ${version} as the user's body`, () => {
+    test("stands with its head at the user's, and its hands below its shoulders", async () => {
+      const vrm = await loadVrm(makeDefaultAvatar({ version }));
+      const motion = new AvatarMotion(vrm);
+      motion.update(yaw(0), 0.02);
+      motion.root.updateMatrixWorld(true);
+      const at = (bone: "head" | "leftHand" | "leftUpperArm") =>
+        vrm.humanoid.getRawBoneNode(bone)!.getWorldPosition(new Vector3());
+      expect(at("head").distanceTo(new Vector3(1, 1.6, -2))).toBeLessThan(0.02);
+      expect(at("leftHand").y).toBeLessThan(at("leftUpperArm").y - 0.3);
+      expect(at("leftHand").x).toBeGreaterThan(1.1); // it looks along +Z
+    });
+
+    test("turns its head with the user's, and its trunk with the user's trunk", async () => {
+      const vrm = await loadVrm(makeDefaultAvatar({ version }));
+      const skeleton = new VrmSkeleton(vrm);
+      const motion = new AvatarMotion(vrm);
+      for (let frame = 0; frame < 30; ++frame) motion.update(yaw(0.9, 0.4), 0.02);
+      const pose = skeleton.pose();
+      expect(2 * Math.asin(pose[1])).toBeCloseTo(0.9, 1);
+      expect(2 * Math.asin(pose[4 * 7 + 1])).toBeCloseTo(0.4, 1);
+      expect(Math.hypot(pose[0], pose[2])).toBeLessThan(0.03);
+    });
+
+    test("looks around and breathes while the user rests, and holds still in between", async () => {
+      const vrm = await loadVrm(makeDefaultAvatar({ version }));
+      const skeleton = new VrmSkeleton(vrm);
+      const motion = new AvatarMotion(vrm);
+      let most = 0;
+      let fastest = 0;
+      let before = 0;
+      for (let frame = 0; frame < 1500; ++frame) {
+        motion.update(yaw(0), 1 / 50);
+        const turned = 2 * Math.asin(skeleton.pose()[1]);
+        most = Math.max(most, Math.abs(turned));
+        fastest = Math.max(fastest, 50 * Math.abs(turned - before));
+        before = turned;
+      }
+      expect(most).toBeGreaterThan(0.1);
+      expect(most).toBeLessThan(0.6);
+      expect(fastest).toBeLessThan(1); // rad/s
+    });
+  });
+
+describe("what the user set for a model", () => {
+  const memory = () => {
+    const values = new Map<string, string>();
+    return {
+      getItem: (key: string) => values.get(key) ?? null,
+      setItem: (key: string, text: string) => void values.set(key, text),
+    };
+  };
+  const fit = { size: 1.2, height: 0.01, depth: -0.02, hidden: [0, 3] };
+
+  test("is remembered by the hash of its file, and forgotten on request", () => {
+    const storage = memory();
+    const key = RememberedFits.keyOf(Uint8Array.of(1, 2, 3));
+    expect(key).not.toBe(RememberedFits.keyOf(Uint8Array.of(1, 2, 4)));
+    new RememberedFits(storage).put(key, fit);
+    const fits = new RememberedFits(storage);
+    expect(fits.get(key)).toEqual(fit);
+    expect(fits.get("other")).toEqual(kFitAsFound);
+    fits.forget(key);
+    expect(fits.get(key)).toEqual(kFitAsFound);
+  });
+
+  test("is kept for the newest 32 files", () => {
+    const fits = new RememberedFits(memory());
+    for (let n = 0; n < 40; ++n) fits.put(`file ${n}`, fit);
+    expect(fits.get("file 7")).toEqual(kFitAsFound);
+    expect(fits.get("file 8")).toEqual(fit);
+  });
+
+  test("survives a storage with anything in it, one that is full, and none", () => {
+    const wrong = ["", "{", "7", "null", '{"a":1}', '[1,null,{"key":3}]', '[{"key":"k","fit":{"size":-1}}]'];
+    const far = { ...fit, height: 1e9 };
+    for (const text of [
+      ...wrong,
+      JSON.stringify([{ key: "k", fit: far }]),
+      JSON.stringify([{ key: "k", fit: { ...fit, hidden: ["a"] } }]),
+    ])
+      expect(new RememberedFits({ getItem: () => text, setItem: () => {} }).get("k")).toEqual(kFitAsFound);
+    const full = {
+      getItem: () => null,
+      setItem: () => {
+        throw new Error("QuotaExceededError");
+      },
+    };
+    new RememberedFits(full).put("k", fit);
+    expect(new RememberedFits(null).get("k")).toEqual(kFitAsFound);
+  });
+});
