@@ -37,7 +37,9 @@ function freeze(): void {
   view.aspect = 1;
   view.fov = 30;
   view.updateProjectionMatrix();
-  const { position } = [...hair!.characters.values()][0];
+  const [character] = hair!.characters.values();
+  const { position } = character;
+  character.detail = { strandShare: 1, followHairCount: 0, toleranceM: 3e-4, quadratic: 1, cards: 0 };
   const aim = (bearing: number) => {
     view.position.set(position.x + 0.7 * Math.sin(bearing), position.y + 0.05, position.z + 0.7 * Math.cos(bearing));
     view.lookAt(position.x, position.y, position.z);
@@ -55,7 +57,6 @@ function freeze(): void {
     renderer.setPixelRatio(1);
     renderer.setSize(pixels, pixels, false);
   };
-  hair!.quality = 1;
   /** One picture at once: its pixels. */
   const plain = () => {
     hair!.update(view);
@@ -73,11 +74,9 @@ function freeze(): void {
   /** With 64 samples a pixel. */
   const reference = () => {
     size(4 * side);
-    hair!.quality = 0.25;
     hair!.update(view);
     renderer.render(scene, view);
     const large = read(4 * side);
-    hair!.quality = 1;
     size(side);
     return Array.from({ length: 4 * side * side }, (_, at) => {
       const x = (at >> 2) % side;
