@@ -4,7 +4,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import WebSocket from "ws";
 import { poseOf, rotationOf } from "../page/headPose";
-import { connect, type OwnCharacter, type Room, type WebSocketLike } from "../src/index";
+import { connect, type CharacterOptions, type OwnCharacter, type Room, type WebSocketLike } from "../src/index";
 import { program } from "./hairnetServer";
 
 const kEveryMs = 15;
@@ -37,6 +37,7 @@ export class Actor {
     room: string,
     groom: Uint8Array,
     at: readonly [number, number, number] = [0, 0, 0],
+    options: CharacterOptions = {},
   ): Promise<Actor> {
     const joined = await connect(server, {
       room,
@@ -48,7 +49,7 @@ export class Actor {
       },
     });
     joined.on("fault", ({ detail }) => console.log(`the server reports: ${detail}`));
-    return new Actor(joined, joined.addCharacter(groom), at);
+    return new Actor(joined, joined.addCharacter(groom, options), at);
   }
 
   /** Turns evenly, within `durationS`. */
