@@ -41,7 +41,7 @@ Examples:
 
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
 // Who is shown without a window when nobody is named.
-constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:look_around,colour=auburn";
+constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:walk,colour=auburn";
 constexpr double kDuration_s_max = 24 * 3600;
 
 // Values as typed that need parsing before they go into the options.
