@@ -10,10 +10,13 @@ import { ErrorReason, GroomState, type ModerateAction, ObserveMode, type Wind } 
 import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
+import { GroomQueue } from "./groomQueue";
 import { Member } from "./member";
 import { OwnCharacter } from "./ownCharacter";
 
 const kGroomRetryNs = 3_000_000_000;
+/** how much a head outside of the view counts against one of the same size in it */
+const kUnseenShare = 0.01;
 
 /** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
 export type RoomState = "connected" | "reconnecting" | "closed";
@@ -56,6 +59,7 @@ export class Room implements HairSource {
   /** files of `#grooms`, which an own character with the same groom uploads */
   readonly #files = new Map<string, Uint8Array>();
   readonly #faults = new Map<string, string>();
+  readonly #queue = new GroomQueue();
   /** grooms that no member could give, and when to ask again */
   readonly #askAgainNs = new Map<string, number>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
@@ -116,6 +120,8 @@ export class Room implements HairSource {
     const nowNs = this.link.nowNs();
     this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
+    const wanted = this.#queue.next();
+    if (wanted) this.link.use((core) => core.requestGroom(wanted));
     const shown = [...this.members.values()];
     for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
     return shown;
@@ -124,6 +130,12 @@ export class Room implements HairSource {
   reportImportance(members: readonly MemberImportance[]): void {
     const known = members.filter(({ member }) => this.members.has(member));
     if (known.length > 0) this.link.use((core) => core.reportImportance(known));
+    this.#queue.setHeights(
+      known.map((each) => [
+        this.members.get(each.member)!.groomKey,
+        each.screenHeight * (each.inView ? 1 : kUnseenShare),
+      ]),
+    );
   }
 
   /**
@@ -205,6 +217,7 @@ export class Room implements HairSource {
         if (event.state === GroomState.refused) this.#tell("fault", { detail: "the server refused a groom" });
         return;
       case "error":
+        if (event.groom) this.#queue.finish(event.groom);
         if (event.reason === ErrorReason.groomUnavailable || event.reason === ErrorReason.limitExceeded) {
           if (event.groom && !this.#grooms.has(event.groom)) {
             if (this.#isUsed(event.groom)) this.#askAgainNs.set(event.groom, this.link.nowNs() + kGroomRetryNs);
@@ -235,7 +248,7 @@ export class Room implements HairSource {
     this.members.set(member.member, member);
     member.groom = this.#grooms.get(member.groomKey) ?? null;
     member.fault = this.#faults.get(member.groomKey) ?? "";
-    if (!member.groom && !member.fault) this.link.use((core) => core.requestGroom(member.groomKey));
+    if (!member.groom && !member.fault) this.#queue.add(member.groomKey);
     this.#tell("joined", { member });
   }
 
@@ -258,6 +271,7 @@ export class Room implements HairSource {
     this.#files.delete(key);
     this.#faults.delete(key);
     this.#askAgainNs.delete(key);
+    this.#queue.remove(key);
   }
 
   #keepGroom(key: string, groom: Groom, file: Uint8Array): void {
@@ -265,6 +279,7 @@ export class Room implements HairSource {
     this.#files.set(key, file);
     this.#faults.delete(key);
     this.#askAgainNs.delete(key);
+    this.#queue.remove(key);
     this.#giveGroom(key, groom, "");
   }
 
@@ -277,6 +292,7 @@ export class Room implements HairSource {
   }
 
   #takeGroom(key: string, bytes: Uint8Array | null, fault: string): void {
+    this.#queue.finish(key);
     // Its members may have left, or an own character may have added the same file.
     if (!this.#isUsed(key) || this.#grooms.has(key)) return;
     let why = fault;
@@ -296,7 +312,7 @@ export class Room implements HairSource {
     for (const [key, atNs] of this.#askAgainNs) {
       if (nowNs < atNs) continue;
       this.#askAgainNs.delete(key);
-      this.link.use((core) => core.requestGroom(key));
+      this.#queue.add(key);
     }
   }
 
