@@ -268,9 +268,8 @@ test("fetches one groom after the other, that of the largest head first", () => 
     served.link.flush();
     return served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
   };
-  grooms.forEach((hash, i) =>
-    served.receive({ type: "memberJoined", member: 1 + i, session: 9n, character: 1 + i, groom: hash }),
-  );
+  for (const [i, hash] of grooms.entries())
+    served.receive({ type: "memberJoined", member: 1 + i, session: 9n, character: 1 + i, groom: hash });
   expect(asked()).toEqual([grooms[0]]);
   served.room.reportImportance([
     { member: 2, screenHeight: 0.9, inView: false },

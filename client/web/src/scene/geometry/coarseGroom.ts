@@ -16,7 +16,8 @@ export function coarseGroom(groom: Groom): Groom | null {
     begin[i + 1] = begin[i] + strands.begin[s + 1] - strands.begin[s];
   });
   const keptPoints = new Float32Array(3 * begin[kept.length]);
-  kept.forEach((s, i) => keptPoints.set(points.subarray(3 * strands.begin[s], 3 * strands.begin[s + 1]), 3 * begin[i]));
+  for (const [i, s] of kept.entries())
+    keptPoints.set(points.subarray(3 * strands.begin[s], 3 * strands.begin[s + 1]), 3 * begin[i]);
   return {
     ...groom,
     points: keptPoints,
