@@ -6,6 +6,7 @@
 
 #include "core/random.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/groom_packing.hpp"
 
 namespace hairnet::load {
 namespace {
@@ -25,6 +26,11 @@ Groom named_groom() {
   groom.name = kAttackGroomName;
   groom.group_names = {"hair"};
   return groom;
+}
+
+// The groom's file, not deflated: its name can be read and changed in it.
+std::vector<std::uint8_t> file_of(const Groom& groom) {
+  return wire::unpack_groom(wire::encode_groom(groom)).value();
 }
 
 // Strands of 20 points that hang from a cap of 9 cm.
@@ -54,7 +60,7 @@ std::vector<std::uint8_t> make_zigzag_groom() {
     strand.push_back(point);
   }
   groom.add_strand(strand, {});
-  return wire::encode_groom(groom);
+  return file_of(groom);
 }
 
 std::vector<std::uint8_t> make_body_groom() {
@@ -70,14 +76,14 @@ std::vector<std::uint8_t> make_body_groom() {
     groom.body.mesh.triangles.push_back(
         {vertex, (vertex + step) % kBodyVertices, (vertex + 2 * step + 1) % kBodyVertices});
   }
-  return wire::encode_groom(groom);
+  return file_of(groom);
 }
 
 std::vector<std::uint8_t> make_big_groom() {
   Groom groom = named_groom();
   Random random(1);
   add_strands(groom, kBigStrands, random);
-  return wire::encode_groom(groom);
+  return file_of(groom);
 }
 
 std::vector<std::uint8_t> make_rubbish(std::size_t byte_count) {

@@ -133,12 +133,12 @@ TEST_F(GroomStoreTest, when_bytes_are_scarce_the_session_that_holds_most_loses_a
 
 TEST_F(GroomStoreTest, a_session_alone_that_sends_too_many_bytes_is_refused) {
   GroomStoreLimits limits;
-  limits.upload_bytes_max = 1000;
+  limits.upload_bytes_max = 500;
   make(limits);
   offer(kAnna, good_);
-  EXPECT_EQ(chunk(kAnna, good_, 0, 1000), ErrorReason::none);
+  EXPECT_EQ(chunk(kAnna, good_, 0, 500), ErrorReason::none);
   EXPECT_THAT(errors(kAnna), IsEmpty());
-  chunk(kAnna, good_, 1000, 1001);
+  chunk(kAnna, good_, 500, 501);
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_EQ(store_->upload_bytes(), 0u);
 }

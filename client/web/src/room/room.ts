@@ -15,6 +15,7 @@ import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
 import { groomBytes } from "./groomBytes";
+import { GroomQueue } from "./groomQueue";
 import { Member } from "./member";
 import { OwnCharacter, type CharacterOptions } from "./ownCharacter";
 import { windOf, type WindOptions } from "./wind";
@@ -28,6 +29,8 @@ const kStillAir: Wind = {
   turbulenceScaleM: 0.6,
   seed: 1n,
 };
+/** how much a head outside of the view counts against one of the same size in it */
+const kUnseenShare = 0.01;
 
 /** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
 export type RoomState = "connected" | "reconnecting" | "closed";
@@ -76,6 +79,7 @@ export class Room implements HairSource {
   /** files of `#grooms`, which an own character with the same groom uploads */
   readonly #files = new Map<string, Uint8Array>();
   readonly #faults = new Map<string, string>();
+  readonly #queue = new GroomQueue();
   /** grooms that no member could give, and when to ask again */
   readonly #askAgainNs = new Map<string, number>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
@@ -165,6 +169,8 @@ export class Room implements HairSource {
     const nowNs = this.link.nowNs();
     this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
+    const wanted = this.#queue.next();
+    if (wanted) this.link.use((core) => core.requestGroom(wanted));
     const shown = [...this.members.values()];
     for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
     return shown;
@@ -173,6 +179,12 @@ export class Room implements HairSource {
   reportImportance(members: readonly MemberImportance[]): void {
     const known = members.filter(({ member }) => this.members.has(member));
     if (known.length > 0) this.link.use((core) => core.reportImportance(known));
+    this.#queue.setHeights(
+      known.map((each) => [
+        this.members.get(each.member)!.groomKey,
+        each.screenHeight * (each.inView ? 1 : kUnseenShare),
+      ]),
+    );
   }
 
   /**
@@ -289,6 +301,7 @@ export class Room implements HairSource {
         if (event.state === GroomState.refused) this.#tell("fault", { detail: "the server refused a groom" });
         return;
       case "error":
+        if (event.groom) this.#queue.finish(event.groom);
         if (event.reason === ErrorReason.groomUnavailable || event.reason === ErrorReason.limitExceeded) {
           if (event.groom && !this.#grooms.has(event.groom)) {
             if (this.#isUsed(event.groom)) this.#askAgainNs.set(event.groom, this.link.nowNs() + kGroomRetryNs);
@@ -322,7 +335,7 @@ export class Room implements HairSource {
     this.members.set(member.member, member);
     member.groom = this.#grooms.get(member.groomKey) ?? null;
     member.fault = this.#faults.get(member.groomKey) ?? "";
-    if (!member.groom && !member.fault) this.link.use((core) => core.requestGroom(member.groomKey));
+    if (!member.groom && !member.fault) this.#queue.add(member.groomKey);
     this.#tell("joined", { member });
   }
 
@@ -347,6 +360,7 @@ export class Room implements HairSource {
     this.#files.delete(key);
     this.#faults.delete(key);
     this.#askAgainNs.delete(key);
+    this.#queue.remove(key);
   }
 
   #keepGroom(key: string, groom: Groom, file: Uint8Array): void {
@@ -354,6 +368,7 @@ export class Room implements HairSource {
     this.#files.set(key, file);
     this.#faults.delete(key);
     this.#askAgainNs.delete(key);
+    this.#queue.remove(key);
     this.#giveGroom(key, groom, "");
   }
 
@@ -366,6 +381,7 @@ export class Room implements HairSource {
   }
 
   #takeGroom(key: string, bytes: Uint8Array | null, fault: string): void {
+    this.#queue.finish(key);
     // Its members may have left, or an own character may have added the same file.
     if (!this.#isUsed(key) || this.#grooms.has(key)) return;
     let why = fault;
@@ -385,7 +401,7 @@ export class Room implements HairSource {
     for (const [key, atNs] of this.#askAgainNs) {
       if (nowNs < atNs) continue;
       this.#askAgainNs.delete(key);
-      this.link.use((core) => core.requestGroom(key));
+      this.#queue.add(key);
     }
   }
 

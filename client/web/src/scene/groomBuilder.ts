@@ -4,8 +4,13 @@ import type { GroomGeometry } from "./geometry/groomGeometry";
 import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
 import GroomWorker from "./groomWorker?worker&inline";
 
-type Answer = { id: number; geometry?: GroomGeometry; fault?: string };
-type Waiting = { groom: Groom; resolve: (geometry: GroomGeometry) => void; reject: (fault: Error) => void };
+type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; fault?: string };
+type Waiting = {
+  groom: Groom;
+  onCoarse: (geometry: GroomGeometry) => void;
+  resolve: (geometry: GroomGeometry) => void;
+  reject: (fault: Error) => void;
+};
 
 /**
  * Makes grooms' geometry in a worker, one after the other. Where no worker can run (a page's policy forbids it, or
@@ -17,10 +22,11 @@ export class GroomBuilder {
   #next = 1;
   readonly #waiting = new Map<number, Waiting>();
 
-  build(groom: Groom): Promise<GroomGeometry> {
+  /** `onCoarse` may get a geometry of few strands first, to show until the promise gives the whole one. */
+  build(groom: Groom, onCoarse: (geometry: GroomGeometry) => void): Promise<GroomGeometry> {
     return new Promise((resolve, reject) => {
       const id = this.#next++;
-      this.#waiting.set(id, { groom, resolve, reject });
+      this.#waiting.set(id, { groom, onCoarse, resolve, reject });
       const worker = this.#start();
       if (worker) worker.postMessage({ id, groom });
       else this.#buildHere(id);
@@ -64,8 +70,9 @@ export class GroomBuilder {
     });
   }
 
-  #take({ id, geometry, fault }: Answer): void {
+  #take({ id, coarse, geometry, fault }: Answer): void {
     const waiting = this.#waiting.get(id);
+    if (coarse) return waiting?.onCoarse(coarse);
     this.#waiting.delete(id);
     if (geometry) waiting?.resolve(geometry);
     else waiting?.reject(new HairnetError("invalid", fault ?? "the groom's geometry could not be made"));

@@ -19,6 +19,7 @@ import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
 import { checkFrame, frameCamera, type FrameOptions } from "./frameCamera";
+import type { GroomGeometry } from "./geometry/groomGeometry";
 import { GroomBuilder } from "./groomBuilder";
 import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
 import { HairDensityPass, type DenseGroom } from "./hairDensityPass";
@@ -245,17 +246,16 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
     const entry: GroomEntry = { drawing: null, isWorn: true, shown: [] };
     this.#grooms.set(key, entry);
-    this.#builder.build(groom).then(
-      (geometry) => {
-        // The groom may have been removed meanwhile, or removed and added again.
-        if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
-        const adapt = this.#options.onMaterial ?? (() => {});
-        entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows);
-      },
-      (fault: Error) => {
-        if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
-      },
-    );
+    const show = (geometry: GroomGeometry): void => {
+      // The groom may have been removed meanwhile, or removed and added again.
+      if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
+      const adapt = this.#options.onMaterial ?? (() => {});
+      entry.drawing?.dispose();
+      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows);
+    };
+    this.#builder.build(groom, show).then(show, (fault: Error) => {
+      if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
+    });
   }
 
   // `views`: of the main camera.
@@ -423,7 +423,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 }
 
 interface GroomEntry {
-  /** null: still being made */
+  /** null: still being made; at first of few strands */
   drawing: GroomDrawing | null;
   /** a current member has it */
   isWorn: boolean;

@@ -190,3 +190,33 @@ test("a refusal that would come again closes the room as refused", () => {
   served.room.sample(0);
   expect(closed).toEqual([true]);
 });
+
+test("fetches one groom after the other, that of the largest head first", () => {
+  const served = new ServedRoom();
+  const grooms = ["1", "2", "3"].map((digit) => digit.repeat(64));
+  const asked = () => {
+    served.room.sample(0);
+    served.link.flush();
+    return served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
+  };
+  for (const [i, hash] of grooms.entries())
+    served.receive({
+      type: "memberJoined",
+      member: 1 + i,
+      session: 9n,
+      character: 1 + i,
+      groom: hash,
+      tag: new Uint8Array(0),
+      appearance: null,
+    });
+  expect(asked()).toEqual([grooms[0]]);
+  served.room.reportImportance([
+    { member: 2, screenHeight: 0.9, inView: false },
+    { member: 3, screenHeight: 0.1, inView: true },
+  ]);
+  expect(asked()).toEqual([]);
+  served.receive({ type: "error", reason: 20, character: 0, groom: grooms[0], detail: "not here" }); // groomUnavailable
+  expect(asked()).toEqual([grooms[2]]);
+  served.receive({ type: "groomData", hash: grooms[2], offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
+  expect(asked()).toEqual([grooms[1]]);
+});

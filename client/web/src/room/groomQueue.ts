@@ -1,0 +1,39 @@
+/** The grooms to fetch, one after the other: the first one is whole soon, where all at once would be whole at the end. */
+export class GroomQueue {
+  readonly #waiting = new Set<string>();
+  /** height of the largest head with the groom over the screen's height; heads outside of the view count little */
+  readonly #heights = new Map<string, number>();
+  #current: string | null = null;
+
+  add(groom: string): void {
+    if (groom !== this.#current) this.#waiting.add(groom);
+  }
+
+  /** Nobody needs it any more. A fetch that has begun continues. */
+  remove(groom: string): void {
+    this.#waiting.delete(groom);
+  }
+
+  /** It has arrived, or cannot. */
+  finish(groom: string): void {
+    this.#waiting.delete(groom);
+    if (this.#current === groom) this.#current = null;
+  }
+
+  /** The heights of all grooms that are seen now. */
+  setHeights(heights: Iterable<readonly [groom: string, height: number]>): void {
+    this.#heights.clear();
+    for (const [groom, height] of heights) this.#heights.set(groom, Math.max(height, this.#heights.get(groom) ?? 0));
+  }
+
+  /** The groom to ask for now: the largest on the screen; null while another is on its way. */
+  next(): string | null {
+    if (this.#current !== null) return null;
+    let best: string | null = null;
+    for (const groom of this.#waiting)
+      if (best === null || (this.#heights.get(groom) ?? 0) > (this.#heights.get(best) ?? 0)) best = groom;
+    if (best !== null) this.#waiting.delete(best);
+    this.#current = best;
+    return best;
+  }
+}
