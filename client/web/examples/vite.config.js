@@ -1,11 +1,9 @@
-import { defineConfig } from "vite";
-
 // One development server for the examples that need one: npx vite, then http://localhost:5173/minimal/ and so on.
-export default defineConfig({
+export default {
   esbuild: { jsx: "automatic" },
   // hairnet-client is linked from its folder, which has a three of its own.
   resolve: { dedupe: ["three", "@pixiv/three-vrm"] },
   // The other examples need no build.
   optimizeDeps: { entries: ["{minimal,vrm,react-three-fiber,babylon}/index.html"] },
   server: { fs: { allow: ["../../.."] } },
-});
+};
