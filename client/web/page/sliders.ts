@@ -46,6 +46,14 @@ export class Sliders {
     };
   }
 
+  /** Moves the sliders. */
+  set material(scale: MaterialScale) {
+    for (const [name, slider] of Object.entries(kMaterial)) {
+      const input = this.#material.get(name);
+      if (input) input.value = String(placeOnSlider(slider, scale[name as keyof MaterialScale]));
+    }
+  }
+
   #readWind(): Wind {
     const read = (name: keyof typeof kWind) => valueOfSlider(kWind[name], this.#wind.get(name));
     const from = (read("bearing") * Math.PI) / 180;
@@ -78,9 +86,7 @@ function addSliders(
     input.min = "0";
     input.max = "1";
     input.step = "any";
-    const start = slider.isLogarithmic
-      ? Math.log(slider.start / slider.least) / Math.log(slider.most / slider.least)
-      : (slider.start - slider.least) / (slider.most - slider.least);
+    const start = placeOnSlider(slider, slider.start);
     input.value = String(start);
     let isWaiting = false;
     input.addEventListener("input", () => {
@@ -100,6 +106,11 @@ function addSliders(
     place.append(row);
     inputs.set(name, input);
   }
+}
+
+function placeOnSlider({ least, most, isLogarithmic }: Slider, value: number): number {
+  const bounded = Math.min(Math.max(value, least), most);
+  return isLogarithmic ? Math.log(bounded / least) / Math.log(most / least) : (bounded - least) / (most - least);
 }
 
 function valueOfSlider(slider: Slider, input: HTMLInputElement | undefined): number {

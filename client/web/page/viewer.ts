@@ -1,7 +1,7 @@
 import { Vector3 } from "three";
 import type { HairCharacter } from "../src/scene/index";
 import { HairScene } from "../src/scene/index";
-import { Member, type OwnCharacter, type Room } from "../src/index";
+import { Member, type MaterialScale, type OwnCharacter, type Room, type Wind } from "../src/index";
 import { Graph } from "./graph";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
 import { listenForGrabs } from "./headGrab";
@@ -12,6 +12,7 @@ import { AdaptiveQuality } from "./adaptiveQuality";
 import type { Query } from "./query";
 import { PersistentRoom, type PersistentRoomState } from "./persistentRoom";
 import { Sliders } from "./sliders";
+import { PlayPanel } from "./play/playPanel";
 import { kHeadInVrM, Stage } from "./stage";
 
 const kFaultShownMs = 8000;
@@ -27,10 +28,11 @@ export class PageViewer {
   readonly members = new MemberList(element<HTMLUListElement>("members"));
   hair: HairScene | null = null;
   readonly #persistentRoom: PersistentRoom;
-  readonly #head = new OwnHead();
+  readonly head = new OwnHead();
   readonly #quality = new AdaptiveQuality();
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
   readonly #sliders: Sliders;
+  readonly #play: PlayPanel | null;
   #own: OwnCharacter | null = null;
   #wanted: Hairstyle | null = null;
   #acquainted: Promise<void> = Promise.resolve();
@@ -43,23 +45,37 @@ export class PageViewer {
   #bytesBefore = 0;
   #faultTimer: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly query: Query) {
+  constructor(readonly query: Query) {
     this.stage = new Stage(element<HTMLCanvasElement>("view"), () => coveredByPanel());
     this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
       (state, detail) => this.#showState(state, detail),
-      (detail) => this.#showFault(detail),
+      (detail) => this.showFault(detail),
     );
     this.#sliders = new Sliders(
       element("sliders"),
       (scale) => this.#own?.setMaterial(scale),
       (wind) => this.room?.setWind(wind),
     );
+    this.#play = query.observe ? null : new PlayPanel(element("play"), this);
     element("room").textContent = query.room || "(lobby)";
     // An observer has no hair of its own, and servers do not let it set the wind.
-    for (const id of ["you", "hair-and-wind"]) element(id).hidden = query.observe;
+    for (const id of ["you", "hair-and-wind", "play"]) element(id).hidden = query.observe;
     this.#listen();
+  }
+
+  get own(): OwnCharacter | null {
+    return this.#own;
+  }
+
+  setMaterial(scale: MaterialScale): void {
+    this.#sliders.material = scale;
+    this.#own?.setMaterial(scale);
+  }
+
+  setWind(wind: Wind): void {
+    this.room?.setWind(wind);
   }
 
   get room(): Room | null {
@@ -68,7 +84,7 @@ export class PageViewer {
 
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
-    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.#showFault(detail));
+    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
     void this.#persistentRoom.start();
     if (this.query.observe) return;
     this.#listed = await listedHairstyles();
@@ -90,7 +106,7 @@ export class PageViewer {
       this.members.remove(character);
       this.#framed.delete(character.member);
     });
-    hair.addEventListener("groomfault", ({ detail }) => this.#showFault(`A hairstyle cannot be drawn: ${detail}`));
+    hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
     // The own hairstyle carries over to the next room.
     if (this.#wanted) void this.#wear(this.#wanted);
   }
@@ -101,22 +117,23 @@ export class PageViewer {
     this.#lastMs = timeMs;
     this.#quality.add(dtMs);
     const isInVr = stage.renderer.xr.isPresenting;
-    if (!isInVr) stage.orbit.update();
+    if (!isInVr && !this.#play?.isFirstPerson) stage.orbit.update();
     if (stage.isLost) return;
     if (this.#own) {
       // Captured as late as possible, and drawn at once.
       const pose = isInVr
-        ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
-        : this.#head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
+        ? this.head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
+        : this.head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
       this.#own.push(pose);
     }
+    if (!isInVr) this.#play?.beforeDraw();
     if (this.hair && this.room) {
       this.hair.quality = this.#quality.value;
       this.hair.update(stage.camera);
-      for (const character of this.hair.characters.values()) character.visible = !(isInVr && character.own);
       this.#follow();
     }
     stage.renderer.render(stage.scene, stage.camera);
+    this.#play?.afterDraw(timeMs);
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 
@@ -155,7 +172,7 @@ export class PageViewer {
       this.#own.setMaterial(this.#sliders.material);
     } catch (fault) {
       this.#wanted = null;
-      this.#showFault(fault instanceof Error ? fault.message : String(fault));
+      this.showFault(fault instanceof Error ? fault.message : String(fault));
     }
   }
 
@@ -167,7 +184,7 @@ export class PageViewer {
       const side = n % 2 === 0 ? 1 : -1;
       const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);
       if (others.some((pose) => Math.hypot(pose[4] - place.x, pose[6] - place.z) < kPlaceApartM - 0.05)) continue;
-      this.#head.placeAt(place, 0);
+      this.head.placeAt(place, 0);
       return;
     }
   }
@@ -191,7 +208,7 @@ export class PageViewer {
       this.#offerHairstyles();
       await this.#wear(style);
     } catch (fault) {
-      this.#showFault(`${file.name}: ${fault instanceof Error ? fault.message : String(fault)}`);
+      this.showFault(`${file.name}: ${fault instanceof Error ? fault.message : String(fault)}`);
     }
   }
 
@@ -214,11 +231,11 @@ export class PageViewer {
       this.stage.resize();
     });
     if (query.observe) return;
-    listenForGrabs(this.stage, this.#head, () => this.#own !== null);
+    listenForGrabs(this.stage, this.head, () => this.#own !== null);
     const select = element<HTMLSelectElement>("hairstyle");
     select.addEventListener("change", () => void this.#wear(this.#offered[select.selectedIndex - 1] ?? null));
     const followView = element<HTMLInputElement>("follow-view");
-    followView.addEventListener("change", () => (this.#head.followsView = followView.checked));
+    followView.addEventListener("change", () => (this.head.followsView = followView.checked));
     const chooser = element<HTMLInputElement>("groom-file");
     chooser.addEventListener("change", () => {
       const file = chooser.files?.[0];
@@ -268,12 +285,12 @@ export class PageViewer {
     shown.dataset.state = state;
     shown.textContent = texts[state];
     shown.title = detail;
-    if (state === "closed" && detail) this.#showFault(`${detail}. Trying again.`);
-    if (state === "refused") this.#showFault(detail, Infinity);
+    if (state === "closed" && detail) this.showFault(`${detail}. Trying again.`);
+    if (state === "refused") this.showFault(detail, Infinity);
     if (state === "connected") element("fault").hidden = true;
   }
 
-  #showFault(detail: string, forMs = kFaultShownMs): void {
+  showFault(detail: string, forMs = kFaultShownMs): void {
     const fault = element("fault");
     fault.textContent = detail;
     fault.hidden = false;
