@@ -17,6 +17,12 @@ out vec4 light_changes;
 out float roots;
 flat out int row;
 
+// The camera looks out of this head: its inside would hide everything.
+bool is_in_head(vec3 camera, int row, float size) {
+  vec3 head = rotate_back(record(row, 0), camera - record(row, 1).xyz) / size;
+  return length(head - vec3(0.0, 0.09, 0.02)) < 0.1;
+}
+
 void main() {
   row = first_record + gl_InstanceID;
   float share[kBoneCount] = float[kBoneCount](shares.x, shares.y, shares.z, shares.w, ends.z);
@@ -33,5 +39,6 @@ void main() {
   light_ends = ends.xy;
   light_changes = light_change(row, rest, rotate_back(record(row, 0), position_scene - record(row, 1).xyz) / size);
   roots = normal.w;
-  gl_Position = record(row, 5).w > 0.5 ? kNowhere : to_clip(position_scene);
+  bool is_inside = shares.x > 0.5 && is_in_head(cameraPosition, row, size);
+  gl_Position = record(row, 5).w > 0.5 || is_inside ? kNowhere : to_clip(position_scene);
 }

@@ -3,13 +3,15 @@ import type { HairCharacter } from "../src/scene/index";
 import type { Room } from "../src/index";
 import { personName } from "./roomDetails";
 
-/** The people of the room: a button shows one of them, the swatch has the colour in which its hair is drawn here. */
+/** The people of the room: a button shows one of them, the swatch has the colour of its hair. */
 export class MemberList {
   readonly #rows = new Map<number, { row: HTMLLIElement; swatch: HTMLInputElement; button: HTMLButtonElement }>();
 
   constructor(
     private readonly list: HTMLUListElement,
     private readonly onChoose: (member: number) => void,
+    /** the colour of the user's own hair, sRGB, 0xrrggbb */
+    private readonly onOwnColour: (hairRoot: number) => void,
   ) {}
 
   add(character: HairCharacter): void {
@@ -17,7 +19,11 @@ export class MemberList {
     const swatch = document.createElement("input");
     swatch.type = "color";
     swatch.value = `#${character.hairColour.getHexString()}`;
-    swatch.addEventListener("input", () => character.hairColour.copy(new Color(swatch.value)));
+    swatch.addEventListener("input", () => {
+      const colour = new Color(swatch.value);
+      if (character.own) this.onOwnColour(colour.getHex());
+      else character.hairColour.copy(colour);
+    });
     const button = document.createElement("button");
     button.type = "button";
     button.addEventListener("click", () => this.onChoose(character.member));
@@ -49,7 +55,9 @@ export class MemberList {
       if (button.textContent !== text) {
         button.textContent = text;
         button.title = `Show ${name}`;
-        swatch.title = `Colour of the hair of ${name}, for you alone`;
+        swatch.title = member.own
+          ? "Colour of your hair, for everyone"
+          : `Colour of the hair of ${name}, for you alone`;
         swatch.setAttribute("aria-label", swatch.title);
       }
       const colour = `#${character.hairColour.getHexString()}`;

@@ -1,9 +1,12 @@
 import { Matrix4, Quaternion, Vector3, type Camera } from "three";
 import type { Pose } from "../src/index";
 import { followYaw, poseOf, rotationOf, yawOf, type HeadAngles } from "./headPose";
+import type { HeadSource } from "./play/headSource";
 
 const kTurnMaxRad = 1.2;
 const kNodMaxRad = 0.7;
+const kTiltMaxRad = 0.6;
+const kAhead: HeadAngles = { yawRad: 0, pitchRad: 0, rollRad: 0 };
 const kRadPerPx = 0.007;
 const kMPerPx = 0.0015;
 const kKeyRadPerS = 4;
@@ -16,18 +19,19 @@ export interface HeadsetView {
   getFrame(): Pick<XRFrame, "getViewerPose"> | null;
 }
 
-type Angles = { yaw: number; pitch: number };
-
 /**
- * The user's own head, controlled by mouse, keys, the view or a headset. Angles are relative to its direction at rest.
+ * The user's own head, controlled by mouse, keys, the view, a sensor or a headset. Angles are relative to its direction
+ * at rest.
  */
 export class OwnHead {
   readonly position = new Vector3();
   /** its direction at rest, about +Y */
   heading = 0;
   followsView = false;
-  #wanted: Angles = { yaw: 0, pitch: 0 };
-  readonly #now: Angles = { yaw: 0, pitch: 0 };
+  /** A sensor that turns the head; while it knows nothing, mouse and keys do. */
+  source: HeadSource | null = null;
+  #wanted: HeadAngles = kAhead;
+  #now: HeadAngles = kAhead;
   #bodyYaw = 0;
   #isGrabbed = false;
   readonly #headset = new Quaternion();
@@ -66,8 +70,7 @@ export class OwnHead {
         .addScaledVector(right, dx * kMPerPx * 0.6 * distance)
         .addScaledVector(up, -dy * kMPerPx * 0.6 * distance);
     } else {
-      this.#wanted.yaw += dx * kRadPerPx;
-      this.#wanted.pitch += dy * kRadPerPx;
+      this.#turn(dx * kRadPerPx, dy * kRadPerPx);
     }
   }
 
@@ -78,14 +81,22 @@ export class OwnHead {
   /** Returns the pose at this moment. */
   update(dtS: number, camera: Camera): Pose {
     const keysTurn = this.#turnByKeys(dtS);
+    const sensed = this.source?.angles;
     if (this.followsView) this.#lookAlong(camera);
-    else if (!this.#isGrabbed && !keysTurn) this.#wanted = { yaw: 0, pitch: 0 };
-    this.#wanted.yaw = clamp(this.#wanted.yaw, kTurnMaxRad);
-    this.#wanted.pitch = clamp(this.#wanted.pitch, kNodMaxRad);
+    else if (!this.#isGrabbed && !keysTurn) this.#wanted = sensed ?? kAhead;
+    this.#wanted = {
+      yawRad: clamp(this.#wanted.yawRad, kTurnMaxRad),
+      pitchRad: clamp(this.#wanted.pitchRad, kNodMaxRad),
+      rollRad: clamp(this.#wanted.rollRad, kTiltMaxRad),
+    };
     const share = 1 - Math.exp(-kEagerness * dtS);
-    this.#now.yaw += share * (this.#wanted.yaw - this.#now.yaw);
-    this.#now.pitch += share * (this.#wanted.pitch - this.#now.pitch);
-    const angles: HeadAngles = { yawRad: this.heading + this.#now.yaw, pitchRad: this.#now.pitch, rollRad: 0 };
+    const nearer = (now: number, wanted: number) => now + share * (wanted - now);
+    this.#now = {
+      yawRad: nearer(this.#now.yawRad, this.#wanted.yawRad),
+      pitchRad: nearer(this.#now.pitchRad, this.#wanted.pitchRad),
+      rollRad: nearer(this.#now.rollRad, this.#wanted.rollRad),
+    };
+    const angles: HeadAngles = { ...this.#now, yawRad: this.heading + this.#now.yawRad };
     this.#bodyYaw = followYaw(this.heading, angles.yawRad); // back to its old direction, with the head
     return poseOf(rotationOf(angles), [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
   }
@@ -112,22 +123,29 @@ export class OwnHead {
     const pressed = (key: string) => (this.#keys.has(key) ? 1 : 0);
     const yaw = pressed("ArrowRight") - pressed("ArrowLeft");
     const pitch = pressed("ArrowDown") - pressed("ArrowUp");
-    this.#wanted.yaw += yaw * kKeyRadPerS * dtS;
-    this.#wanted.pitch += pitch * kKeyRadPerS * dtS;
+    this.#turn(yaw * kKeyRadPerS * dtS, pitch * kKeyRadPerS * dtS);
     return yaw !== 0 || pitch !== 0;
+  }
+
+  #turn(yawRad: number, pitchRad: number): void {
+    const { yawRad: yaw, pitchRad: pitch, rollRad } = this.#wanted;
+    this.#wanted = { yawRad: yaw + yawRad, pitchRad: pitch + pitchRad, rollRad };
   }
 
   // Turns the head to the camera's direction.
   #lookAlong(camera: Camera): void {
     const forward = camera.getWorldDirection(new Vector3());
     const yaw = Math.atan2(forward.x, forward.z) - this.heading;
-    this.#wanted.yaw = Math.atan2(Math.sin(yaw), Math.cos(yaw));
-    this.#wanted.pitch = -Math.asin(Math.min(Math.max(forward.y, -1), 1));
+    this.#wanted = {
+      yawRad: Math.atan2(Math.sin(yaw), Math.cos(yaw)),
+      pitchRad: -Math.asin(Math.min(Math.max(forward.y, -1), 1)),
+      rollRad: 0,
+    };
   }
 }
 
 /** The point between the eyes, from the head joint, head space, m. */
-const kEyes = new Vector3(0, 0.085, 0.085);
+export const kEyes = new Vector3(0, 0.085, 0.085);
 
 function clamp(x: number, most: number): number {
   return Math.min(Math.max(x, -most), most);

@@ -1,4 +1,4 @@
-import type { MaterialScale, OwnCharacter, Room, Wind } from "../src/index";
+import type { MaterialScale, OwnCharacter, Room, WindOptions } from "../src/index";
 import type { HairScene } from "../src/scene/index";
 import type { Focus } from "./focus";
 import type { Hairstyle } from "./hairstyles";
@@ -25,7 +25,7 @@ export interface PageHost {
   /** Of the own hair, now and later. */
   setMaterial(scale: MaterialScale): void;
   /** Of the room, for everyone. */
-  setWind(wind: Wind): void;
+  setWind(wind: WindOptions): void;
   /** Shows one line of what went wrong and what helps. */
   showFault(detail: string): void;
 }

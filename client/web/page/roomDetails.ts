@@ -1,6 +1,6 @@
-import type { Member, Room, Wind } from "../src/index";
+import type { Member } from "../src/index";
 
-// What a room tells about its people and its wind, in words for people.
+// What a room tells about its people, in words for people.
 
 const kHairstyleNames: Readonly<Record<string, string>> = {
   long_straight: "Long straight hair",
@@ -19,17 +19,11 @@ export function hairstyleName(name: string): string {
 
 /** The name that a person gives; empty: none. */
 export function givenName(member: Member): string {
-  const { tagText } = member as Member & { tagText?: string };
-  return (tagText ?? "").replaceAll(/\s+/g, " ").trim();
+  return member.tagText.replaceAll(/\s+/g, " ").trim();
 }
 
 /** The name of a person: the given one, or the hairstyle and a number. */
 export function personName(member: Member): string {
   const name = givenName(member) || `${hairstyleName(member.groom?.name ?? "")} ${member.member}`;
   return member.own ? `${name} (you)` : name;
-}
-
-/** The wind that blows in the room; null: the room does not tell it. */
-export function windOf(room: Room): Wind | null {
-  return (room as Room & { wind?: Wind }).wind ?? null;
 }

@@ -1,4 +1,4 @@
-import type { MaterialScale, Wind } from "../src/index";
+import type { MaterialScale, Wind, WindOptions } from "../src/index";
 
 interface Slider {
   readonly label: string;
@@ -54,7 +54,7 @@ const kWind = {
     label: "Wind",
     note: "Everyone in the room feels it.",
     least: 0,
-    most: 12,
+    most: 20,
     start: 0,
     words: (value: number) => (value < 0.05 ? "calm" : `${value.toFixed(1)} m/s`),
   },
@@ -108,7 +108,7 @@ export class Sliders {
     hair: HTMLElement,
     air: HTMLElement,
     onMaterial: (scale: MaterialScale) => void,
-    onWind: (wind: Wind) => void,
+    onWind: (wind: WindOptions) => void,
   ) {
     this.#material = new SliderGroup(hair, kMaterial, "Reset hair", () => onMaterial(this.material));
     this.#wind = new SliderGroup(air, kWind, "Reset wind", () => onWind(this.#readWind()));
@@ -136,17 +136,9 @@ export class Sliders {
     });
   }
 
-  #readWind(): Wind {
+  #readWind(): WindOptions {
     const { speed, bearing, gust, turbulence } = this.#wind.values;
-    const from = (bearing * Math.PI) / 180;
-    return {
-      meanMPerS: [-speed * Math.sin(from), 0, -speed * Math.cos(from)],
-      gustRatio: gust,
-      gustPeriodS: 4,
-      turbulenceRmsMPerS: speed > 0 ? turbulence : 0,
-      turbulenceScaleM: 0.6,
-      seed: 1n,
-    };
+    return { speed, from: bearing, gust, turbulence: speed > 0 ? turbulence : 0 };
   }
 }
 

@@ -1,5 +1,5 @@
 import { Raycaster, Sphere, Vector2, Vector3 } from "three";
-import type { MaterialScale, OwnCharacter, Room, Wind } from "../src/index";
+import type { MaterialScale, OwnCharacter, Room, Wind, WindOptions } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { AdaptiveQuality } from "./adaptiveQuality";
 import { AvatarPanel } from "./avatarPanel";
@@ -10,6 +10,7 @@ import { Graph } from "./graph";
 import type { Hairstyle } from "./hairstyles";
 import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
+import { Identity } from "./identity";
 import { LoadingLine, loadingWords } from "./loadingLine";
 import { MemberList } from "./memberList";
 import { NameLabels } from "./nameLabels";
@@ -17,7 +18,8 @@ import { OwnHead } from "./ownHead";
 import type { PageHost } from "./pageHost";
 import { PersistentRoom, type PersistentRoomState } from "./persistentRoom";
 import type { Query } from "./query";
-import { personName, windOf } from "./roomDetails";
+import { PlayPanel } from "./play/playPanel";
+import { givenName, personName } from "./roomDetails";
 import { Sliders } from "./sliders";
 import { Stage } from "./stage";
 import { fadeBust } from "./surroundings";
@@ -40,6 +42,8 @@ export class PageViewer implements PageHost {
   readonly head = new OwnHead();
   readonly #sliders: Sliders;
   readonly avatar: AvatarPanel;
+  readonly #identity: Identity;
+  readonly #play: PlayPanel;
   hair: HairScene | null = null;
   readonly #members: MemberList;
   readonly #persistentRoom: PersistentRoom;
@@ -60,7 +64,14 @@ export class PageViewer implements PageHost {
     setFolded(innerWidth <= kNarrowPx);
     this.stage = new Stage(element<HTMLCanvasElement>("view"), coveredByPanel);
     this.focus = new Focus(this.stage, (person) => this.#announce(person));
-    this.#members = new MemberList(element<HTMLUListElement>("members"), (member) => this.#choose(member));
+    this.#identity = new Identity(element<HTMLInputElement>("name"), ({ tag, appearance }) =>
+      this.own?.setAppearance(appearance ?? {}, tag),
+    );
+    this.#members = new MemberList(
+      element<HTMLUListElement>("members"),
+      (member) => this.#choose(member),
+      (colour) => this.#identity.setHairColour(colour),
+    );
     this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
@@ -77,6 +88,7 @@ export class PageViewer implements PageHost {
       element<HTMLSelectElement>("hairstyle"),
       this.head,
       () => this.#sliders.material,
+      () => this.#identity.options,
       (detail) => this.showFault(detail),
     );
     this.avatar = new AvatarPanel(element("avatar"), {
@@ -85,6 +97,7 @@ export class PageViewer implements PageHost {
       // Somebody who puts on a model has hair too.
       join: () => void (this.#wardrobe.isWearing || this.wear(this.#wardrobe.any())),
     });
+    this.#play = new PlayPanel(element("play"), this);
     element("room").textContent = query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
     for (const id of ["you", "avatar", "play", "hair-and-wind", "join"]) element(id).hidden = query.observe;
@@ -100,6 +113,7 @@ export class PageViewer implements PageHost {
   }
 
   wear(hairstyle: Hairstyle | null): Promise<void> {
+    if (hairstyle) this.#identity.pickName(new Set([...(this.room?.members.values() ?? [])].map(givenName)));
     return this.#wardrobe.wear(hairstyle);
   }
 
@@ -108,8 +122,7 @@ export class PageViewer implements PageHost {
     this.own?.setMaterial(scale);
   }
 
-  setWind(wind: Wind): void {
-    this.#sliders.showWind(wind);
+  setWind(wind: WindOptions): void {
     this.room?.setWind(wind);
   }
 
@@ -158,14 +171,15 @@ export class PageViewer implements PageHost {
     this.own?.push(this.avatar.update(worn?.character ?? null, worn?.member.groom ?? null, head, dtS));
     if (hair && room) {
       hair.quality = this.#quality.value;
-      hair.update(stage.camera);
-      for (const character of hair.characters.values()) character.visible = !(isInVr && character.own);
+      if (!isInVr) this.#play.beforeDraw();
+      hair.update(stage.camera, ...this.#play.cameras);
     }
     const drawn = shown.filter(({ character }) => character.isReady);
     stage.draw(
       hair,
       drawn.map(({ character }) => character.position),
     );
+    this.#play.afterDraw(timeMs);
     if (!isInVr) this.#labels.update(drawn, stage.camera, stage.free, stage.size);
     if (drawn.length > 0) stage.standAt(drawn.reduce((sum, one) => sum + one.character.position.y, 0) / drawn.length);
     this.#showOwn(drawn);
@@ -343,10 +357,9 @@ export class PageViewer implements PageHost {
   }
 
   #showWind(room: Room): void {
-    const wind = windOf(room);
-    if (wind === this.#wind) return;
-    this.#wind = wind;
-    if (wind) this.#sliders.showWind(wind);
+    if (room.wind === this.#wind) return;
+    this.#wind = room.wind;
+    this.#sliders.showWind(room.wind);
   }
 
   #showState(state: PersistentRoomState, detail: string, waitS: number): void {

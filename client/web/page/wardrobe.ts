@@ -1,7 +1,9 @@
 import { Vector3 } from "three";
-import { Member, type MaterialScale, type OwnCharacter, type Room } from "../src/index";
+import { Member, type CharacterOptions, type MaterialScale, type OwnCharacter, type Room } from "../src/index";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
+import { leastWorn } from "./names";
 import type { OwnHead } from "./ownHead";
+import { hairstyleName } from "./roomDetails";
 import { kHeadInVrM } from "./stage";
 
 const kPlaceApartM = 0.6;
@@ -24,6 +26,7 @@ export class Wardrobe {
     private readonly select: HTMLSelectElement,
     private readonly head: OwnHead,
     private readonly materialOf: () => MaterialScale,
+    private readonly optionsOf: () => CharacterOptions,
     private readonly onFault: (detail: string) => void,
   ) {
     select.addEventListener("change", () => void this.wear(this.#offered[select.selectedIndex - 1] ?? null));
@@ -55,10 +58,11 @@ export class Wardrobe {
     return this.#wanted !== null;
   }
 
-  /** One of the offered hairstyles, by chance: of the server's own ones if there are any. */
+  /** The hairstyle that the fewest in the room wear: of the server's own ones if there are any. */
   any(): Hairstyle | null {
+    const worn = [...(this.#room?.members.values() ?? [])].map(({ groom }) => hairstyleName(groom?.name ?? ""));
     const from = this.#listed.length > 0 ? this.#listed : this.#offered;
-    return from[Math.floor(Math.random() * from.length)] ?? null;
+    return leastWorn(from, ({ label }) => worn.filter((name) => name === label).length);
   }
 
   async wear(hairstyle: Hairstyle | null): Promise<void> {
@@ -75,7 +79,8 @@ export class Wardrobe {
       this.own = null;
       if (!groom) return;
       if (isFirst) this.#takePlace(room);
-      this.own = groom instanceof Member ? room.addCharacterLike(groom) : room.addCharacter(groom);
+      const options = this.optionsOf();
+      this.own = groom instanceof Member ? room.addCharacterLike(groom, options) : room.addCharacter(groom, options);
       this.own.setMaterial(this.materialOf());
     } catch (fault) {
       this.#wanted = null;

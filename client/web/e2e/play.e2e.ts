@@ -1,0 +1,106 @@
+import { mkdirSync, readFileSync } from "node:fs";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import { makeGroomFile } from "./actor";
+import { Browser } from "./browser";
+import { HairnetServer, until } from "./hairnetServer";
+import { readyCount, shareChanged, shareWarm, takePicture, type PageGlobals } from "./picture";
+
+const server = new HairnetServer();
+const browser = new Browser();
+const groom = makeGroomFile("long_straight");
+const shots = process.env.HAIRNET_SHOTS ?? "e2e/shots";
+let page: Page;
+
+const shoot = (name: string) => page.screenshot({ path: `${shots}/${name}.png`, timeout: 90_000 });
+const settle = (ms: number) => new Promise((done) => setTimeout(done, ms));
+const choose = (name: string) => page.getByRole("button", { name, exact: true }).click();
+
+beforeAll(async () => {
+  mkdirSync(shots, { recursive: true });
+  await server.start();
+  await browser.start({ width: 640, height: 480 });
+});
+afterEach(() => browser.closePages());
+afterAll(async () => {
+  await browser.dispose();
+  await server.dispose();
+});
+
+async function enter(room: string): Promise<void> {
+  page = await browser.open(`${server.address}/?room=${room}`);
+  await page.setInputFiles("#groom-file", groom.path);
+  await until("the own head is ready", async () => (await readyCount(page)) === 1);
+  await page.selectOption("#quality", "0.3");
+  await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
+}
+
+test("a hurricane blows the hair, calm lets it rest, and sliders follow the presets", async () => {
+  await enter("presets");
+  await settle(1500);
+  const calm = await takePicture(page);
+  await choose("Hurricane");
+  await until("hair flies", async () => shareChanged(await takePicture(page), calm) > 0.02);
+  await shoot("hurricane");
+  await choose("Gel");
+  expect(Number(await page.inputValue("input[name=gelPerS2]"))).toBeGreaterThan(0.4);
+  await choose("Calm");
+  expect(Number(await page.inputValue("input[name=gelPerS2]"))).toBe(0);
+  await until("hair hangs again", async () => shareChanged(await takePicture(page), calm) < 0.01, 30_000);
+  expect(browser.takeFaults()).toEqual([]);
+});
+
+test("in first person the own face does not hide the room; a mirror shows it; Escape leads back", async () => {
+  await enter("mirror");
+  const before = await page.evaluate(() => {
+    const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
+    return stage.camera.position.toArray();
+  });
+  await choose("First person");
+  await until("the skin is out of the picture", async () => shareWarm(await takePicture(page)) < 0.35);
+  await settle(500);
+  await shoot("first_person");
+  const alone = shareWarm(await takePicture(page));
+  await choose("Mirror");
+  await until("the mirror shows a face", async () => shareWarm(await takePicture(page)) > alone + 0.03);
+  await settle(500);
+  await shoot("mirror");
+  await page.keyboard.press("Escape");
+  const after = await page.evaluate(() => {
+    const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
+    return stage.camera.position.toArray();
+  });
+  for (const axis of [0, 1, 2]) expect(after[axis]).toBeCloseTo(before[axis], 1);
+  expect(browser.takeFaults()).toEqual([]);
+});
+
+test("clips are downloaded as WebM and as GIF", async () => {
+  await enter("clips");
+  for (const [name, start] of [
+    ["GIF", "GIF89a"],
+    ["Video", "\x1a\x45\xdf\xa3"],
+  ]) {
+    const download = page.waitForEvent("download", { timeout: 90_000 });
+    await choose(name);
+    const file = await (await download).path();
+    const bytes = readFileSync(file);
+    expect(bytes.toString("latin1", 0, start.length)).toBe(start);
+    expect(bytes.length).toBeGreaterThan(10_000);
+  }
+  expect(browser.takeFaults()).toEqual([]);
+});
+
+test("an invitation has a link and a QR code; sensors that are missing are reported in words", async () => {
+  await enter("party");
+  await page.getByText("Invite a friend").click();
+  expect(await page.inputValue("#play input[readonly]")).toBe(`${server.address}/?room=party`);
+  await until("the code is there", () => page.isVisible("#play svg"));
+  await shoot("invite");
+  const control = page.getByLabel("Turn your head by").last();
+  await control.selectOption("moving this device");
+  await until("it says that there is none", async () =>
+    /no motion sensor/.test((await page.textContent("#fault")) ?? ""),
+  );
+  expect(await control.inputValue()).toBe("mouse and keys");
+  expect(browser.takeFaults()).toEqual([]);
+});

@@ -1,0 +1,37 @@
+import { Matrix4, Quaternion, Vector3, type PerspectiveCamera } from "three";
+import type { Pose } from "../../src/index";
+import { kEyes } from "../ownHead";
+
+const kFovDeg = 80;
+const kAboutFace = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI); // cameras look along -Z
+
+/** Looks out of the own head, so that long hair swings at the edges of the picture. */
+export class FirstPerson {
+  readonly #before = new Matrix4();
+  readonly #fovBefore: number;
+
+  constructor(private readonly camera: PerspectiveCamera) {
+    camera.updateMatrix();
+    this.#before.copy(camera.matrix);
+    this.#fovBefore = camera.fov;
+    camera.fov = kFovDeg;
+    camera.updateProjectionMatrix();
+  }
+
+  /** Puts the camera between the eyes of `pose`. */
+  follow(pose: Pose): void {
+    const rotation = new Quaternion(pose[0], pose[1], pose[2], pose[3]);
+    this.camera.position
+      .copy(kEyes)
+      .applyQuaternion(rotation)
+      .add(new Vector3(pose[4], pose[5], pose[6]));
+    this.camera.quaternion.copy(rotation).multiply(kAboutFace);
+  }
+
+  /** Puts the camera back to where it was. */
+  leave(): void {
+    this.camera.fov = this.#fovBefore;
+    this.camera.updateProjectionMatrix();
+    this.#before.decompose(this.camera.position, this.camera.quaternion, new Vector3());
+  }
+}

@@ -1,0 +1,64 @@
+import {
+  BoxGeometry,
+  Color,
+  Group,
+  MathUtils,
+  Mesh,
+  MeshBasicMaterial,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Vector3,
+  type Camera,
+} from "three";
+import { Reflector } from "three/addons/objects/Reflector.js";
+
+const kWidthM = 0.62;
+const kHeightM = 0.86;
+const kFrameM = 0.025;
+const kBeforeFaceM = 0.75;
+const kPixels = 1024;
+const kNearestM = 0.05;
+
+/** A mirror that stands before the own face. */
+export class Mirror extends Group {
+  readonly #glass = new Reflector(new PlaneGeometry(kWidthM, kHeightM), {
+    textureWidth: (kPixels * kWidthM) / kHeightM,
+    textureHeight: kPixels,
+    multisample: 4,
+    color: new Color(0.92, 0.94, 0.95),
+  });
+
+  /** `head`: the head joint, world; `heading`: where the face looks, about +Y from +Z. */
+  constructor(head: Vector3, heading: number) {
+    super();
+    const frame = new Mesh(
+      new BoxGeometry(kWidthM + 2 * kFrameM, kHeightM + 2 * kFrameM, 0.02),
+      new MeshBasicMaterial({ color: 0x2a2420 }),
+    );
+    frame.position.z = -0.012;
+    this.add(frame, this.#glass);
+    this.position.copy(head).add(new Vector3(Math.sin(heading), 0, Math.cos(heading)).multiplyScalar(kBeforeFaceM));
+    this.rotation.y = heading + Math.PI; // the glass faces the head
+  }
+
+  /** A camera that sees at least what `viewer` sees in the glass. */
+  cameraFor(viewer: Camera): PerspectiveCamera {
+    this.updateWorldMatrix(true, true);
+    const eye = this.worldToLocal(viewer.getWorldPosition(new Vector3()));
+    eye.z = Math.min(-eye.z, -kNearestM); // behind the glass
+    const camera = new PerspectiveCamera();
+    camera.position.copy(this.localToWorld(eye.clone()));
+    camera.lookAt(this.getWorldPosition(new Vector3()));
+    camera.fov = 2 * MathUtils.RAD2DEG * Math.atan2(0.5 * Math.hypot(kWidthM, kHeightM), eye.length());
+    camera.far = 100;
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    return camera;
+  }
+
+  override dispose(): void {
+    this.removeFromParent();
+    this.#glass.dispose();
+    this.#glass.geometry.dispose();
+  }
+}

@@ -1,0 +1,211 @@
+import { Vector3, type Camera } from "three";
+import type { PageHost } from "../pageHost";
+import { FirstPerson } from "./firstPerson";
+import { Gyroscope } from "./gyroscope";
+import type { HeadSource } from "./headSource";
+import { inviteLink, inviteNote, qrPicture } from "./invite";
+import { Mirror } from "./mirror";
+import { kPresets, type Preset } from "./presets";
+import { GifRecording, download, recordVideo, type Clip } from "./recording";
+import { Webcam } from "./webcam";
+
+const kVideoMs = 8000;
+const kGifMs = 4000;
+/** Where the view goes to see mirror and head, from the head, in its own axes, m. */
+const kBehindShoulder = new Vector3(-0.42, 0.22, -0.75);
+
+/** Things to play with: presets, ways to turn the head, first person, a mirror, clips, an invitation. */
+export class PlayPanel {
+  #firstPerson: FirstPerson | null = null;
+  #mirror: Mirror | null = null;
+  #gif: GifRecording | null = null;
+  readonly #firstPersonButton: HTMLButtonElement;
+  readonly #mirrorButton: HTMLButtonElement;
+  readonly #control: HTMLSelectElement;
+
+  constructor(
+    section: HTMLElement,
+    private readonly host: PageHost,
+  ) {
+    const heading = document.createElement("h2");
+    heading.textContent = "Play";
+    section.append(heading, row("Try", ...kPresets.map((preset) => this.#presetButton(preset))));
+    this.#control = select("Turn your head by", ["mouse and keys", "moving this device", "camera"]);
+    this.#control.addEventListener("change", () => void this.#chooseSource(this.#control.selectedIndex));
+    section.append(labelled("Turn your head by", this.#control));
+    this.#firstPersonButton = button("First person", "Look out of your own head.", () => this.#toggleFirstPerson());
+    this.#mirrorButton = button("Mirror", "Puts a mirror before your face.", () => this.#toggleMirror());
+    section.append(row("View", this.#firstPersonButton, this.#mirrorButton));
+    const video = button("Video", `Records ${kVideoMs / 1000} s of the picture.`, () => {
+      void this.#record(video, () => recordVideo(this.host.stage.canvas, kVideoMs));
+    });
+    const gif = button("GIF", `Records ${kGifMs / 1000} s of the picture as a small GIF.`, () => {
+      const recording = new GifRecording(this.host.stage.canvas, kGifMs);
+      this.#gif = recording;
+      void this.#record(gif, () => recording.clip);
+    });
+    section.append(row("Record", video, gif));
+    section.append(this.#invitation());
+    addEventListener("keydown", ({ key }) => {
+      if (key === "Escape" && this.#firstPerson) this.#toggleFirstPerson();
+    });
+  }
+
+  /** The camera moves with the own head. */
+  get isFirstPerson(): boolean {
+    return this.#firstPerson !== null;
+  }
+
+  /** Cameras beside the page's own that need hair in this picture. */
+  get cameras(): Camera[] {
+    return this.#mirror ? [this.#mirror.cameraFor(this.host.stage.camera)] : [];
+  }
+
+  /** Call it before each drawing. */
+  beforeDraw(): void {
+    const pose = this.host.own?.newestPose ?? null;
+    if (!pose && this.#firstPerson) this.#toggleFirstPerson();
+    if (!pose && this.#mirror) this.#toggleMirror();
+    if (pose) this.#firstPerson?.follow(pose);
+  }
+
+  /** Call it right after each drawing. */
+  afterDraw(timeMs: number): void {
+    this.#gif?.takePicture(timeMs);
+  }
+
+  #presetButton(preset: Preset): HTMLButtonElement {
+    return button(preset.label, preset.about, () => {
+      if (preset.material) this.host.setMaterial(preset.material);
+      if (preset.wind) this.host.setWind(preset.wind);
+    });
+  }
+
+  async #chooseSource(which: number): Promise<void> {
+    const { head } = this.host;
+    head.source?.stop();
+    head.source = null;
+    try {
+      const source: HeadSource | null =
+        which === 1 ? await Gyroscope.start() : which === 2 ? await Webcam.start() : null;
+      if (this.#control.selectedIndex === which) head.source = source;
+      else source?.stop(); // the user chose another one meanwhile
+    } catch (fault) {
+      if (this.#control.selectedIndex === which) this.#control.selectedIndex = 0;
+      this.host.showFault((fault as Error).message);
+    }
+  }
+
+  #toggleFirstPerson(): void {
+    const { stage, own } = this.host;
+    if (this.#firstPerson) {
+      this.#firstPerson.leave();
+      this.#firstPerson = null;
+    } else if (!own) return this.host.showFault(kJoinFirst);
+    else this.#firstPerson = new FirstPerson(stage.camera);
+    stage.orbit.enabled = this.#firstPerson === null;
+    this.#firstPersonButton.setAttribute("aria-pressed", String(this.#firstPerson !== null));
+  }
+
+  #toggleMirror(): void {
+    const { stage, own, head } = this.host;
+    if (this.#mirror) {
+      this.#mirror.dispose();
+      this.#mirror = null;
+    } else if (!own) return this.host.showFault(kJoinFirst);
+    else {
+      this.#mirror = new Mirror(head.position, head.heading);
+      stage.scene.add(this.#mirror);
+      if (!this.#firstPerson) this.#lookIntoMirror();
+    }
+    this.#mirrorButton.setAttribute("aria-pressed", String(this.#mirror !== null));
+  }
+
+  #lookIntoMirror(): void {
+    const { stage, head } = this.host;
+    stage.isMoved = true;
+    stage.orbit.target.copy(this.#mirror!.position).lerp(head.position, 0.35);
+    stage.camera.position.copy(kBehindShoulder).applyAxisAngle(stage.camera.up, head.heading).add(head.position);
+    stage.orbit.update();
+  }
+
+  async #record(control: HTMLButtonElement, start: () => Promise<Clip>): Promise<void> {
+    const label = control.textContent;
+    control.disabled = true;
+    control.textContent = "recording";
+    try {
+      download(await start());
+    } catch (fault) {
+      this.host.showFault((fault as Error).message);
+    }
+    this.#gif = null;
+    control.disabled = false;
+    control.textContent = label;
+  }
+
+  #invitation(): HTMLElement {
+    const { query } = this.host;
+    const link = inviteLink(new URL(location.href), query);
+    const shown = document.createElement("input");
+    shown.readOnly = true;
+    shown.value = link.href;
+    shown.setAttribute("aria-label", "Link to this room");
+    shown.addEventListener("focus", () => shown.select());
+    const copy = button("Copy link", "Copies the link to this room.", () => {
+      // Without access to the clipboard the user copies it.
+      navigator.clipboard?.writeText(link.href).then(
+        () => (copy.textContent = "copied"),
+        () => shown.select(),
+      ) ?? shown.select();
+      setTimeout(() => (copy.textContent = "Copy link"), 2000);
+    });
+    const details = document.createElement("details");
+    const summary = document.createElement("summary");
+    summary.textContent = "Invite a friend";
+    const note = document.createElement("p");
+    note.className = "note";
+    note.textContent = inviteNote(link, query);
+    note.hidden = note.textContent === "";
+    details.append(summary, shown, copy, note);
+    details.addEventListener("toggle", () => {
+      if (details.open && !details.querySelector("svg")) details.append(qrPicture(link));
+    });
+    return details;
+  }
+}
+
+const kJoinFirst = "Choose a hairstyle first: this needs a head of your own.";
+
+function button(label: string, about: string, onClick: () => void): HTMLButtonElement {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.textContent = label;
+  made.title = about;
+  made.addEventListener("click", onClick);
+  return made;
+}
+
+function select(label: string, choices: readonly string[]): HTMLSelectElement {
+  const made = document.createElement("select");
+  made.setAttribute("aria-label", label);
+  made.append(...choices.map((choice) => new Option(choice)));
+  return made;
+}
+
+function labelled(text: string, control: HTMLElement): HTMLLabelElement {
+  const made = document.createElement("label");
+  made.className = "row";
+  const span = document.createElement("span");
+  span.textContent = text;
+  made.append(span, control);
+  return made;
+}
+
+function row(text: string, ...controls: HTMLElement[]): HTMLDivElement {
+  const made = document.createElement("div");
+  made.className = "buttons";
+  made.role = "group";
+  made.setAttribute("aria-label", text);
+  made.append(...controls);
+  return made;
+}

@@ -1,0 +1,18 @@
+import { expect, test } from "vitest";
+import { leastWorn, pickName } from "../../page/names";
+
+test("a picked name is nobody's in the room, for any choice of chance", () => {
+  const taken = new Set<string>();
+  for (let n = 0; n < 100; ++n) {
+    const name = pickName(taken, () => (n * 0.37) % 1);
+    expect(taken.has(name)).toBe(false);
+    taken.add(name);
+  }
+  expect(pickName(taken)).toBe("Guest");
+});
+
+test("the hairstyle that the fewest wear is picked, the first of them", () => {
+  const worn: Record<string, number> = { bob: 2, curls: 1, plait: 1 };
+  expect(leastWorn(Object.keys(worn), (style) => worn[style])).toBe("curls");
+  expect(leastWorn([], () => 0)).toBeNull();
+});
