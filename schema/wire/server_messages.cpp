@@ -1,4 +1,5 @@
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "schema/wire/message_codec.hpp"
@@ -123,7 +124,10 @@ Offset<fb::RoomWind> write(FlatBufferBuilder& to, const RoomWind& m) {
 
 Fault read(const fb::RoomWind& in, RoomWind& out) {
   out = {from_flatbuffer(*in.wind()), in.session()};
-  return validate(out.wind);
+  const Wind& w = out.wind;
+  const bool finite = w.mean_m_per_s.allFinite() && std::isfinite(w.gust_ratio) && std::isfinite(w.gust_period_s) &&
+                      std::isfinite(w.turbulence_rms_m_per_s) && std::isfinite(w.turbulence_scale_m);
+  return finite ? Fault() : "wind: not finite numbers";
 }
 
 Offset<fb::MemberLeft> write(FlatBufferBuilder& to, const MemberLeft& m) {

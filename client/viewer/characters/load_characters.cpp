@@ -31,7 +31,7 @@ Result<CharacterSetup> load_character(const CharacterOptions& options, Grooms& g
   }
   Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
   if (!motion) return Refusal(options.motion + ": " + motion.error());
-  return CharacterSetup{groom, std::move(*motion), options.level, Vec3f::Zero(), options.name, options.material};
+  return CharacterSetup{groom, std::move(*motion), options.level, Vec3f::Zero(), options.material, options.name};
 }
 
 }  // namespace

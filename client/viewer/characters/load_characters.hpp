@@ -18,8 +18,8 @@ struct CharacterSetup {
   Motion motion;  // at the character's place
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
-  std::string name;                   // empty: none
   std::optional<Material> material;
+  std::string name = {};  // empty: none
 };
 
 // Returns the characters that `options` names, then those of its files. Characters without a given place stand side by

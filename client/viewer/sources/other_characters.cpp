@@ -11,10 +11,12 @@
 namespace hairnet::viewer {
 
 void OtherCharacters::take(const wire::MemberJoined& joined) {
-  Member& member = members_[joined.member];
-  if (!member.moments.empty()) gone_.push_back(std::move(member));
-  member = {};
-  member.joined = joined;
+  const auto found = members_.find(joined.member);
+  if (found != members_.end()) {
+    if (!found->second.moments.empty()) gone_.push_back(std::move(found->second));
+    members_.erase(found);
+  }
+  members_[joined.member].joined = joined;
   want(joined.groom);
 }
 

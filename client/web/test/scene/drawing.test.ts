@@ -43,7 +43,9 @@ describe("records", () => {
     expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
     expect(texel(kFirstLayer)).toEqual([-1, -2, -3, -0.5]);
     expect(texel(kFirstLayer + 1)).toEqual([2, 4, 8, 1030]);
-    expect(texel(kFirstLayer + 2)).toEqual([3, 4, 5, 0]);
+    expect(texel(kFirstLayer + 2)).toEqual([3, 4, 5, Math.fround(0.2)]);
+    const tipAndRoughness = [0, 1, 2, 3].map((layer) => texel(kFirstLayer + 3 * layer + 2)[3]);
+    expect(tipAndRoughness).toEqual([0.2, 0.3, 0.4, 0.5].map(Math.fround));
   });
 
   test("the shader agrees about the width of a row and where layers begin", () => {
