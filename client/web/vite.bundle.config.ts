@@ -8,7 +8,7 @@ export default defineConfig({
     emptyOutDir: false,
     modulePreload: false,
     rollupOptions: {
-      input: "src/bundle.ts",
+      input: "src/bundle/index.ts",
       external: [/^three($|\/)/],
       preserveEntrySignatures: "strict",
       output: { format: "es", entryFileNames: "hairnet.module.min.js" },
