@@ -14,7 +14,7 @@ export default defineConfig({
     emptyOutDir: true,
     sourcemap: false,
     assetsInlineLimit: 0,
-    chunkSizeWarningLimit: 900,
+    chunkSizeWarningLimit: 1100,
     rollupOptions: {
       // A server knows by these hashes which files never change.
       output: { hashCharacters: "hex" },

@@ -1,8 +1,7 @@
 import { DirectionalLight, HemisphereLight, type Mesh, type Object3D, type Scene } from "three";
 import type { Groom, Pose } from "../src/index";
 import type { HairCharacter } from "../src/scene/index";
-import { Avatar } from "./avatar/avatar";
-import { makeDefaultAvatar } from "./avatar/defaultAvatar";
+import type * as avatars from "./avatar/avatar";
 import { kFitAsFound, RememberedFits, type RememberedFit } from "./avatar/rememberedFits";
 
 /** What the panel needs of the page. */
@@ -23,7 +22,7 @@ const kMeshesShownMax = 60;
  * hair on the groom's own bust.
  */
 export class AvatarPanel {
-  avatar: Avatar | null = null;
+  avatar: avatars.Avatar | null = null;
   readonly #fits = new RememberedFits();
   readonly #lights: Object3D[] = [];
   readonly #name = make("p", { className: "note" });
@@ -43,7 +42,10 @@ export class AvatarPanel {
   ) {
     const heading = make("h2", { textContent: "Avatar" });
     const made = make("button", { type: "button", textContent: "Default avatar" });
-    made.addEventListener("click", () => void this.#load("default avatar", () => Promise.resolve(makeDefaultAvatar())));
+    made.addEventListener("click", () => {
+      const read = async () => (await import("./avatar/defaultAvatar")).makeDefaultAvatar();
+      void this.#load("default avatar", read);
+    });
     this.#takeOff.addEventListener("click", () => this.takeOff());
     this.#file.addEventListener("change", () => {
       const file = this.#file.files?.[0];
@@ -91,6 +93,8 @@ export class AvatarPanel {
     const request = ++this.#request;
     this.#name.textContent = `Loading ${name} …`;
     try {
+      // Most visitors wear no avatar: its code is not a part of the first download.
+      const { Avatar } = await import("./avatar/avatar");
       const file = await read();
       const avatar = await Avatar.load(file, this.host.stage.scene);
       if (request !== this.#request) {

@@ -1,4 +1,3 @@
-import qrcode from "qrcode-generator";
 import type { Query } from "../query";
 
 /** A link to this room. A token stays out of it: it says who its bearer is. */
@@ -14,17 +13,4 @@ export function inviteNote(link: URL, query: Query): string {
   if (/^(localhost|127\.\d+\.\d+\.\d+|\[::1\])$/.test(link.hostname))
     return "This address works on this machine only. Start the server with --bind to let others in.";
   return query.token ? "This room needs a token: your friend needs one too." : "";
-}
-
-/** The link as a QR code: an SVG picture with its quiet zone. */
-export function qrPicture(link: URL): SVGSVGElement {
-  const code = qrcode(0, "M");
-  code.addData(link.href);
-  code.make();
-  const holder = document.createElement("div");
-  holder.innerHTML = code.createSvgTag({ cellSize: 4, margin: 16, scalable: true });
-  const picture = holder.querySelector("svg")!;
-  picture.role = "img";
-  picture.setAttribute("aria-label", "QR code of the link");
-  return picture;
 }

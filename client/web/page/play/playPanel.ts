@@ -3,10 +3,10 @@ import type { PageHost } from "../pageHost";
 import { FirstPerson } from "./firstPerson";
 import { Gyroscope } from "./gyroscope";
 import type { HeadSource } from "./headSource";
-import { inviteLink, inviteNote, qrPicture } from "./invite";
+import { inviteLink, inviteNote } from "./invite";
 import { Mirror } from "./mirror";
 import { kPresets, type Preset } from "./presets";
-import { GifRecording, download, recordVideo, type Clip } from "./recording";
+import type { Clip, GifRecording } from "./recording";
 import { Webcam } from "./webcam";
 
 const kVideoMs = 8000;
@@ -37,12 +37,13 @@ export class PlayPanel {
     this.#mirrorButton = button("Mirror", "Puts a mirror before your face.", () => this.#toggleMirror());
     section.append(row("View", this.#firstPersonButton, this.#mirrorButton));
     const video = button("Video", `Records ${kVideoMs / 1000} s of the picture.`, () => {
-      void this.#record(video, () => recordVideo(this.host.stage.canvas, kVideoMs));
+      void this.#record(video, ({ recordVideo }) => recordVideo(this.host.stage.canvas, kVideoMs));
     });
     const gif = button("GIF", `Records ${kGifMs / 1000} s of the picture as a small GIF.`, () => {
-      const recording = new GifRecording(this.host.stage.canvas, kGifMs);
-      this.#gif = recording;
-      void this.#record(gif, () => recording.clip);
+      void this.#record(gif, (recording) => {
+        this.#gif = new recording.GifRecording(this.host.stage.canvas, kGifMs);
+        return this.#gif.clip;
+      });
     });
     section.append(row("Record", video, gif));
     section.append(this.#invitation());
@@ -129,12 +130,16 @@ export class PlayPanel {
     stage.orbit.update();
   }
 
-  async #record(control: HTMLButtonElement, start: () => Promise<Clip>): Promise<void> {
+  async #record(
+    control: HTMLButtonElement,
+    start: (recording: typeof import("./recording")) => Promise<Clip>,
+  ): Promise<void> {
     const label = control.textContent;
     control.disabled = true;
     control.textContent = "recording";
     try {
-      download(await start());
+      const recording = await import("./recording");
+      recording.download(await start(recording));
     } catch (fault) {
       this.host.showFault((fault as Error).message);
     }
@@ -168,7 +173,8 @@ export class PlayPanel {
     note.hidden = note.textContent === "";
     details.append(summary, shown, copy, note);
     details.addEventListener("toggle", () => {
-      if (details.open && !details.querySelector("svg")) details.append(qrPicture(link));
+      if (!details.open || details.querySelector("svg")) return;
+      void import("./qrPicture").then(({ qrPicture }) => details.append(qrPicture(link)));
     });
     return details;
   }
