@@ -3,7 +3,7 @@ import { mkdtempSync, readFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import WebSocket from "ws";
-import { poseOf, rotationOf } from "../page/headPose";
+import { poseOf, rotationOf } from "../page/head/headPose";
 import { connect, type CharacterOptions, type OwnCharacter, type Room, type WebSocketLike } from "../src/index";
 import { program } from "./hairnetServer";
 

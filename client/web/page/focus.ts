@@ -2,7 +2,7 @@ import type { Vector3 } from "three";
 import { Bone, kNumbersPerBone, type Member } from "../src/index";
 import type { HairCharacter } from "../src/scene/index";
 import { boxOf, clearBearing, clearSwing, type Place, type Portrait, portraitOf } from "./framing";
-import { yawOf } from "./headPose";
+import { yawOf } from "./head/headPose";
 import { kViewHeightRad, type Stage } from "./stage";
 
 const kSwingMaxRad = 0.6;

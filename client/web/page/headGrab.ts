@@ -1,5 +1,5 @@
 import { Raycaster, Sphere, Vector2, Vector3 } from "three";
-import type { OwnHead } from "./ownHead";
+import type { OwnHead } from "./head/ownHead";
 import type { Stage } from "./stage";
 
 const kHeadRadiusM = 0.15;

@@ -2,7 +2,7 @@ import type { MaterialScale, OwnCharacter, Room, WindOptions } from "../src/inde
 import type { HairScene } from "../src/scene/index";
 import type { Focus } from "./focus";
 import type { Hairstyle } from "./hairstyles";
-import type { OwnHead } from "./ownHead";
+import type { OwnHead } from "./head/ownHead";
 import type { Query } from "./query";
 import type { Stage } from "./stage";
 

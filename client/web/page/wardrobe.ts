@@ -2,7 +2,7 @@ import { Vector3 } from "three";
 import { Member, type CharacterOptions, type MaterialScale, type OwnCharacter, type Room } from "../src/index";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
 import { leastWorn } from "./names";
-import type { OwnHead } from "./ownHead";
+import type { OwnHead } from "./head/ownHead";
 import { hairstyleName } from "./roomDetails";
 import { kHeadInVrM } from "./stage";
 

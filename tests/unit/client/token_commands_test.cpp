@@ -66,7 +66,7 @@ TEST_F(TokenCommands, what_is_wrong_is_one_line) {
   EXPECT_EQ(make_token(make, kNow_s).error(), "the name, subject or id is not valid UTF-8");
   make.claims.room = "a b";
   EXPECT_THAT(make_token(make, kNow_s).error(), HasSubstr("a room's name is"));
-  EXPECT_EQ(show_token({file_, "a.b.c"}, kNow_s).error(), "the token is refused: malformed");
+  EXPECT_THAT(show_token({file_, "a.b.c"}, kNow_s).error(), testing::StartsWith("this is not a token: "));
   std::ofstream(file_) << "no key\n";
   EXPECT_THAT(make_token(make, kNow_s).error(), HasSubstr("is no key"));
 }

@@ -108,7 +108,6 @@ TEST(ViewOptions, forever_is_a_word_where_no_end_is_needed) {
   EXPECT_TRUE(refused({"--character", kOne, "--out", "a.mp4", "--duration", "forever"}));
   EXPECT_TRUE(refused({"--character", kOne, "--trace", "t", "--duration", "forever"}));
   EXPECT_TRUE(refused({"--local", "--character", kOne, "--no-draw", "--duration", "forever"}));
-  EXPECT_TRUE(refused({"--local", "--out", "a.mp4"})) << "nobody to film";
 }
 
 TEST(ViewOptions, what_cannot_be_is_refused_in_one_line) {

@@ -1,6 +1,6 @@
 import { Matrix4, Quaternion, Vector3, type PerspectiveCamera } from "three";
 import type { Pose } from "../../src/index";
-import { kEyes } from "../ownHead";
+import { kEyes } from "../head/ownHead";
 
 const kFovDeg = 80;
 const kAboutFace = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI); // cameras look along -Z

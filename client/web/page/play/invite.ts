@@ -1,7 +1,13 @@
-import type { Query } from "../query";
+/** The room that a page shows. */
+export interface ShownRoom {
+  /** empty: the lobby */
+  readonly room: string;
+  readonly server: string;
+  readonly token: string;
+}
 
 /** A link to this room. A token stays out of it: it says who its bearer is. */
-export function inviteLink(page: URL, query: Query): URL {
+export function inviteLink(page: URL, query: ShownRoom): URL {
   const link = new URL(page.pathname, page.origin);
   if (query.room) link.searchParams.set("room", query.room);
   if (new URL(query.server).host !== page.host) link.searchParams.set("server", query.server);
@@ -9,7 +15,7 @@ export function inviteLink(page: URL, query: Query): URL {
 }
 
 /** What a friend needs to know beside the link; empty: nothing. */
-export function inviteNote(link: URL, query: Query): string {
+export function inviteNote(link: URL, query: ShownRoom): string {
   if (/^(localhost|127\.\d+\.\d+\.\d+|\[::1\])$/.test(link.hostname))
     return "This address works on this machine only. Start the server with --bind to let others in.";
   return query.token ? "This room needs a token: your friend needs one too." : "";

@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 import { AvatarMotion } from "../../page/avatar/avatarMotion";
 import { makeDefaultAvatar } from "../../page/avatar/defaultAvatar";
 import { kFitAsFound, RememberedFits } from "../../page/avatar/rememberedFits";
-import { poseOf, rotationOf } from "../../page/headPose";
+import { poseOf, rotationOf } from "../../page/head/headPose";
 import { loadVrm, VrmSkeleton } from "../../src/vrm/index";
 
 // GLTFLoader asks for the browser's global object.

@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
-import { followYaw, poseOf, rotationOf, yawOf } from "../../page/headPose";
-import { readQuery } from "../../page/query";
-import { Bone, kNumbersPerBone, poseFault } from "../../src/hair/pose";
+import { followYaw, poseOf, rotationOf, yawOf } from "../../../page/head/headPose";
+import { readQuery } from "../../../page/query";
+import { Bone, kNumbersPerBone, poseFault } from "../../../src/hair/pose";
 
 describe("a pose from a head alone", () => {
   test("upright has all bones equal", () => {

@@ -1,7 +1,7 @@
 import { Quaternion, Vector3 } from "three";
 import { expect, test } from "vitest";
-import { headAngles, rotationOfDevice } from "../../../page/play/gyroscope";
-import { rotationOf } from "../../../page/headPose";
+import { headAngles, rotationOfDevice } from "../../../page/head/gyroscope";
+import { rotationOf } from "../../../page/head/headPose";
 
 const held = (alpha: number, beta: number, gamma: number, screenDeg = 0) =>
   rotationOfDevice({ alpha, beta, gamma }, screenDeg)!;

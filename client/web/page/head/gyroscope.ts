@@ -1,5 +1,5 @@
 import { Euler, MathUtils, Quaternion } from "three";
-import type { HeadAngles } from "../headPose";
+import type { HeadAngles } from "./headPose";
 import type { HeadSource } from "./headSource";
 
 const kWaitMs = 2000;

@@ -1,4 +1,4 @@
-import type { HeadAngles } from "../headPose";
+import type { HeadAngles } from "./headPose";
 
 /** Something beside mouse and keys that turns the own head. */
 export interface HeadSource {

@@ -1,7 +1,7 @@
 import { Matrix4, Quaternion, Vector3, type Camera } from "three";
-import type { Pose } from "../src/index";
+import type { Pose } from "../../src/index";
 import { followYaw, poseOf, rotationOf, yawOf, type HeadAngles } from "./headPose";
-import type { HeadSource } from "./play/headSource";
+import type { HeadSource } from "./headSource";
 
 const kTurnMaxRad = 1.2;
 const kNodMaxRad = 0.7;

@@ -1,7 +1,7 @@
 import { Matrix4, PerspectiveCamera, Quaternion, Vector3 } from "three";
 import { expect, test } from "vitest";
-import { OwnHead, type HeadsetView } from "../../page/ownHead";
-import { poseFault } from "../../src/hair/pose";
+import { OwnHead, type HeadsetView } from "../../../page/head/ownHead";
+import { poseFault } from "../../../src/hair/pose";
 
 const camera = new PerspectiveCamera();
 camera.position.set(0, 1.6, 2);

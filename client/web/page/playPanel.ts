@@ -1,13 +1,13 @@
 import { Vector3, type Camera } from "three";
-import type { PageHost } from "../pageHost";
-import { FirstPerson } from "./firstPerson";
-import { Gyroscope } from "./gyroscope";
-import type { HeadSource } from "./headSource";
-import { inviteLink, inviteNote } from "./invite";
-import { Mirror } from "./mirror";
-import { kPresets, type Preset } from "./presets";
-import type { Clip, GifRecording } from "./recording";
-import { Webcam } from "./webcam";
+import type { PageHost } from "./pageHost";
+import { FirstPerson } from "./play/firstPerson";
+import { Gyroscope } from "./head/gyroscope";
+import type { HeadSource } from "./head/headSource";
+import { inviteLink, inviteNote } from "./play/invite";
+import { Mirror } from "./play/mirror";
+import { kPresets, type Preset } from "./play/presets";
+import type { Clip, GifRecording } from "./play/recording";
+import { Webcam } from "./head/webcam";
 
 const kVideoMs = 8000;
 const kGifMs = 4000;
@@ -132,13 +132,13 @@ export class PlayPanel {
 
   async #record(
     control: HTMLButtonElement,
-    start: (recording: typeof import("./recording")) => Promise<Clip>,
+    start: (recording: typeof import("./play/recording")) => Promise<Clip>,
   ): Promise<void> {
     const label = control.textContent;
     control.disabled = true;
     control.textContent = "recording";
     try {
-      const recording = await import("./recording");
+      const recording = await import("./play/recording");
       recording.download(await start(recording));
     } catch (fault) {
       this.host.showFault((fault as Error).message);
@@ -174,7 +174,7 @@ export class PlayPanel {
     details.append(summary, shown, copy, note);
     details.addEventListener("toggle", () => {
       if (!details.open || details.querySelector("svg")) return;
-      void import("./qrPicture").then(({ qrPicture }) => details.append(qrPicture(link)));
+      void import("./play/qrPicture").then(({ qrPicture }) => details.append(qrPicture(link)));
     });
     return details;
   }

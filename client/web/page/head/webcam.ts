@@ -1,6 +1,6 @@
 import { Euler } from "three";
 import networkAddress from "facefilter/neuralNets/NN_LIGHT_1.json?url";
-import type { HeadAngles } from "../headPose";
+import type { HeadAngles } from "./headPose";
 import type { HeadSource } from "./headSource";
 
 const kReadyMs = 15_000;

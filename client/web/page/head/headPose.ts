@@ -1,4 +1,4 @@
-import { Bone, kNumbersPerBone, rigidPose, type Pose } from "../src/index";
+import { Bone, kNumbersPerBone, rigidPose, type Pose } from "../../src/index";
 
 export interface HeadAngles {
   /** about +Y: positive looks to the head's left */

@@ -14,18 +14,3 @@ declare module "facefilter/dist/jeelizFaceFilter.moduleES6.js" {
     update_videoElement(video: HTMLVideoElement, done: () => void): void;
   };
 }
-
-declare module "gifenc" {
-  export function GIFEncoder(): {
-    writeFrame(
-      index: Uint8Array,
-      width: number,
-      height: number,
-      options: { palette?: number[][]; delay: number; repeat?: number },
-    ): void;
-    finish(): void;
-    bytes(): Uint8Array<ArrayBuffer>;
-  };
-  export function quantize(rgba: Uint8ClampedArray, colours: number): number[][];
-  export function applyPalette(rgba: Uint8ClampedArray, palette: number[][]): Uint8Array;
-}

@@ -1,7 +1,7 @@
 import { Quaternion } from "three";
 import { expect, test } from "vitest";
-import { rotationOf } from "../../../page/headPose";
-import { mirrored } from "../../../page/play/webcam";
+import { rotationOf } from "../../../page/head/headPose";
+import { mirrored } from "../../../page/head/webcam";
 
 test("a mirror image turns and tilts to the other side, and nods alike", () => {
   expect(mirrored({ rx: 0.2, ry: 0, rz: 0 })).toMatchObject({ pitchRad: expect.closeTo(0.2) });
