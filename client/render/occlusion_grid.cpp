@@ -8,7 +8,9 @@ namespace {
 
 constexpr int kCellsAcross = 56;
 constexpr float kCellMin_m = 0.004f;
-constexpr int kMargin = 2;               // empty cells about the hair
+constexpr int kMargin = 2;  // empty cells about the hair
+// Points of groom files are multiples of 0.05 mm. No side of a cell lies on one: rounding would decide its cell.
+constexpr float kBetweenPoints_m = 1.9e-5f;
 constexpr float kFade = 5;               // cells beyond the grid over which its shade fades out
 constexpr float kHairShare = 0.22f;      // share of blocked light that is lost; the rest is scattered
 constexpr float kBodyExtinction = 1.6f;  // of a cell with skin
@@ -53,7 +55,7 @@ bool OcclusionGrid::lay_out(const Groom& groom) {
   if (box.isEmpty()) return false;
   const Vec3f size = box.sizes();
   cell_m_ = std::max(size.maxCoeff() / kCellsAcross, kCellMin_m);
-  origin_ = box.min() - Vec3f::Constant(kMargin * cell_m_);
+  origin_ = box.min() - Vec3f::Constant(kMargin * cell_m_ + kBetweenPoints_m);
   for (int axis = 0; axis < 3; ++axis) {
     count_[static_cast<std::size_t>(axis)] =
         std::min(static_cast<int>(size[axis] / cell_m_), kCellsAcross) + 1 + 2 * kMargin;

@@ -122,13 +122,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     checkOptions(options, kOptions, "HairScene");
     if (typeof source?.sample !== "function")
       throw new HairnetError("invalid", "HairScene needs a room: new HairScene(await connect(address), renderer)");
-    if (typeof renderer?.render !== "function")
-      throw new HairnetError("invalid", "HairScene needs the renderer: new HairScene(room, renderer)");
-    if ((renderer as { isWebGPURenderer?: boolean }).isWebGPURenderer)
+    if ((renderer as { isWebGPURenderer?: boolean } | undefined)?.isWebGPURenderer)
       throw new HairnetError(
         "unsupported",
         "hair needs three.js's WebGLRenderer: WebGPURenderer cannot draw its shaders",
       );
+    if (typeof renderer?.render !== "function")
+      throw new HairnetError("invalid", "HairScene needs the renderer: new HairScene(room, renderer)");
     this.name = "hairnet";
     this.#source = source;
     this.#renderer = renderer;

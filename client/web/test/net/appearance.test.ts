@@ -116,7 +116,7 @@ it("refuses 64 kinds of damaged packets", () => {
     for (const [name, damage] of Object.entries(damages)) {
       const packet = new Packet(carrier);
       damage(packet);
-      expect(decode(packet.bytes), `${carrier.name} with ${name}`).toMatchObject({ kind: "malformed" });
+      expect(decode(packet.bytes), `${carrier.name} with ${name}`).toMatchObject({ code: "malformed" });
     }
   }
 });

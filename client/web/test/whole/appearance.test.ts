@@ -1,3 +1,4 @@
+import { isDeepStrictEqual } from "node:util";
 import { spawn } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -71,8 +72,8 @@ describe.skipIf(program === null)("with a server", () => {
     return person;
   };
   const agree = async (what: string, all: Person[], count: number) => {
-    await until(what, () => all.every((each) => each.knows.length === count));
-    for (const each of all) expect(each.knows).toEqual(all[0].knows);
+    await until(what, () => all.every((each) => isDeepStrictEqual(each.knows, all[0].knows)));
+    expect(all[0].knows).toHaveLength(count);
   };
 
   beforeAll(() => server.start());

@@ -1,4 +1,13 @@
-import { kBodyExtinction, kCellMinM, kCellsAcross, kFade, kHairShare, kMargin, kRays } from "../../generated/constants";
+import {
+  kBodyExtinction,
+  kCellMinM,
+  kCellsAcross,
+  kBetweenPointsM,
+  kFade,
+  kHairShare,
+  kMargin,
+  kRays,
+} from "../../generated/constants";
 import type { Groom } from "../../hair/groom";
 
 /** The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head. */
@@ -109,7 +118,7 @@ export class OcclusionGrid {
     const size = [0, 1, 2].map((axis) => Math.fround(high[axis] - low[axis]));
     this.cellM = Math.fround(Math.max(Math.max(...size) / kCellsAcross, kCellMinM));
     for (let axis = 0; axis < 3; ++axis) {
-      this.#origin[axis] = low[axis] - kMargin * this.cellM;
+      this.#origin[axis] = low[axis] - kMargin * this.cellM - kBetweenPointsM;
       this.#count[axis] = Math.min(Math.floor(Math.fround(size[axis] / this.cellM)), kCellsAcross) + 1 + 2 * kMargin;
     }
     return true;
