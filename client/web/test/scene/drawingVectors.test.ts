@@ -227,9 +227,9 @@ test("a character's record and its lattices lie in textures as in C++", () => {
   );
   // The weight of strands in the grid of density is about 30.
   const expected = floats(record);
-  const weight = 4 * 15 + 3;
-  expect(out[weight] / expected[weight]).toBeCloseTo(1, 6);
-  out[weight] = expected[weight];
+  const weightAt = 4 * 15 + 3;
+  expect(out[weightAt] / expected[weightAt]).toBeCloseTo(1, 6);
+  out[weightAt] = expected[weightAt];
   near("record", out, expected, kDirection);
   const { data } = nodes.texture.image as unknown as { data: Float32Array };
   near("lattices", data.subarray(0, floats(lattices).length), floats(lattices), 0);
