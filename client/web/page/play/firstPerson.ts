@@ -3,6 +3,8 @@ import type { Pose } from "../../src/index";
 import { kEyes } from "../head/ownHead";
 
 const kFovDeg = 80;
+/** Behind the eyes, m: from there the hair beside the face is in the picture. The head itself is not drawn. */
+const kBehindEyes = new Vector3(0, 0, -0.1);
 const kAboutFace = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI); // cameras look along -Z
 
 /** Looks out of the own head, so that long hair swings at the edges of the picture. */
@@ -18,11 +20,12 @@ export class FirstPerson {
     camera.updateProjectionMatrix();
   }
 
-  /** Puts the camera between the eyes of `pose`. */
+  /** Puts the camera into the head of `pose`. */
   follow(pose: Pose): void {
     const rotation = new Quaternion(pose[0], pose[1], pose[2], pose[3]);
     this.camera.position
       .copy(kEyes)
+      .add(kBehindEyes)
       .applyQuaternion(rotation)
       .add(new Vector3(pose[4], pose[5], pose[6]));
     this.camera.quaternion.copy(rotation).multiply(kAboutFace);

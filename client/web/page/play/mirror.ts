@@ -15,7 +15,7 @@ import { Reflector } from "three/addons/objects/Reflector.js";
 const kWidthM = 0.62;
 const kHeightM = 0.86;
 const kFrameM = 0.025;
-const kBeforeFaceM = 0.75;
+const kBeforeFaceM = 0.55;
 const kPixels = 1024;
 const kNearestM = 0.05;
 
@@ -25,7 +25,7 @@ export class Mirror extends Group {
     textureWidth: (kPixels * kWidthM) / kHeightM,
     textureHeight: kPixels,
     multisample: 4,
-    color: new Color(0.92, 0.94, 0.95),
+    color: new Color(0.5, 0.5, 0.5), // of Reflector: as bright as what it reflects
   });
 
   /** `head`: the head joint, world; `heading`: where the face looks, about +Y from +Z. */
