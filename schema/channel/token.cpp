@@ -104,7 +104,7 @@ std::string utc_text(std::int64_t time_s) {
 }
 
 std::string room_text(std::string_view room) {
-  return room == wire::kLobby ? "the lobby" : "room '" + std::string(room) + "'";
+  return wire::room_of(room) == wire::kLobby ? "the lobby" : "room '" + std::string(room) + "'";
 }
 
 }  // namespace
