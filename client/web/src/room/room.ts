@@ -18,17 +18,9 @@ import { groomBytes } from "./groomBytes";
 import { GroomQueue } from "./groomQueue";
 import { Member } from "./member";
 import { OwnCharacter, type CharacterOptions } from "./ownCharacter";
-import { windOf, type WindOptions } from "./wind";
+import { kStillAir, windOf, type WindOptions } from "./wind";
 
 const kGroomRetryNs = 3_000_000_000;
-const kStillAir: Wind = {
-  meanMPerS: [0, 0, 0],
-  gustRatio: 0,
-  gustPeriodS: 4,
-  turbulenceRmsMPerS: 0,
-  turbulenceScaleM: 0.6,
-  seed: 1n,
-};
 /** how much a head outside of the view counts against one of the same size in it */
 const kUnseenShare = 0.01;
 

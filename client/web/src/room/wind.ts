@@ -19,7 +19,7 @@ const kFrom = 90;
 const kGust = 0.4;
 const kTurbulenceIntensity = 0.15; // usual outdoors
 
-const kStill: Wind = {
+export const kStillAir: Wind = {
   meanMPerS: [0, 0, 0],
   gustRatio: 0,
   gustPeriodS: 4,
@@ -30,18 +30,18 @@ const kStill: Wind = {
 
 /** The wind of these options, or of some of a `Wind`'s own properties; what is absent gets its default. */
 export function windOf(options: WindOptions | Partial<Wind>): Wind {
-  checkOptions<WindOptions & Partial<Wind>>(options, { ...kShort, ...kStill }, "setWind");
-  const full = Object.keys(options).find((name) => Object.hasOwn(kStill, name));
+  checkOptions<WindOptions & Partial<Wind>>(options, { ...kShort, ...kStillAir }, "setWind");
+  const full = Object.keys(options).find((name) => Object.hasOwn(kStillAir, name));
   const short = Object.keys(options).find((name) => Object.hasOwn(kShort, name));
   if (full && short) throw new HairnetError("invalid", `setWind: give either '${short}' or '${full}', not both`);
-  if (full) return { ...kStill, ...options };
+  if (full) return { ...kStillAir, ...options };
   const { speed = 0, from = kFrom, gust = kGust, turbulence = kTurbulenceIntensity * speed } = options as WindOptions;
   for (const [name, value] of Object.entries({ speed, from, gust, turbulence }))
     if (!Number.isFinite(value)) throw new HairnetError("invalid", `setWind: ${name} is not a number`);
   if (speed < 0) throw new HairnetError("invalid", "setWind: speed is negative; turn the wind by 'from'");
   const angle = (from * Math.PI) / 180;
   return {
-    ...kStill,
+    ...kStillAir,
     meanMPerS: [-speed * Math.sin(angle), 0, -speed * Math.cos(angle)],
     gustRatio: gust,
     turbulenceRmsMPerS: turbulence,
