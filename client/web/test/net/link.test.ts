@@ -1,37 +1,9 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { HairnetError } from "../../src/hair/hairnetError";
-import type { WebSocketLike } from "../../src/net/link";
 import { Link, webSocketUrl } from "../../src/net/link";
-import { decodePacket } from "../../src/net/packet";
+import { FakeSocket } from "../support/fakeSocket";
 import { LinkCoreDriver, addCharacter } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
-
-class FakeSocket implements WebSocketLike {
-  binaryType = "blob";
-  bufferedAmount = 0;
-  onopen: ((event: never) => unknown) | null = null;
-  onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
-  onerror: ((event: never) => unknown) | null = null;
-  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
-  readonly sent: Uint8Array[] = [];
-  closed = false;
-
-  send(bytes: Uint8Array): void {
-    this.sent.push(bytes);
-  }
-  close(): void {
-    this.closed = true;
-  }
-  open(): void {
-    this.onopen?.(undefined as never);
-  }
-  tell(packet: Uint8Array): void {
-    this.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
-  }
-  get saidTypes(): string[] {
-    return this.sent.map((packet) => decodePacket(packet).message.type);
-  }
-}
 
 const welcome = serverPacket(1, new LinkCoreDriver().welcome());
 

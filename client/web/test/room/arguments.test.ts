@@ -1,35 +1,17 @@
 import { describe, expect, test } from "vitest";
-import { connect, HairnetError, Link, materials, Room, type Wind } from "../../src/index";
-import { decodePacket } from "../../src/net/packet";
+import { connect, HairnetError, Link, materials, type Room, type Wind } from "../../src/index";
 import type { ClientMessage } from "../../src/net/messages";
-import { LinkCoreDriver } from "../support/linkCoreDriver";
-import { serverPacket } from "../support/serverPacket";
+import { ServedRoom } from "../support/servedRoom";
 
 /** A room, and what it sent since the last call. */
 function joined(): { room: Room; sent: () => ClientMessage[] } {
-  const packets: Uint8Array[] = [];
-  const socket = {
-    binaryType: "",
-    bufferedAmount: 0,
-    onopen: null as ((event: never) => unknown) | null,
-    onmessage: null as ((event: { readonly data: unknown }) => unknown) | null,
-    onerror: null,
-    onclose: null,
-    send: (bytes: Uint8Array) => packets.push(bytes),
-    close: () => {},
-  };
-  const link = new Link("localhost:7420", { makeSocket: () => socket });
-  const room = new Room(link);
-  void link.connect();
-  socket.onopen?.(undefined as never);
-  const packet = serverPacket(1, new LinkCoreDriver().welcome());
-  socket.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
-  link.flush();
+  const served = new ServedRoom();
+  served.sent();
   return {
-    room,
+    room: served.room,
     sent: () => {
-      link.flush();
-      return packets.splice(0).map((each) => decodePacket(each).message as ClientMessage);
+      served.link.flush();
+      return served.sent();
     },
   };
 }

@@ -1,9 +1,11 @@
 import { ErrorClass, LevelIndex } from "../../src/hair/level";
-import { Link, type WebSocketLike } from "../../src/net/link";
+import { Link } from "../../src/net/link";
 import type { ClientMessage, ServerMessage, Welcome } from "../../src/net/messages";
 import { decodePacket } from "../../src/net/packet";
 import { Room } from "../../src/room/index";
+import { FakeSocket } from "./fakeSocket";
 import { LinkCoreDriver } from "./linkCoreDriver";
+import { rigidContent } from "./rigidContent";
 import { serverPacket } from "./serverPacket";
 
 const kSecond = 1e9;
@@ -29,14 +31,14 @@ export class ServedRoom {
 
   /** Accepts the connection that the link has opened. */
   welcome(more: Partial<Welcome> = {}): void {
-    this.socket.onopen?.(undefined as never);
+    this.socket.open();
     this.receive(new LinkCoreDriver().welcome(more));
   }
 
   /** Breaks the connection; the link opens another. */
   reconnect(more: Partial<Welcome> = {}): void {
     this.socket.onclose?.({ code: 1006, reason: "" });
-    while (this.sockets.length < 2 || this.socket.isWelcomed) {
+    for (const before = this.socket; this.socket === before; ) {
       this.nowNs += kSecond;
       this.link.flush();
     }
@@ -47,9 +49,7 @@ export class ServedRoom {
     return this.sockets[this.sockets.length - 1];
   }
   receive(message: ServerMessage): void {
-    const packet = serverPacket(this.nowNs, message);
-    this.socket.isWelcomed = true;
-    this.socket.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
+    this.socket.tell(serverPacket(this.nowNs, message));
   }
   sent(): ClientMessage[] {
     return this.socket.sent.splice(0).map((packet) => decodePacket(packet).message as ClientMessage);
@@ -66,28 +66,4 @@ export class ServedRoom {
     const rest = { velocities: false, order: 0, stride: 1, stepStride: 1, content: rigidContent() };
     this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
   }
-}
-
-class FakeSocket implements WebSocketLike {
-  binaryType = "blob";
-  bufferedAmount = 0;
-  onopen: ((event: never) => unknown) | null = null;
-  onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
-  onerror: ((event: never) => unknown) | null = null;
-  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
-  readonly sent: Uint8Array[] = [];
-  isWelcomed = false;
-  send(bytes: Uint8Array): void {
-    this.sent.push(bytes);
-  }
-  close(): void {}
-}
-
-/** Choices 0; then for each bone: largest is w (3), positive; six zeros and the largest's own, each of one bit. */
-function rigidContent(): Uint8Array {
-  const bits: number[] = new Array(14).fill(0);
-  for (let bone = 0; bone < 5; ++bone) bits.push(1, 1, 0, 1, 1, 1, 1, 1, 1, 1);
-  const bytes = new Uint8Array(Math.ceil(bits.length / 8));
-  for (const [i, bit] of bits.entries()) bytes[i >> 3] |= bit << (i & 7);
-  return bytes;
 }
