@@ -1,9 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "schema/wire/groom_file.hpp"
-#include "tests/unit/server/fake_client.hpp"
-#include "tests/unit/server/small_groom.hpp"
+#include "tests/unit/server/poll_fixture.hpp"
 
 // The whole server without a socket: what it tells about tags, appearances and the wind of rooms.
 namespace hairnet::server {
@@ -13,24 +11,11 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-constexpr std::int64_t kTestMs = 1'000'000;
 constexpr wire::Appearance kRed{{0x9e, 0x59, 0x30}, {0xb0, 0x70, 0x40}, {0xe0, 0xc0, 0xb0}, 77};
 constexpr wire::Appearance kGreen{{0, 0x80, 0}, {0, 0xff, 0}, {1, 2, 3}, 255};
 
-class AppearancePollTest : public testing::Test {
+class AppearancePollTest : public PollTest {
  protected:
-  void start(Config config = {}) {
-    config.workers = 2;
-    auto created = Server::create(config, metrics_, now_ns_);
-    ASSERT_TRUE(created) << created.error();
-    server_ = std::move(*created);
-  }
-  void run_ms(int count) {
-    for (int i = 0; i < count; ++i) {
-      now_ns_ += kTestMs;
-      server_->poll(now_ns_);
-    }
-  }
   std::unique_ptr<FakeClient> join(const std::string& tag = "", std::optional<wire::Appearance> appearance = {}) {
     auto client = std::make_unique<FakeClient>(*server_, now_ns_);
     client->hello(now_ns_, "hall");
@@ -48,12 +33,6 @@ class AppearancePollTest : public testing::Test {
       tags.push_back(changed.tag);
     return tags;
   }
-
-  Metrics metrics_;
-  std::int64_t now_ns_ = 1'000'000'000'000;
-  std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());
-  wire::GroomHash hash_ = wire::hash_groom(bytes_);
-  std::unique_ptr<Server> server_;
 };
 
 TEST_F(AppearancePollTest, everyone_else_learns_tag_appearance_and_owner_of_a_member) {

@@ -10,8 +10,7 @@
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/recording.hpp"
 #include "server/tick/simulation.hpp"
-#include "tests/unit/server/fake_client.hpp"
-#include "tests/unit/server/small_groom.hpp"
+#include "tests/unit/server/poll_fixture.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -21,46 +20,9 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Not;
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kStep_m = codec::kStep_m[static_cast<std::size_t>(codec::ErrorClass::half_mm)];
-constexpr std::int64_t kStart_ns = 1'000'000'000'000;
 
-// The head turns about the vertical and sways.
-Pose moving_pose(std::int64_t at_ns) {
-  const double t = static_cast<double>(at_ns - kStart_ns) * 1e-9;
-  return rigid_pose({Quat(Eigen::AngleAxisd(0.6 * std::sin(5 * t), Vec3::UnitY())), {0.1 * std::sin(3 * t), 1.6, 0}});
-}
-
-class ServerPollTest : public testing::Test {
- protected:
-  void start(Config config = {}) {
-    config.workers = 2;
-    auto created = Server::create(config, metrics_, now_ns_);
-    ASSERT_TRUE(created) << created.error();
-    server_ = std::move(*created);
-  }
-  // Runs the server for `count` milliseconds; each client sends a pose of character 1 every 15 ms.
-  void run_ms(int count, const std::vector<FakeClient*>& senders = {}) {
-    for (int i = 0; i < count; ++i) {
-      now_ns_ += kMs;
-      if (i % 15 == 0) {
-        for (FakeClient* client : senders) client->pose(1, moving_pose(now_ns_), now_ns_);
-      }
-      server_->poll(now_ns_);
-    }
-  }
-  void add(FakeClient& client, LevelIndex level = LevelIndex::low, const std::string& room = "") {
-    client.hello(now_ns_, room);
-    client.upload(bytes_, hash_, now_ns_);
-    client.send(wire::AddCharacter{1, hash_, level}, now_ns_);
-  }
-
-  Metrics metrics_;
-  std::int64_t now_ns_ = kStart_ns;
-  std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());
-  wire::GroomHash hash_ = wire::hash_groom(bytes_);
-  std::unique_ptr<Server> server_;
-};
+class ServerPollTest : public PollTest {};
 
 TEST_F(ServerPollTest, two_clients_of_one_groom_upload_it_once_and_both_get_its_frames) {
   start();
