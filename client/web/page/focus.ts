@@ -3,6 +3,7 @@ import { Bone, kNumbersPerBone, type Member } from "../src/index";
 import type { HairCharacter } from "../src/scene/index";
 import { boxOf, clearBearing, clearSwing, type Place, type Portrait, portraitOf } from "./framing";
 import { yawOf } from "./head/headPose";
+import { Hero } from "./hero";
 import { kViewHeightRad, type Stage } from "./stage";
 
 const kSwingMaxRad = 0.6;
@@ -22,6 +23,7 @@ export interface Shown {
 export class Focus {
   /** member number; null: everyone, or nobody yet */
   person: number | null = null;
+  readonly #hero = new Hero();
   /** The user chose this view: a person, or everyone. */
   #isChosen = false;
   /** what the last framing depended on */
@@ -57,7 +59,8 @@ export class Focus {
   #move(shown: readonly Shown[], dtS: number): void {
     const mayFrame = !this.stage.isMoved;
     let one = shown.find(({ member }) => member.member === this.person);
-    if (mayFrame && !this.#isChosen && !one?.character.isReady) one = firstOf(shown) ?? one;
+    const hero = this.#hero.choose(shown, dtS);
+    if (mayFrame && !this.#isChosen && !one?.character.isReady) one = hero ?? one;
     if ((one?.member.member ?? null) !== this.person) this.#set(one?.member.member ?? null);
     const { width, height } = this.stage.free;
     if (!one) {
@@ -108,21 +111,6 @@ export class Focus {
     const isAlone = others.every(({ x, z }) => Math.hypot(x - at.x, z - at.z) > kAloneM);
     motion.orbitSlowly(isAlone ? Infinity : clearSwing(at, bearing, others, distance, kSwingMaxRad));
   }
-}
-
-/** The person of the first view: the most central one whose hair is ready, or the most central one. */
-function firstOf(shown: readonly Shown[]): Shown | undefined {
-  const own = shown.find(({ member }) => member.own);
-  if (own) return own;
-  const ready = shown.filter(({ character }) => character.isReady);
-  const from = ready.length > 0 ? ready : shown;
-  const middle = { x: 0, z: 0 };
-  for (const one of shown) {
-    middle.x += placeOf(one).x / shown.length;
-    middle.z += placeOf(one).z / shown.length;
-  }
-  const away = (one: Shown) => Math.hypot(placeOf(one).x - middle.x, placeOf(one).z - middle.z);
-  return [...from].sort((a, b) => away(a) - away(b))[0];
 }
 
 function placeOf({ character }: Shown): Place {

@@ -1,9 +1,14 @@
+/** The first request waits so long for heights: without them the first groom may be that of a head far away. */
+const kHeightsWaitMs = 300;
+
 /** The grooms to fetch, one after the other: the first one is whole soon, where all at once would be whole at the end. */
 export class GroomQueue {
   readonly #waiting = new Set<string>();
   /** height of the largest head with the groom over the screen's height; heads outside of the view count little */
   readonly #heights = new Map<string, number>();
   #current: string | null = null;
+  /** when the first groom began to wait; long ago if heights are known */
+  #beganMs: number | null = null;
 
   add(groom: string): void {
     if (groom !== this.#current) this.#waiting.add(groom);
@@ -24,11 +29,14 @@ export class GroomQueue {
   setHeights(heights: Iterable<readonly [groom: string, height: number]>): void {
     this.#heights.clear();
     for (const [groom, height] of heights) this.#heights.set(groom, Math.max(height, this.#heights.get(groom) ?? 0));
+    if (this.#heights.size > 0) this.#beganMs = -Infinity;
   }
 
   /** The groom to ask for now: the largest on the screen; null while another is on its way. */
-  next(): string | null {
-    if (this.#current !== null) return null;
+  next(nowMs: number): string | null {
+    if (this.#current !== null || this.#waiting.size === 0) return null;
+    this.#beganMs ??= nowMs;
+    if (nowMs - this.#beganMs < kHeightsWaitMs) return null;
     let best: string | null = null;
     for (const groom of this.#waiting)
       if (best === null || (this.#heights.get(groom) ?? 0) > (this.#heights.get(best) ?? 0)) best = groom;

@@ -161,7 +161,7 @@ export class Room implements HairSource {
     const nowNs = this.link.nowNs();
     this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
-    const wanted = this.#queue.next();
+    const wanted = this.#queue.next(1e-6 * nowNs);
     if (wanted) this.link.use((core) => core.requestGroom(wanted));
     const shown = [...this.members.values()];
     for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);

@@ -34,18 +34,36 @@ function begin() {
   return { stage, focus, told };
 }
 
-test("at first it shows the most central person whose hair is ready, and stays with that person", () => {
+test("at first it shows the most central person, and waits a while for that person's hair", () => {
   const { stage, focus } = begin();
   const three = [person(1, -1, false), person(2, 0, false), person(3, 0.9, false)];
   focus.update([], 0.1);
   expect(focus.person).toBeNull();
   focus.update(three, 0.1);
   expect(focus.person).toBe(2);
-  focus.update([person(1, -1), three[1], three[2]], 0.1);
+  const oneReady = [person(1, -1), three[1], three[2]];
+  for (let s = 0; s < 2.5; s += 0.1) focus.update(oneReady, 0.1);
+  expect(focus.person).toBe(2);
+  for (let s = 0; s < 1; s += 0.1) focus.update(oneReady, 0.1);
   expect(focus.person).toBe(1);
   focus.update([person(1, -1), person(2, 0), person(3, 0.9)], 0.1);
   expect(focus.person).toBe(1);
   expect(stage.orbits).toBe(2);
+});
+
+test("it shows a calm person first rather than one who dances in the middle", () => {
+  const { focus } = begin();
+  const at = (s: number) => [person(1, 0.3 * Math.sin(6 * s), false), person(2, 0.7, false), person(3, -0.9, false)];
+  for (let s = 0; s < 1.5; s += 0.05) focus.update(at(s), 0.05);
+  expect(focus.person).toBe(2);
+});
+
+test("whose hair cannot be had is not the first", () => {
+  const { focus } = begin();
+  const faulty = person(1, 0, false);
+  Object.assign(faulty.member, { fault: "its groom is damaged" });
+  focus.update([faulty, person(2, 0.8, false)], 0.1);
+  expect(focus.person).toBe(2);
 });
 
 test("after the user's own move nothing moves the camera until the user chooses", () => {

@@ -1,0 +1,73 @@
+import type { Vector3 } from "three";
+import type { Place } from "./framing";
+import type { Shown } from "./focus";
+
+/** Seconds over which the speed of a head is averaged. */
+const kCalmS = 1;
+/** A person who moves at 1 m/s is as far from the choice as a still one who stands so many metres from the middle. */
+const kMovingM = 3;
+/** Another person must be better by so many metres: the choice does not waver. */
+const kBetterM = 0.3;
+/** As long as somebody else could be drawn, the choice waits no longer for its own hair, s. */
+const kWaitS = 3;
+
+interface Head {
+  readonly position: Vector3;
+  /** m/s */
+  speed: number;
+}
+
+/** Chooses the person of the first view: oneself, or else the calmest and most central one. */
+export class Hero {
+  readonly #heads = new Map<number, Head>();
+  #person: number | null = null;
+  #waitedS = 0;
+
+  /** Call it before each picture, with everyone who has a pose. Returns null when nobody is there. */
+  choose(shown: readonly Shown[], dtS: number): Shown | null {
+    this.#watch(shown, dtS);
+    const own = shown.find(({ member }) => member.own);
+    if (own) return own;
+    const ready = shown.filter(({ character }) => character.isReady);
+    const before = shown.find(({ member }) => member.member === this.#person);
+    if (before?.character.isReady) return before;
+    this.#waitedS = ready.length > 0 ? this.#waitedS + dtS : 0;
+    const candidates = this.#waitedS > kWaitS ? ready : shown.filter(({ member }) => !member.fault);
+    if (candidates.length === 0) return null;
+    const middle = middleOf(shown);
+    const away = (one: Shown) => this.#distance(one, middle);
+    const best = candidates.reduce((a, b) => (away(b) < away(a) ? b : a));
+    const stays = before && candidates.includes(before) && away(before) < away(best) + kBetterM;
+    const chosen = stays ? before : best;
+    this.#person = chosen.member.member;
+    return chosen;
+  }
+
+  #watch(shown: readonly Shown[], dtS: number): void {
+    const present = new Set(shown.map(({ member }) => member.member));
+    for (const person of this.#heads.keys()) if (!present.has(person)) this.#heads.delete(person);
+    for (const { member, character } of shown) {
+      const head = this.#heads.get(member.member);
+      if (!head) this.#heads.set(member.member, { position: character.position.clone(), speed: 0 });
+      else if (dtS > 0) {
+        const share = Math.min(dtS / kCalmS, 1);
+        head.speed += share * (head.position.distanceTo(character.position) / dtS - head.speed);
+        head.position.copy(character.position);
+      }
+    }
+  }
+
+  #distance({ member, character: { position } }: Shown, middle: Place): number {
+    const away = Math.hypot(position.x - middle.x, position.z - middle.z);
+    return away + kMovingM * (this.#heads.get(member.member)?.speed ?? 0);
+  }
+}
+
+function middleOf(shown: readonly Shown[]): Place {
+  const middle = { x: 0, z: 0 };
+  for (const { character } of shown) {
+    middle.x += character.position.x / shown.length;
+    middle.z += character.position.z / shown.length;
+  }
+  return middle;
+}
