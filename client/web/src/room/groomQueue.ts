@@ -1,5 +1,8 @@
-/** The first request waits so long for heights: without them the first groom may be that of a head far away. */
-const kHeightsWaitMs = 300;
+// The first request waits until heights were told twice: by the second time an application has placed its camera. One
+// that tells none waits so long, and for so many calls, as pictures may be slow.
+const kReports = 2;
+const kWaitMs = 600;
+const kWaitCalls = 4;
 
 /** The grooms to fetch, one after the other: the first one is whole soon, where all at once would be whole at the end. */
 export class GroomQueue {
@@ -7,7 +10,9 @@ export class GroomQueue {
   /** height of the largest head with the groom over the screen's height; heads outside of the view count little */
   readonly #heights = new Map<string, number>();
   #current: string | null = null;
-  /** when the first groom began to wait; long ago if heights are known */
+  #reports = 0;
+  #calls = 0;
+  /** when the first groom began to wait */
   #beganMs: number | null = null;
 
   add(groom: string): void {
@@ -29,14 +34,15 @@ export class GroomQueue {
   setHeights(heights: Iterable<readonly [groom: string, height: number]>): void {
     this.#heights.clear();
     for (const [groom, height] of heights) this.#heights.set(groom, Math.max(height, this.#heights.get(groom) ?? 0));
-    if (this.#heights.size > 0) this.#beganMs = -Infinity;
+    if (this.#heights.size > 0) ++this.#reports;
   }
 
   /** The groom to ask for now: the largest on the screen; null while another is on its way. */
   next(nowMs: number): string | null {
     if (this.#current !== null || this.#waiting.size === 0) return null;
     this.#beganMs ??= nowMs;
-    if (nowMs - this.#beganMs < kHeightsWaitMs) return null;
+    const hasWaited = ++this.#calls >= kWaitCalls && nowMs - this.#beganMs >= kWaitMs;
+    if (this.#reports < kReports && !hasWaited) return null;
     let best: string | null = null;
     for (const groom of this.#waiting)
       if (best === null || (this.#heights.get(groom) ?? 0) > (this.#heights.get(best) ?? 0)) best = groom;

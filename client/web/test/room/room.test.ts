@@ -19,10 +19,12 @@ test("shows a sleeping member whose only frame came together with the news of it
   expect(member.pose && [...member.pose]).toEqual([...rigidPose()].map((x) => expect.closeTo(x, 4)));
 });
 
-/** Requests for grooms that it sends in so many seconds. */
+/** Requests for grooms that it sends in so many seconds, with a picture every 0.1 s. */
 function requestsAfter(served: ServedRoom, seconds: number): number {
-  served.nowNs += seconds * kSecond;
-  served.room.sample(0);
+  for (let s = 0; s < seconds; s += 0.1) {
+    served.nowNs += 0.1 * kSecond;
+    served.room.sample(0);
+  }
   served.link.flush();
   return served.sent().filter((message) => message.type === "groomRequest").length;
 }
@@ -30,8 +32,7 @@ function requestsAfter(served: ServedRoom, seconds: number): number {
 test("asks for a missing groom, and again later when no member can give it", () => {
   const served = new ServedRoom();
   served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  const requests = () => requestsAfter(served, 0.5);
-  served.room.sample(0);
+  const requests = () => requestsAfter(served, 0.8);
   expect(requests()).toBe(1);
   served.receive({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
   expect(requests()).toBe(0);
@@ -105,12 +106,11 @@ test("all own characters exist when a new server swaps their numbers, and their 
 
 test("an unused groom is not requested again, and not kept as damaged", () => {
   const served = new ServedRoom();
-  const requests = () => requestsAfter(served, 0.5);
+  const requests = () => requestsAfter(served, 0.8);
   const join = (member: number) =>
     served.receive({ type: "memberJoined", member, session: 9n, character: 1, groom, ...kPlain });
   const leave = (member: number) => served.receive({ type: "memberLeft", member });
   join(5);
-  served.room.sample(0);
   expect(requests()).toBe(1);
   leave(5);
   served.receive({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
@@ -206,10 +206,11 @@ test("fetches one groom after the other, that of the largest head first", () => 
       appearance: null,
     });
   expect(asked()).toEqual([]);
-  served.room.reportImportance([
+  const importance = [
     { member: 2, screenHeight: 0.9, inView: false },
     { member: 3, screenHeight: 0.1, inView: true },
-  ]);
+  ];
+  for (let n = 0; n < 2; ++n) served.room.reportImportance(importance);
   expect(asked()).toEqual([grooms[2]]);
   expect(asked()).toEqual([]);
   served.receive({ type: "error", reason: 20, character: 0, groom: grooms[2], detail: "not here" }); // groomUnavailable

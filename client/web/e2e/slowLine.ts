@@ -1,0 +1,63 @@
+import { connect, createServer, type Server, type Socket } from "node:net";
+import type { AddressInfo } from "node:net";
+
+/** A TCP relay with a delay and, from the server to the client, a rate that all connections share. */
+export class SlowLine {
+  /** from the server, so far */
+  bytes = 0;
+  readonly #sockets = new Set<Socket>();
+  readonly #server: Server;
+  /** when the line has sent everything that it was given, ms */
+  #freeMs = 0;
+
+  constructor(
+    targetPort: number,
+    private readonly bitsPerS: number,
+    private readonly oneWayMs: number,
+  ) {
+    this.#server = createServer((client) => {
+      const target = connect(targetPort, "127.0.0.1");
+      for (const socket of [client, target]) {
+        socket.setNoDelay(true);
+        this.#sockets.add(socket);
+        socket.on("error", () => socket.destroy());
+        socket.on("close", () => this.#sockets.delete(socket));
+      }
+      this.#relay(client, target, Infinity);
+      this.#relay(target, client, this.bitsPerS);
+    });
+  }
+
+  async start(): Promise<void> {
+    await new Promise<void>((done) => this.#server.listen(0, "127.0.0.1", done));
+  }
+
+  get port(): number {
+    return (this.#server.address() as AddressInfo).port;
+  }
+
+  dispose(): void {
+    for (const socket of this.#sockets) socket.destroy();
+    this.#server.close();
+  }
+
+  #relay(from: Socket, to: Socket, bitsPerS: number): void {
+    let last = Promise.resolve();
+    const at = (ms: number, then: () => void) => {
+      last = last.then(() => new Promise((done) => setTimeout(done, ms - performance.now()))).then(then);
+    };
+    from.on("data", (data) => {
+      const isDown = bitsPerS < Infinity;
+      if (isDown) {
+        this.bytes += data.length;
+        this.#freeMs = Math.max(this.#freeMs, performance.now()) + (8000 * data.length) / bitsPerS;
+      }
+      // A sender that is faster than the line waits, as it would for a full buffer on the way.
+      from.pause();
+      at((isDown ? this.#freeMs : performance.now()) + this.oneWayMs, () => to.write(data));
+      setTimeout(() => from.resume(), isDown ? this.#freeMs - performance.now() : 0);
+    });
+    from.on("end", () => at(performance.now() + this.oneWayMs, () => to.end()));
+    from.on("close", () => at(performance.now() + this.oneWayMs, () => to.destroy()));
+  }
+}
