@@ -95,29 +95,26 @@ static Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
 
 namespace {
 
-// Takes an absent vector for an empty one, piece by piece.
+// A vector's numbers, piece by piece.
 template <class T>
 class Pieces {
  public:
-  explicit Pieces(const flatbuffers::Vector<T>* all) : all_(all) {}
+  explicit Pieces(std::span<const T> all) : all_(all) {}
   // The next `count` of them; false when there are not so many.
   template <class To>
   bool take(std::size_t count, std::vector<To>& out) {
     static_assert(sizeof(To) % sizeof(T) == 0);
     constexpr std::size_t kEach = sizeof(To) / sizeof(T);
-    const std::size_t left = (all_ ? all_->size() : 0) - next_;
-    if (count > left / kEach) return false;
+    if (count > all_.size() / kEach) return false;
     out.resize(count);
-    if (count > 0) std::memcpy(static_cast<void*>(out.data()), all_->data() + next_, count * sizeof(To));
-    next_ += count * kEach;
-    HAIRNET_ASSERT(!all_ || next_ <= all_->size());
+    if (count > 0) std::memcpy(static_cast<void*>(out.data()), all_.data(), count * sizeof(To));
+    all_ = all_.subspan(count * kEach);
     return true;
   }
-  [[nodiscard]] bool all_taken() const { return next_ == (all_ ? all_->size() : 0); }
+  [[nodiscard]] bool all_taken() const { return all_.empty(); }
 
  private:
-  const flatbuffers::Vector<T>* all_;
-  std::size_t next_ = 0;
+  std::span<const T> all_;
 };
 
 // A vector of structs that may be absent, as a range to walk over.
@@ -133,7 +130,7 @@ bool is_aligned_or_absent(const flatbuffers::Vector<const Struct*>* all) {
 }
 
 std::string read_root_blends(const fb::Groom& in, Groom& out) {
-  Pieces points(in.root_blend_points());
+  Pieces points(span_of(in.root_blend_points()));
   if (in.root_blend_counts()) {
     for (const std::uint16_t count : *in.root_blend_counts()) {
       if (!points.take(count, out.root_blends.emplace_back().points)) return "fewer root blend points than counted";
@@ -158,9 +155,19 @@ class PointCounter {
   std::uint32_t next_;
 };
 
+std::string read_indices(const fb::Groom& in, const flatbuffers::Vector<std::uint32_t>* plain,
+                         const flatbuffers::Vector<std::uint8_t>* planes, std::vector<std::uint32_t>& out) {
+  if (in.version() >= 3) return decode_indices(span_of(planes), out);
+  out.assign(span_of(plain).begin(), span_of(plain).end());
+  return {};
+}
+
 std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
-  Pieces triangles(in.cloth_triangles());
-  Pieces distances(in.cloth_root_distances());
+  std::vector<std::uint32_t> indices;
+  std::string fault = read_indices(in, in.cloth_triangles(), in.cloth_triangle_planes(), indices);
+  if (!fault.empty()) return "cloths: " + fault;
+  Pieces<std::uint32_t> triangles(indices);
+  Pieces distances(span_of(in.cloth_root_distances()));
   for (const fb::Cloth& c : structs(in.cloths())) {
     Cloth& cloth = out.cloths.emplace_back(from_flatbuffer(c, points.take(c.point_count())));
     if (!triangles.take(c.triangle_count(), cloth.triangles)) return "fewer cloth triangles than counted";
@@ -171,7 +178,10 @@ std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
 }
 
 std::string read_knots(const fb::Groom& in, Groom& out) {
-  Pieces points(in.knot_points());
+  std::vector<std::uint32_t> indices;
+  std::string fault = read_indices(in, in.knot_points(), in.knot_point_planes(), indices);
+  if (!fault.empty()) return "knots: " + fault;
+  Pieces<std::uint32_t> points(indices);
   for (const fb::Knot& k : structs(in.knots())) {
     Knot& knot = out.knots.emplace_back();
     if (!points.take(k.point_count(), knot.points)) return "fewer tied points than counted";
@@ -191,11 +201,11 @@ std::string read_far_cards(const fb::Groom& in, FarCards& out) {
     out.cards.push_back({points, s.root_length_m(), s.strand_count(), s.group(), s.rooted()});
   }
   if (in.version() >= 3) {
-    const std::string fault =
-        decode_points(span_of(in.far_card_weights()), span_of(in.far_card_planes()), point_runs(out), out.points);
+    const std::string fault = decode_points(span_of(in.far_card_weights()), span_of(in.far_card_references()),
+                                            span_of(in.far_card_planes()), point_runs(out), out.points);
     return fault.empty() ? "" : "far cards: " + fault;
   }
-  Pieces points(in.far_card_points());
+  Pieces points(span_of(in.far_card_points()));
   if (!points.take(next, out.points)) return "fewer points of far cards than counted";
   return points.all_taken() ? "" : "more points of far cards than counted";
 }
@@ -238,10 +248,10 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   flat.threads = write_structs(to, threads);
   flat.cards = write_structs(to, cards);
   flat.cloths = write_structs(to, cloths);
-  flat.cloth_triangles = write(to, triangles);
+  flat.cloth_triangle_planes = write(to, encode_indices(triangles));
   flat.cloth_root_distances = write(to, distances);
   flat.knots = write_structs(to, knots);
-  flat.knot_points = write(to, tied);
+  flat.knot_point_planes = write(to, encode_indices(tied));
   flat.far_cards = write_structs(to, far_cards);
   return flat;
 }
@@ -253,10 +263,10 @@ void add_features(const FlatFeatures& features, fb::GroomBuilder& table) {
   table.add_threads(features.threads);
   table.add_cards(features.cards);
   table.add_cloths(features.cloths);
-  table.add_cloth_triangles(features.cloth_triangles);
+  table.add_cloth_triangle_planes(features.cloth_triangle_planes);
   table.add_cloth_root_distances(features.cloth_root_distances);
   table.add_knots(features.knots);
-  table.add_knot_points(features.knot_points);
+  table.add_knot_point_planes(features.knot_point_planes);
   table.add_far_cards(features.far_cards);
 }
 

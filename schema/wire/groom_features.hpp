@@ -17,10 +17,10 @@ struct FlatFeatures {
   Vector<const fb::Thread*> threads;
   Vector<const fb::HairCard*> cards;
   Vector<const fb::Cloth*> cloths;
-  Vector<std::uint32_t> cloth_triangles;
+  Vector<std::uint8_t> cloth_triangle_planes;
   Vector<float> cloth_root_distances;
   Vector<const fb::Knot*> knots;
-  Vector<std::uint32_t> knot_points;
+  Vector<std::uint8_t> knot_point_planes;
   Vector<const fb::FarCard*> far_cards;
 };
 

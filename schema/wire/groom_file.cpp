@@ -57,6 +57,17 @@ fb::Joints flatten_joints(const Body& body) {
           joint(Bone::upper_trunk)};
 }
 
+// The vertices of a body are one run.
+std::vector<PointRun> whole_body(std::size_t vertex_count) {
+  return {{0, vertex_count, 1, {}}};
+}
+
+std::vector<std::uint8_t> encode_triangles(const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  std::vector<std::uint32_t> indices;
+  for (const auto& triangle : triangles) indices.insert(indices.end(), triangle.begin(), triangle.end());
+  return encode_indices(indices);
+}
+
 auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<std::uint32_t> counts;
   counts.reserve(groom.strand_count());
@@ -69,12 +80,9 @@ auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
 std::vector<std::uint8_t> write_table(const Groom& groom) {
   FlatBufferBuilder to(std::size_t{1} << 16);
   const Body& body = groom.body;
-  const std::size_t vertex_count = body.mesh.vertices.size();
   const fb::Joints joints = flatten_joints(body);
-  const std::vector<PointRun> runs = point_runs(groom), far_runs = point_runs(groom.far_cards);
-  const EncodedPoints points = encode_points(groom.points, runs);
-  const EncodedPoints far_points = encode_points(groom.far_cards.points, far_runs);
-  const PointRun whole_body{0, vertex_count, 1};
+  const EncodedPoints points = encode_points(groom.points, point_runs(groom));
+  const EncodedPoints far_points = encode_points(groom.far_cards.points, point_runs(groom.far_cards));
   std::vector<std::string> names;
   for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
   // One after the other: the order of evaluation of arguments would decide the bytes.
@@ -88,11 +96,14 @@ std::vector<std::uint8_t> write_table(const Groom& groom) {
   const FlatFeatures features = write_features(to, groom);
   const auto point_counts = write_point_counts(to, groom);
   const auto point_weights = to.CreateVector(points.weights);
+  const auto point_references = to.CreateVector(points.references);
   const auto point_planes = to.CreateVector(points.planes);
-  const auto vertex_planes = to.CreateVector(encode_points(body.mesh.vertices, {&whole_body, 1}).planes);
+  const auto vertex_planes =
+      to.CreateVector(encode_points(body.mesh.vertices, whole_body(body.mesh.vertices.size())).planes);
   const auto bone_weight_planes = to.CreateVector(encode_bone_weights(body.bone_weights));
   const auto triangle_planes = to.CreateVector(encode_triangles(body.mesh.triangles));
   const auto far_weights = to.CreateVector(far_points.weights);
+  const auto far_references = to.CreateVector(far_points.references);
   const auto far_planes = to.CreateVector(far_points.planes);
   fb::GroomBuilder table(to);
   table.add_version(kGroomVersion);
@@ -111,11 +122,13 @@ std::vector<std::uint8_t> write_table(const Groom& groom) {
   add_features(features, table);
   table.add_strand_point_counts(point_counts);
   table.add_point_weights(point_weights);
+  table.add_point_references(point_references);
   table.add_point_planes(point_planes);
   table.add_vertex_planes(vertex_planes);
   table.add_bone_weight_planes(bone_weight_planes);
   table.add_triangle_planes(triangle_planes);
   table.add_far_card_weights(far_weights);
+  table.add_far_card_references(far_references);
   table.add_far_card_planes(far_planes);
   return finish(to, table.Finish(), fb::GroomIdentifier());
 }
@@ -154,7 +167,8 @@ std::string read_strands(const fb::Groom& in, Groom& out) {
 // Version 3: the points, once it is known what has how many of them.
 std::string read_points(const fb::Groom& in, Groom& out) {
   if (in.version() < 3) return {};
-  return decode_points(span_of(in.point_weights()), span_of(in.point_planes()), point_runs(out), out.points);
+  return decode_points(span_of(in.point_weights()), span_of(in.point_references()), span_of(in.point_planes()),
+                       point_runs(out), out.points);
 }
 
 std::string read_materials(const fb::Groom& in, const GroomLimits& limits, MaterialSet& out) {
@@ -168,6 +182,15 @@ std::string read_materials(const fb::Groom& in, const GroomLimits& limits, Mater
   return {};
 }
 
+std::string decode_triangles(std::span<const std::uint8_t> planes, std::vector<std::array<std::uint32_t, 3>>& out) {
+  std::vector<std::uint32_t> indices;
+  if (std::string fault = decode_indices(planes, indices); !fault.empty()) return fault;
+  if (indices.size() % 3 != 0) return "triangles are not 3 numbers each";
+  out.resize(indices.size() / 3);
+  if (!out.empty()) std::memcpy(out.data(), indices.data(), indices.size() * sizeof(indices[0]));
+  return {};
+}
+
 std::string read_body(const fb::Groom& in, Body& out) {
   if (in.vertices()->size() % 3 != 0 || in.triangles()->size() % 3 != 0 || in.bone_weights()->size() % kBoneCount != 0)
     return "body: vertices or triangles are not 3 numbers each, or bone weights not 5";
@@ -177,8 +200,7 @@ std::string read_body(const fb::Groom& in, Body& out) {
     from_flatbuffer(*in.bone_weights(), out.bone_weights);
   } else {
     const std::span<const std::uint8_t> vertices = span_of(in.vertex_planes());
-    const PointRun whole_body{0, vertices.size() / 9, 1};
-    std::string fault = decode_points({}, vertices, {&whole_body, 1}, out.mesh.vertices);
+    std::string fault = decode_points({}, {}, vertices, whole_body(vertices.size() / 9), out.mesh.vertices);
     if (fault.empty()) fault = decode_triangles(span_of(in.triangle_planes()), out.mesh.triangles);
     if (fault.empty()) fault = decode_bone_weights(span_of(in.bone_weight_planes()), out.bone_weights);
     if (!fault.empty()) return "body: " + fault;

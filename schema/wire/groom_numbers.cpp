@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/assert.hpp"
 
@@ -13,6 +14,8 @@ constexpr std::size_t kPlanes = 3;  // an integer has 24 bits
 constexpr std::int32_t kIntegerMax = (1 << 23) - 1;
 constexpr std::size_t kRunsPerRowMin = 64;  // fewer runs do not pay for weights of their own
 constexpr double kWeightUnit = 4096;
+constexpr std::size_t kReferencesTriedMax = 2048;  // for each run
+constexpr std::size_t kNone = ~std::size_t{0};
 
 // The lowest 24 bits as a signed number.
 std::int32_t wrapped(std::int64_t value) {
@@ -66,17 +69,21 @@ void for_each_row(std::span<const PointRun> all, Body body) {
   }
 }
 
-// Calls body(i, step) for each coordinate i of the row; i - step is the same coordinate of the point before.
+// Calls body(i, step, reference) for each coordinate i of the row; i - step is the same coordinate of the point before,
+// `reference` that of the point of the same number in the run's reference, or kNone.
 template <class Body>
 void for_each_coordinate(std::size_t number, std::span<const PointRun> runs, Body body) {
   for (const PointRun& run : runs) {
     const std::size_t step = 3 * run.stride, begin = 3 * run.begin + number * step;
     const std::size_t end = std::min(begin + step, 3 * run.end);
-    for (std::size_t i = begin; i < end; ++i) body(i, step);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t reference = 3 * std::size_t{run.reference.begin} + (i - 3 * run.begin);
+      body(i, step, reference < 3 * std::size_t{run.reference.end} ? reference : kNone);
+    }
   }
 }
 
-using Taps = std::array<std::int16_t, kGroomTaps>;
+using Weights = std::array<std::int16_t, kGroomWeightsPerRow>;
 using Steps = std::array<std::int64_t, kGroomTaps>;
 
 // From each point before coordinate i to the next one, the nearest first; 0 where there are no more.
@@ -87,42 +94,125 @@ Steps steps_before(std::span<const std::int32_t> q, std::size_t number, std::siz
   return steps;
 }
 
+// A weighted sum, rounded to the nearest.
+std::int64_t scaled(std::int64_t sum) {
+  static_assert(kWeightUnit == 1 << 12);
+  return (sum + (1 << 11)) >> 12;
+}
+
+// From the points before in the same run.
 std::int64_t predict(std::span<const std::int32_t> q, std::size_t number, std::size_t i, std::size_t step,
-                     const Taps& taps) {
+                     const Weights& weights) {
   if (number == 0) return 0;
   const Steps steps = steps_before(q, number, i, step);
-  auto sum = static_cast<std::int64_t>(kWeightUnit / 2);
-  for (std::size_t t = 0; t < kGroomTaps; ++t) sum += taps[t] * steps[t];
-  return q[i - step] + (sum >> 12);
+  std::int64_t sum = 0;
+  for (std::size_t t = 0; t < kGroomTaps; ++t) sum += weights[t] * steps[t];
+  return q[i - step] + scaled(sum);
 }
-static_assert(kWeightUnit == 1 << 12);
 
-// The weights of the smallest squared error over the row.
-Taps fit_taps(std::span<const std::int32_t> q, std::size_t number, std::span<const PointRun> runs) {
+Eigen::Vector<double, kGroomTaps> to_vector(const Steps& steps) {
+  Eigen::Vector<double, kGroomTaps> x;
+  for (std::size_t t = 0; t < kGroomTaps; ++t) x[static_cast<Eigen::Index>(t)] = static_cast<double>(steps[t]);
+  return x;
+}
+
+// What the reference's error says of the error of coordinate i.
+std::int64_t predict_error(std::span<const std::int32_t> errors, std::size_t reference, const Weights& weights) {
+  return reference == kNone ? 0 : scaled(std::int64_t{weights[kGroomTaps]} * errors[reference]);
+}
+
+std::int16_t to_weight(double fitted) {
+  const double weight = kWeightUnit * fitted;
+  return static_cast<std::int16_t>(std::clamp(std::isfinite(weight) ? std::round(weight) : 0.0, -32768.0, 32767.0));
+}
+
+// Sets the weights of steps of the smallest squared error over the row, given the weight of the reference.
+void fit_steps(std::span<const std::int32_t> q, std::size_t number, std::span<const PointRun> row, Weights& weights) {
   using Matrix = Eigen::Matrix<double, kGroomTaps, kGroomTaps>;
   using Vector = Eigen::Vector<double, kGroomTaps>;
+  if (number < 2) return;
+  const double of_reference = weights[kGroomTaps] / kWeightUnit;
   Matrix a = Matrix::Identity();  // so that a step that is always 0 has weight 0
   Vector b = Vector::Zero();
-  for_each_coordinate(number, runs, [&](std::size_t i, std::size_t step) {
-    const Steps steps = steps_before(q, number, i, step);
-    Vector x;
-    for (std::size_t t = 0; t < kGroomTaps; ++t) x[static_cast<Eigen::Index>(t)] = static_cast<double>(steps[t]);
+  for_each_coordinate(number, row, [&](std::size_t i, std::size_t step, std::size_t reference) {
+    Vector x = to_vector(steps_before(q, number, i, step));
+    double y = q[i] - q[i - step];
+    if (reference != kNone) {
+      x -= of_reference * to_vector(steps_before(q, number, reference, step));
+      y -= of_reference * (q[reference] - q[reference - step]);
+    }
     a += x * x.transpose();
-    b += static_cast<double>(q[i] - q[i - step]) * x;
+    b += y * x;
   });
   const Vector fitted = a.ldlt().solve(b);
-  Taps taps{};
-  for (std::size_t t = 0; t < kGroomTaps; ++t) {
-    const double weight = kWeightUnit * fitted[static_cast<Eigen::Index>(t)];
-    taps[t] =
-        static_cast<std::int16_t>(std::clamp(std::isfinite(weight) ? std::round(weight) : 0.0, -32768.0, 32767.0));
+  for (std::size_t t = 0; t < kGroomTaps; ++t) weights[t] = to_weight(fitted[static_cast<Eigen::Index>(t)]);
+}
+
+// Sets the weight of the reference, likewise.
+void fit_reference(std::span<const std::int32_t> errors, std::size_t number, std::span<const PointRun> row,
+                   Weights& weights) {
+  double a = 1, b = 0;
+  for_each_coordinate(number, row, [&](std::size_t i, std::size_t, std::size_t reference) {
+    if (reference == kNone) return;
+    a += double{1} * errors[reference] * errors[reference];
+    b += double{1} * errors[reference] * errors[i];
+  });
+  weights[kGroomTaps] = to_weight(b / a);
+}
+
+// The sum of what remains of a run's errors beside another run's; at least `limit` if it is not below.
+std::int64_t distance(std::span<const std::int32_t> errors, const PointRun& run, const PointRun& other,
+                      std::int64_t limit) {
+  constexpr std::size_t kBlock = 24;  // short loops that the compiler can vectorize; their sum has 32 bits
+  const std::span<const std::int32_t> a = errors.subspan(3 * run.begin, 3 * (run.end - run.begin));
+  const std::span<const std::int32_t> b = errors.subspan(3 * other.begin, 3 * (other.end - other.begin));
+  std::int64_t sum = 0;
+  for (std::size_t begin = 0; begin < a.size() && sum < limit; begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, a.size()), both = std::min(end, b.size());
+    std::int32_t block = 0;
+    for (std::size_t i = begin; i < both; ++i) block += std::abs(a[i] - b[i]);
+    for (std::size_t i = std::max(begin, both); i < end; ++i) block += std::abs(a[i]);
+    sum += block;
   }
-  return taps;
+  return sum;
+}
+
+// Gives each run the earlier one of the most similar errors. Returns how many runs before it that is.
+std::vector<std::int32_t> find_references(std::span<const std::int32_t> errors, std::vector<PointRun>& runs) {
+  std::vector<std::int32_t> back(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    std::int64_t least = distance(errors, runs[r], {}, std::numeric_limits<std::int64_t>::max());
+    for (std::size_t before = 1; before <= std::min(r, kReferencesTriedMax) && least > 0; ++before) {
+      const PointRun& other = runs[r - before];
+      if (other.stride != runs[r].stride) continue;
+      if (const std::int64_t d = distance(errors, runs[r], other, least); d < least) {
+        least = d;
+        back[r] = static_cast<std::int32_t>(before);
+        runs[r].reference = {static_cast<std::uint32_t>(other.begin), static_cast<std::uint32_t>(other.end)};
+      }
+    }
+  }
+  return back;
+}
+
+std::string read_references(std::span<const std::uint8_t> planes, std::vector<PointRun>& runs) {
+  if (planes.empty()) return {};
+  if (planes.size() != kPlanes * runs.size())
+    return std::to_string(planes.size() / kPlanes) + " references, not " + std::to_string(runs.size()) + " as counted";
+  PlaneReader reader(planes);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const std::int32_t back = reader.take();
+    if (back < 0 || static_cast<std::size_t>(back) > r) return "a reference to points that do not come before";
+    const PointRun& other = runs[r - static_cast<std::size_t>(back)];
+    if (other.stride != runs[r].stride) return "a reference to points of another kind";
+    if (back > 0) runs[r].reference = {static_cast<std::uint32_t>(other.begin), static_cast<std::uint32_t>(other.end)};
+  }
+  return {};
 }
 
 template <class Range>
 void add_run(const Range& points, std::size_t stride, std::vector<PointRun>& runs) {
-  runs.push_back({points.begin, points.end, stride});
+  runs.push_back({points.begin, points.end, stride, {}});
 }
 
 }  // namespace
@@ -131,7 +221,7 @@ std::vector<PointRun> point_runs(const Groom& groom) {
   std::vector<PointRun> runs;
   runs.reserve(groom.strand_begin.size());
   for (std::size_t s = 0; s + 1 < groom.strand_begin.size(); ++s)
-    runs.push_back({groom.strand_begin[s], groom.strand_begin[s + 1], 1});
+    runs.push_back({groom.strand_begin[s], groom.strand_begin[s + 1], 1, {}});
   for (const Thread& thread : groom.threads) add_run(thread.points, 1, runs);
   for (const HairCard& card : groom.cards) add_run(card.points, 2, runs);
   for (const Cloth& cloth : groom.cloths) add_run(cloth.points, 1, runs);
@@ -144,32 +234,50 @@ std::vector<PointRun> point_runs(const FarCards& far_cards) {
   return runs;
 }
 
-EncodedPoints encode_points(std::span<const Vec3f> points, std::span<const PointRun> runs) {
+EncodedPoints encode_points(std::span<const Vec3f> points, std::vector<PointRun> runs) {
   std::vector<std::int32_t> q;
   q.reserve(3 * points.size());
   for (const Vec3f& point : points) {
     for (const float x : point) q.push_back(quantise(x / kGroomStep_m));
   }
+  std::vector<Weights> weights;
+  std::vector<std::int32_t> errors(q.size()), remainders;
+  const auto fit = [&] {
+    for_each_row(runs, [&](std::size_t number, std::span<const PointRun> row) {
+      if (number == weights.size() && row.size() >= kRunsPerRowMin) weights.emplace_back();
+      Weights of_row{};
+      if (number < weights.size()) {
+        fit_steps(q, number, row, weights[number]);
+        of_row = weights[number];
+      }
+      for_each_coordinate(number, row, [&](std::size_t i, std::size_t step, std::size_t) {
+        errors[i] = wrapped(q[i] - predict(q, number, i, step, of_row));
+      });
+      if (number < weights.size()) fit_reference(errors, number, row, weights[number]);
+    });
+  };
   EncodedPoints out;
-  std::vector<std::int32_t> remainders;
+  fit();
+  if (!weights.empty()) {
+    out.references = encode_planes(find_references(errors, runs));
+    for (int round = 0; round < 2; ++round) fit();  // each kind of weight depends on the other
+  }
   remainders.reserve(q.size());
   for_each_row(runs, [&](std::size_t number, std::span<const PointRun> row) {
-    Taps taps{};
-    if (number >= 2 && row.size() >= kRunsPerRowMin) {
-      taps = fit_taps(q, number, row);
-      out.weights.insert(out.weights.end(), taps.begin(), taps.end());
-    }
-    for_each_coordinate(number, row, [&](std::size_t i, std::size_t step) {
-      remainders.push_back(wrapped(q[i] - predict(q, number, i, step, taps)));
+    const Weights of_row = number < weights.size() ? weights[number] : Weights{};
+    for_each_coordinate(number, row, [&](std::size_t i, std::size_t, std::size_t reference) {
+      remainders.push_back(wrapped(errors[i] - predict_error(errors, reference, of_row)));
     });
   });
   HAIRNET_ASSERT(remainders.size() == q.size());
+  for (const Weights& of_row : weights) out.weights.insert(out.weights.end(), of_row.begin(), of_row.end());
   out.planes = encode_planes(remainders);
   return out;
 }
 
-std::string decode_points(std::span<const std::int16_t> weights, std::span<const std::uint8_t> planes,
-                          std::span<const PointRun> runs, std::vector<Vec3f>& points) {
+std::string decode_points(std::span<const std::int16_t> weights, std::span<const std::uint8_t> references,
+                          std::span<const std::uint8_t> planes, std::vector<PointRun> runs,
+                          std::vector<Vec3f>& points) {
   PlaneReader reader(planes);
   std::size_t count = 0;
   for (const PointRun& run : runs) {
@@ -178,14 +286,16 @@ std::string decode_points(std::span<const std::int16_t> weights, std::span<const
   }
   if (planes.size() != 3 * kPlanes * count)
     return std::to_string(reader.count() / 3) + " points, not " + std::to_string(count) + " as counted";
-  std::vector<std::int32_t> q(3 * count);
+  if (std::string fault = read_references(references, runs); !fault.empty()) return fault;
+  std::vector<std::int32_t> q(3 * count), errors(3 * count);
   for_each_row(runs, [&](std::size_t number, std::span<const PointRun> row) {
-    Taps taps{};
-    const std::size_t first = number < 2 ? weights.size() : kGroomTaps * (number - 2);
-    if (first + kGroomTaps <= weights.size())
-      std::copy_n(weights.begin() + static_cast<std::ptrdiff_t>(first), kGroomTaps, taps.begin());
-    for_each_coordinate(number, row, [&](std::size_t i, std::size_t step) {
-      q[i] = wrapped(predict(q, number, i, step, taps) + reader.take());
+    Weights fitted{};
+    const std::size_t first = kGroomWeightsPerRow * number;
+    if (first + kGroomWeightsPerRow <= weights.size())
+      std::copy_n(weights.begin() + static_cast<std::ptrdiff_t>(first), kGroomWeightsPerRow, fitted.begin());
+    for_each_coordinate(number, row, [&](std::size_t i, std::size_t step, std::size_t reference) {
+      errors[i] = wrapped(reader.take() + predict_error(errors, reference, fitted));
+      q[i] = wrapped(errors[i] + predict(q, number, i, step, fitted));
     });
   });
   points.resize(count);
@@ -224,28 +334,24 @@ std::string decode_bone_weights(std::span<const std::uint8_t> planes,
   return {};
 }
 
-std::vector<std::uint8_t> encode_triangles(std::span<const std::array<std::uint32_t, 3>> triangles) {
-  std::vector<std::int32_t> integers;
-  integers.reserve(3 * triangles.size());
-  std::uint32_t before = 0;
-  for (const auto& triangle : triangles) {
-    for (const std::uint32_t index : triangle) {
-      integers.push_back(wrapped(std::int64_t{index} - before));
-      before = index;
-    }
+std::vector<std::uint8_t> encode_indices(std::span<const std::uint32_t> indices) {
+  std::vector<std::int32_t> steps;
+  steps.reserve(indices.size());
+  std::int32_t before = 0;
+  for (const std::uint32_t index : indices) {
+    const auto clamped = static_cast<std::int32_t>(std::min<std::uint32_t>(index, kIntegerMax));
+    steps.push_back(clamped - before);
+    before = clamped;
   }
-  return encode_planes(integers);
+  return encode_planes(steps);
 }
 
-std::string decode_triangles(std::span<const std::uint8_t> planes,
-                             std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  if (planes.size() % (kPlanes * 3) != 0) return "triangles are not 3 numbers each";
+std::string decode_indices(std::span<const std::uint8_t> planes, std::vector<std::uint32_t>& indices) {
+  if (planes.size() % kPlanes != 0) return "indices are not whole";
   PlaneReader reader(planes);
-  triangles.resize(reader.count() / 3);
+  indices.resize(reader.count());
   std::uint32_t before = 0;
-  for (auto& triangle : triangles) {
-    for (std::uint32_t& index : triangle) index = before += static_cast<std::uint32_t>(reader.take());
-  }
+  for (std::uint32_t& index : indices) index = before += static_cast<std::uint32_t>(reader.take());
   return {};
 }
 

@@ -17,32 +17,36 @@ namespace hairnet::wire {
 inline constexpr double kGroomStep_m = 5e-5;           // of each coordinate: points move by 0.043 mm at most
 inline constexpr std::int32_t kGroomWeightMax = 4095;  // a bone weight of 1
 inline constexpr std::size_t kGroomTaps = 4;
+inline constexpr std::size_t kGroomWeightsPerRow = kGroomTaps + 1;
 
 // The points [begin, end) of one strand, thread, card or cloth. Those of a card come in pairs: stride 2.
 struct PointRun {
   std::size_t begin = 0, end = 0, stride = 1;
+  PointRange reference;  // the points of an earlier run of similar shape; empty: none. Set while coding.
 };
 std::vector<PointRun> point_runs(const Groom& groom);
 std::vector<PointRun> point_runs(const FarCards& far_cards);
 
 struct EncodedPoints {
-  // kGroomTaps of each number of a point in its run, from number 2 on, in 1/4096; 0 where there are no more.
+  // kGroomWeightsPerRow of each number of a point in its run, in 1/4096: of the steps before, then of the reference;
+  // 0 where there are no more.
   std::vector<std::int16_t> weights;
+  std::vector<std::uint8_t> references;  // planes: how many runs before each run its reference is, 0: none; or empty
   std::vector<std::uint8_t> planes;
 };
 // `runs` cover the points in order. A coordinate that is not finite or too far from the head stays so.
-EncodedPoints encode_points(std::span<const Vec3f> points, std::span<const PointRun> runs);
+EncodedPoints encode_points(std::span<const Vec3f> points, std::vector<PointRun> runs);
 // Returns what is wrong: empty, or one line.
-std::string decode_points(std::span<const std::int16_t> weights, std::span<const std::uint8_t> planes,
-                          std::span<const PointRun> runs, std::vector<Vec3f>& points);
+std::string decode_points(std::span<const std::int16_t> weights, std::span<const std::uint8_t> references,
+                          std::span<const std::uint8_t> planes, std::vector<PointRun> runs, std::vector<Vec3f>& points);
 
 // The weights of a vertex keep their sum of 1 exactly.
 std::vector<std::uint8_t> encode_bone_weights(std::span<const std::array<float, kBoneCount>> weights);
 std::string decode_bone_weights(std::span<const std::uint8_t> planes,
                                 std::vector<std::array<float, kBoneCount>>& weights);
 
-std::vector<std::uint8_t> encode_triangles(std::span<const std::array<std::uint32_t, 3>> triangles);
-std::string decode_triangles(std::span<const std::uint8_t> planes,
-                             std::vector<std::array<std::uint32_t, 3>>& triangles);
+// An index too large for any groom stays so.
+std::vector<std::uint8_t> encode_indices(std::span<const std::uint32_t> indices);
+std::string decode_indices(std::span<const std::uint8_t> planes, std::vector<std::uint32_t>& indices);
 
 }  // namespace hairnet::wire

@@ -118,7 +118,7 @@ void add_token_seeds(Folder& folder) {
 
 void add_file_seeds(Folder& grooms, Folder& levels, Folder& recordings) {
   wire::RandomMessages random(2);
-  for (std::size_t strands : {0, 1, 3, 8}) {
+  for (std::size_t strands : {0, 1, 3, 8, 70}) {
     const Bytes groom = wire::encode_groom(random.groom(strands));
     grooms.add(groom);
     grooms.add(wire::unpack_groom(groom).value());

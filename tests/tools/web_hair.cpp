@@ -12,6 +12,7 @@
 #include "core/hair_cards/far_cards.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/random_messages.hpp"
+#include "tests/support/spoilt_grooms.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_messages.hpp"
 #include "tests/tools/web_random.hpp"
@@ -118,7 +119,9 @@ Json groom_cases() {
   WebRandom random(3);
   Json cases = Json::array();
   for (const char* style : {"bob", "ponytail", "plait", "veiled", "locks", "strips"}) {
-    Groom groom = make_hairstyle(style, {.strand_count = 40}).value();
+    // Enough strands of one style for references and weights.
+    const std::size_t strand_count = std::string_view(style) == "plait" ? 100 : 40;
+    Groom groom = make_hairstyle(style, {.strand_count = strand_count}).value();
     groom.far_cards = make_far_cards(groom, 6);
     groom.body.mesh.vertices.resize(3);  // the bust is large, and always the same
     groom.body.bone_weights.resize(3);
@@ -129,6 +132,13 @@ Json groom_cases() {
     cases.push_back(groom_case(wire::encode_groom(wire::RandomMessages(seed).groom(seed)), random));
   for (const char* version : {"1", "2"}) cases.push_back(groom_case(older_groom(version), random));
   cases[cases.size() - 2]["groom"]["material"] = nullptr;  // the web client says that version 1 has none
+  return cases;
+}
+
+Json spoilt_groom_cases() {
+  Json cases = Json::array();
+  for (const wire::SpoiltGroom& spoilt : wire::spoilt_grooms())
+    cases.push_back({{"name", spoilt.name}, {"file", hex(spoilt.file)}});
   return cases;
 }
 

@@ -11,6 +11,8 @@ nlohmann::ordered_json ffd_cases();
 // Whole grooms: root blend, rest tangents and all points deformed (Deformer), then as drawn
 // (StrandLengths).
 nlohmann::ordered_json groom_cases();
+// Groom files that must be refused, by name.
+nlohmann::ordered_json spoilt_groom_cases();
 // Root-blend curves at many ratios.
 nlohmann::ordered_json root_blend_cases();
 // Frames that arrive with jitter, played out (link::Playout), and points deformed by that over switches of level

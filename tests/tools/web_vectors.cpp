@@ -114,6 +114,7 @@ int write_all(const std::filesystem::path& folder) {
   const bool done = write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
                     write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
                     write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
+                    write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
                     write(folder, "root_blend.json", root_blend_cases()) &&
                     write(folder, "playout.json", playout_cases()) && write(folder, "drawing.json", drawing_cases()) &&
                     write(folder, "bob.groom", std::as_bytes(std::span(groom)));

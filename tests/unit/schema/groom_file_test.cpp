@@ -13,6 +13,7 @@
 #include "schema/wire/groom_numbers.hpp"
 #include "schema/wire/groom_packing.hpp"
 #include "tests/support/random_messages.hpp"
+#include "tests/support/spoilt_grooms.hpp"
 #include "tests/unit/schema/equal.hpp"
 
 namespace hairnet::wire {
@@ -82,10 +83,10 @@ Groom make_wavy_groom() {
 
 TEST(GroomFile, predicts_strands_from_each_other) {
   Groom sent = make_wavy_groom();
-  const std::vector<PointRun> runs = point_runs(sent);
-  const EncodedPoints encoded = encode_points(sent.points, runs);
-  EXPECT_EQ(encoded.weights.size() % kGroomTaps, 0u);
-  EXPECT_GT(encoded.weights.size(), 10 * kGroomTaps);
+  const EncodedPoints encoded = encode_points(sent.points, point_runs(sent));
+  EXPECT_EQ(encoded.weights.size() % kGroomWeightsPerRow, 0u);
+  EXPECT_GT(encoded.weights.size(), 10 * kGroomWeightsPerRow);
+  EXPECT_EQ(encoded.references.size(), 3 * sent.strand_count());
   const Bytes file = encode_groom(sent);
   EXPECT_LT(file.size(), 3 * sent.points.size()) << "less than a byte a coordinate";
   const Result<Groom> got = decode_groom(file);
@@ -102,12 +103,33 @@ TEST(GroomFile, points_take_any_weights_and_any_remainders) {
   for (const int value : {-32768, 32767}) {
     std::ranges::fill(encoded.weights, static_cast<std::int16_t>(value));
     std::ranges::fill(encoded.planes, std::uint8_t{255});
-    EXPECT_EQ(decode_points(encoded.weights, encoded.planes, runs, points), "");
+    EXPECT_EQ(decode_points(encoded.weights, encoded.references, encoded.planes, runs, points), "");
     EXPECT_EQ(points.size(), groom.points.size());
     for (const Vec3f& point : points) ASSERT_LE(point.cwiseAbs().maxCoeff(), kGroomStep_m * (1 << 23));
   }
   encoded.planes.pop_back();
-  EXPECT_NE(decode_points(encoded.weights, encoded.planes, runs, points), "");
+  EXPECT_NE(decode_points(encoded.weights, encoded.references, encoded.planes, runs, points), "");
+}
+
+TEST(GroomFile, copies_of_strands_refer_to_the_originals) {
+  const Groom groom = make_wavy_groom();
+  Groom twice = groom;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) twice.add_strand(groom.strand_points(s), groom.strands[s]);
+  const Bytes planes = encode_points(twice.points, point_runs(twice)).references;
+  const std::size_t count = twice.strand_count();
+  ASSERT_EQ(planes.size(), 3 * count);
+  for (std::size_t s = groom.strand_count(); s < count; ++s) {
+    const std::size_t folded = planes[s] + 256u * planes[count + s] + 65536u * planes[2 * count + s];
+    EXPECT_EQ(folded, 2 * groom.strand_count());
+  }
+}
+
+TEST(GroomFile, indices_too_large_for_any_groom_stay_so) {
+  const std::vector<std::uint32_t> sent{7, 0, 8'388'607, 8'388'608, 1u << 24, 0xFFFFFFFF, 3};
+  std::vector<std::uint32_t> got;
+  EXPECT_EQ(decode_indices(encode_indices(sent), got), "");
+  EXPECT_EQ(got, (std::vector<std::uint32_t>{7, 0, 8'388'607, 8'388'607, 8'388'607, 8'388'607, 3}));
+  EXPECT_GE(8'388'607u, GroomLimits().point_count_max);
 }
 
 TEST(GroomFile, gives_back_an_empty_groom) {
@@ -148,7 +170,7 @@ TEST(GroomFile, can_contain_a_big_groom) {
   std::vector<Vec3f> strand(16, Vec3f(0.1f, 0.2f, 0.3f));
   for (int s = 0; s < 10'000; ++s) groom.add_strand(strand, {});
   const Bytes bytes = encode_groom(groom);
-  EXPECT_LT(unpacked(groom).size(), 1'700'000u) << "9 bytes a point, 24 a strand";
+  EXPECT_LT(unpacked(groom).size(), 1'700'000u) << "9 bytes a point, 23 a strand";
   EXPECT_LT(bytes.size(), 10'000u) << "all are the same";
   const Result<Groom> got = decode_groom(bytes);
   ASSERT_TRUE(got) << got.error();
@@ -394,44 +416,18 @@ TEST(GroomFile, without_far_cards_spends_nothing_on_them) {
   EXPECT_GE(with, unpacked(groom).size() + 16 * 9 + 2 * 16);
 }
 
-// The file's fault when its packed bytes are others.
-std::string fault_of_stream(auto spoil) {
-  Bytes file = encode_groom(make_wavy_groom());
-  spoil(file);
-  const Result<Groom> got = decode_groom(file);
-  return got ? "" : got.error();
+TEST(GroomFile, is_refused_when_its_stream_or_its_numbers_are_wrong) {
+  for (const auto& [name, file, fault] : spoilt_grooms()) {
+    const Result<Groom> got = decode_groom(file);
+    ASSERT_FALSE(got) << name;
+    EXPECT_NE(got.error().find(fault), std::string::npos) << name << ": " << got.error();
+  }
 }
 
-// The place of the unpacked size in a packed file.
-std::size_t unpacked_bytes_at(const Bytes& file) {
-  const auto size = static_cast<std::uint32_t>(unpacked_groom_bytes(file));
-  std::array<std::uint8_t, 4> wanted;
-  std::memcpy(wanted.data(), &size, 4);
-  return static_cast<std::size_t>(std::search(file.begin(), file.end(), wanted.begin(), wanted.end()) - file.begin());
-}
-
-TEST(GroomFile, is_refused_when_it_unpacks_to_another_size_than_it_says) {
-  const Bytes file = encode_groom(make_wavy_groom());
-  const std::size_t at = unpacked_bytes_at(file);
-  EXPECT_EQ(unpacked_groom_bytes(file), unpacked(make_wavy_groom()).size());
-  EXPECT_EQ(unpacked_groom_bytes(unpacked(make_wavy_groom())), unpacked(make_wavy_groom()).size());
-  const auto fault_of_size = [&](std::uint32_t size) {
-    return fault_of_stream([&](Bytes& bytes) { std::memcpy(bytes.data() + at, &size, 4); });
-  };
-  const auto size = static_cast<std::uint32_t>(unpacked_groom_bytes(file));
-  EXPECT_EQ(fault_of_size(size), "");
-  for (const std::uint32_t other : {size - 1, size + 1, size / 2, 2 * size, 100u})
-    EXPECT_EQ(fault_of_size(other), "not whole: its stream is not as long as it says") << other;
-  EXPECT_EQ(fault_of_size(0), "not whole: its stream cannot be as long as it says");
-  EXPECT_EQ(fault_of_size(200'000'000), "not whole: its stream cannot be as long as it says")
-      << "refused before its memory is taken";
-  EXPECT_EQ(fault_of_size(kGroomBytesMax + 1), "268435457 bytes when unpacked, more than the limit of 268435456");
-  EXPECT_EQ(fault_of_size(0xFFFFFFFF), "4294967295 bytes when unpacked, more than the limit of 268435456");
-}
-
-TEST(GroomFile, is_refused_when_its_stream_is_damaged) {
-  EXPECT_EQ(fault_of_stream([](Bytes& file) { std::fill(file.end() - 2000, file.end(), std::uint8_t{0xFF}); }),
-            "not whole: its stream is damaged");
+TEST(GroomFile, says_how_many_bytes_it_unpacks_to) {
+  const Groom groom = make_wavy_groom();
+  EXPECT_EQ(unpacked_groom_bytes(encode_groom(groom)), unpacked(groom).size());
+  EXPECT_EQ(unpacked_groom_bytes(unpacked(groom)), unpacked(groom).size());
 }
 
 TEST(GroomHash, distinguishes_and_recognises_grooms) {

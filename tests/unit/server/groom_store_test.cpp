@@ -3,6 +3,7 @@
 
 #include "core/levels/build.hpp"
 #include "core/levels/level_map.hpp"
+#include "schema/wire/groom_packing.hpp"
 #include "server/grooms/level_bytes.hpp"
 #include "tests/unit/server/groom_store_fixture.hpp"
 
@@ -195,6 +196,24 @@ TEST_F(GroomStoreTest, bytes_that_are_no_groom_are_refused_with_a_reason) {
   EXPECT_EQ(store_->groom_count(), 0u);
   EXPECT_EQ(store_->upload_bytes(), 0u);
   EXPECT_EQ(counters_.grooms_refused_invalid.value(), 2u);
+}
+
+TEST_F(GroomStoreTest, refuses_groom_that_unpacks_to_more_than_its_bound) {
+  const std::size_t unpacked_bytes = wire::unpacked_groom_bytes(good_.bytes);
+  ASSERT_GT(unpacked_bytes, good_.bytes.size());
+  GroomStoreLimits limits;
+  for (const bool fits : {false, true}) {
+    limits.groom_bytes_max = fits ? unpacked_bytes : unpacked_bytes - 1;
+    make(limits);
+    sent_.clear();
+    ASSERT_EQ(offer(kAnna, good_), ErrorReason::none) << "the file itself is small enough";
+    ASSERT_EQ(send_all(kAnna, good_), ErrorReason::none);
+    build();
+    EXPECT_EQ(states(kAnna).back(), fits ? GroomState::ready : GroomState::refused);
+    if (fits) continue;
+    ASSERT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
+    EXPECT_NE(sent<wire::Error>(kAnna)[0].detail.find("when unpacked"), std::string::npos);
+  }
 }
 
 TEST_F(GroomStoreTest, refuses_offers_beyond_its_bounds) {

@@ -6,11 +6,11 @@ import { layouts } from "./generated/layout";
 import * as fb from "./generated/messages";
 import {
   decodeBoneWeights,
+  decodeIndices,
   decodePoints,
   decodeTriangles,
   pointRuns,
   strandOffsets,
-  type PointRun,
 } from "./groomNumbers";
 import { isPackedGroom, unpackGroom } from "./groomPacking";
 import { kGroomBytesMax } from "./messages";
@@ -59,7 +59,14 @@ function readGroom(from: fb.Groom): g.Groom {
     points:
       from.version() < 3
         ? from.pointsArray()!.slice()
-        : readPoints(from.pointWeightsArray(), from.pointPlanesArray(), pointRuns(strands.begin, owners)),
+        : decodePoints(
+            {
+              weights: from.pointWeightsArray(),
+              references: from.pointReferencesArray(),
+              planes: from.pointPlanesArray(),
+            },
+            pointRuns(strands.begin, owners),
+          ),
     strands,
     ...readMaterials(from),
     rootBlends: readRootBlends(from),
@@ -83,11 +90,6 @@ function textOf(bytes: string | Uint8Array | null, name: string): string {
   if (text === null) throw invalid(`${name} is not text`);
   return text;
 }
-
-function readPoints(weights: Int16Array | null, planes: Uint8Array | null, runs: readonly PointRun[]): Float32Array {
-  return decodePoints(weights ?? new Int16Array(0), planes ?? kNoPlanes, runs);
-}
-const kNoPlanes = new Uint8Array(0);
 
 function readGroupNames(from: fb.Groom): string[] {
   const count = from.groupNamesLength();
@@ -220,8 +222,15 @@ function readCard(from: fb.HairCard, nextPoints: (count: number) => g.PointRange
   };
 }
 
+function readIndices(from: fb.Groom, plain: Uint32Array | null, planes: Uint8Array | null): Uint32Array {
+  return from.version() < 3 ? (plain ?? new Uint32Array(0)) : decodeIndices(planes);
+}
+
 function readCloths(from: fb.Groom, nextPoints: (count: number) => g.PointRange): g.Cloth[] {
-  const triangles = pieces(from.clothTrianglesArray() ?? new Uint32Array(0), "cloth triangles");
+  const triangles = pieces(
+    readIndices(from, from.clothTrianglesArray(), from.clothTrianglePlanesArray()),
+    "cloth triangles",
+  );
   const distances = pieces(from.clothRootDistancesArray() ?? new Float32Array(0), "distances on cloth");
   const cloths = list(from.clothsLength(), (i) => {
     const cloth = from.cloths(i)!;
@@ -241,7 +250,7 @@ function readCloths(from: fb.Groom, nextPoints: (count: number) => g.PointRange)
 }
 
 function readKnots(from: fb.Groom): g.Knot[] {
-  const points = pieces(from.knotPointsArray() ?? new Uint32Array(0), "tied points");
+  const points = pieces(readIndices(from, from.knotPointsArray(), from.knotPointPlanesArray()), "tied points");
   const knots = list(from.knotsLength(), (i) => ({ points: points.take(from.knots(i)!.pointCount()) }));
   points.finish();
   return knots;
@@ -262,9 +271,12 @@ function readFarCards(from: fb.Groom): g.FarCards {
   const points =
     from.version() < 3
       ? (from.farCardPointsArray()?.slice() ?? new Float32Array(0))
-      : readPoints(
-          from.farCardWeightsArray(),
-          from.farCardPlanesArray(),
+      : decodePoints(
+          {
+            weights: from.farCardWeightsArray(),
+            references: from.farCardReferencesArray(),
+            planes: from.farCardPlanesArray(),
+          },
           cards.map((card) => ({ ...card.points, stride: 2 })),
         );
   return { points, cards };
@@ -295,8 +307,8 @@ function decodeMesh(from: fb.Groom): Pick<g.Body, "vertices" | "boneWeights" | "
   const planes = from.vertexPlanesArray();
   const wholeBody = { begin: 0, end: Math.floor((planes?.length ?? 0) / 9), stride: 1 };
   return {
-    vertices: readPoints(null, planes, [wholeBody]),
-    boneWeights: decodeBoneWeights(from.boneWeightPlanesArray() ?? kNoPlanes),
-    triangles: decodeTriangles(from.trianglePlanesArray() ?? kNoPlanes),
+    vertices: decodePoints({ weights: null, references: null, planes }, [wholeBody]),
+    boneWeights: decodeBoneWeights(from.boneWeightPlanesArray()),
+    triangles: decodeTriangles(from.trianglePlanesArray()),
   };
 }

@@ -7,13 +7,19 @@ const kPlanes = 3;
 const kStepM = 5e-5;
 const kBoneWeightMax = 4095;
 const kTaps = 4;
+const kWeightsPerRow = kTaps + 1;
 const kWeightUnit = 4096;
 
 /** The points [begin, end) of one strand, thread, card or cloth. Those of a card come in pairs: stride 2. */
-export interface PointRun {
-  readonly begin: number;
-  readonly end: number;
+export interface PointRun extends g.PointRange {
   readonly stride: number;
+}
+
+/** Of points: what remains of their coordinates, and what predicts the rest. An absent vector is an empty one. */
+export interface EncodedPoints {
+  readonly weights: Int16Array | null;
+  readonly references: Uint8Array | null;
+  readonly planes: Uint8Array | null;
 }
 
 function invalid(why: string): HairnetError {
@@ -32,24 +38,41 @@ function decodePlanes(planes: Uint8Array): Int32Array {
 }
 
 /** The points of all strands, threads, cards and cloths, or of far cards; `runs` cover them in order. */
-export function decodePoints(weights: Int16Array, planes: Uint8Array, runs: readonly PointRun[]): Float32Array {
+export function decodePoints(encoded: EncodedPoints, runs: readonly PointRun[]): Float32Array {
+  const weights = encoded.weights ?? new Int16Array(0);
+  const planes = encoded.planes ?? kNoPlanes;
   const count = runs.length > 0 ? runs[runs.length - 1].end : 0;
   if (planes.length !== 3 * kPlanes * count)
     throw invalid(`${Math.floor(planes.length / 3 / kPlanes)} points, not ${count} as counted`);
+  const references = decodeReferences(encoded.references ?? kNoPlanes, runs);
   const remainders = decodePlanes(planes);
   const q = new Int32Array(3 * count);
+  const errors = new Int32Array(3 * count);
   let next = 0;
-  let row = runs.filter((run) => run.begin < run.end);
+  let row = runs.map(({ begin, end, stride }, r) => {
+    const reference = references[r];
+    return { begin, end, stride, ahead: begin - (reference?.begin ?? begin), referenceEnd: reference?.end ?? 0 };
+  });
+  row = row.filter((run) => run.begin < run.end);
   for (let number = 0; row.length > 0; ++number) {
-    const first = kTaps * (number - 2);
-    const taps = number >= 2 && first + kTaps <= weights.length ? weights.subarray(first, first + kTaps) : null;
+    const first = kWeightsPerRow * number;
+    const fitted = weights.subarray(first, first + kWeightsPerRow);
+    const known = fitted.length === kWeightsPerRow;
     for (const run of row) {
       const step = 3 * run.stride;
       const begin = 3 * run.begin + number * step;
       const end = Math.min(begin + step, 3 * run.end);
+      const ahead = 3 * run.ahead;
+      const referenceEnd = 3 * run.referenceEnd;
       for (let i = begin; i < end; ++i) {
-        const predicted = number === 0 ? 0 : q[i - step] + (taps ? predictedStep(q, number, i, step, taps) : 0);
-        q[i] = ((predicted + remainders[next++]) << 8) >> 8; // the lowest 24 bits, signed
+        let error = remainders[next++];
+        let predicted = number === 0 ? 0 : q[i - step];
+        if (known) {
+          if (i - ahead < referenceEnd) error += scaled(fitted[kTaps] * errors[i - ahead]);
+          predicted += predictedStep(q, number, i, step, fitted);
+        }
+        errors[i] = wrapped(error);
+        q[i] = wrapped(predicted + errors[i]);
       }
     }
     row = row.filter((run) => run.begin + (number + 1) * run.stride < run.end);
@@ -58,23 +81,53 @@ export function decodePoints(weights: Int16Array, planes: Uint8Array, runs: read
   for (let i = 0; i < points.length; ++i) points[i] = q[i] * kStepM;
   return points;
 }
+const kNoPlanes = new Uint8Array(0);
 
-/** From the point before coordinate i to i's own, by the steps before that. All sums are exact: below 2^53. */
-function predictedStep(q: Int32Array, number: number, i: number, step: number, taps: Int16Array): number {
-  let sum = kWeightUnit / 2;
-  for (let t = 0, at = i - step; t < kTaps && t + 2 <= number; ++t, at -= step) sum += taps[t] * (q[at] - q[at - step]);
-  return Math.floor(sum / kWeightUnit);
+/** The earlier run that each run resembles; undefined: none. */
+function decodeReferences(planes: Uint8Array, runs: readonly PointRun[]): (PointRun | undefined)[] {
+  if (planes.length === 0) return [];
+  if (planes.length !== kPlanes * runs.length)
+    throw invalid(`${Math.floor(planes.length / kPlanes)} references, not ${runs.length} as counted`);
+  return Array.from(decodePlanes(planes), (back, r) => {
+    if (back < 0 || back > r) throw invalid("a reference to points that do not come before");
+    if (runs[r - back].stride !== runs[r].stride) throw invalid("a reference to points of another kind");
+    return back > 0 ? runs[r - back] : undefined;
+  });
 }
 
-export function decodeBoneWeights(planes: Uint8Array): Float32Array {
-  if (planes.length % (kPlanes * kBoneCount) !== 0) throw invalid("body: bone weights are not 5 numbers each");
-  return Float32Array.from(decodePlanes(planes), (weight) => weight / kBoneWeightMax);
+/** The lowest 24 bits, signed. */
+function wrapped(value: number): number {
+  return (value << 8) >> 8;
 }
 
-export function decodeTriangles(planes: Uint8Array): Uint32Array {
-  if (planes.length % (3 * kPlanes) !== 0) throw invalid("body: triangles are not 3 numbers each");
+/** A weighted sum, rounded to the nearest. All sums are exact: below 2^53. */
+function scaled(sum: number): number {
+  return Math.floor((sum + kWeightUnit / 2) / kWeightUnit);
+}
+
+/** From the point before coordinate i to i's own, by the steps before that. */
+function predictedStep(q: Int32Array, number: number, i: number, step: number, weights: Int16Array): number {
+  let sum = 0;
+  for (let t = 0, at = i - step; t < kTaps && t + 2 <= number; ++t, at -= step)
+    sum += weights[t] * (q[at] - q[at - step]);
+  return scaled(sum);
+}
+
+export function decodeBoneWeights(planes: Uint8Array | null): Float32Array {
+  if ((planes?.length ?? 0) % (kPlanes * kBoneCount) !== 0) throw invalid("body: bone weights are not 5 numbers each");
+  return Float32Array.from(decodePlanes(planes ?? kNoPlanes), (weight) => weight / kBoneWeightMax);
+}
+
+export function decodeIndices(planes: Uint8Array | null): Uint32Array {
+  if ((planes?.length ?? 0) % kPlanes !== 0) throw invalid("indices are not whole");
   let before = 0;
-  return Uint32Array.from(decodePlanes(planes), (step) => (before += step));
+  return Uint32Array.from(decodePlanes(planes ?? kNoPlanes), (step) => (before += step));
+}
+
+export function decodeTriangles(planes: Uint8Array | null): Uint32Array {
+  const triangles = decodeIndices(planes);
+  if (triangles.length % 3 !== 0) throw invalid("body: triangles are not 3 numbers each");
+  return triangles;
 }
 
 /** The offsets of strands that have that many points each; one more than strands. */

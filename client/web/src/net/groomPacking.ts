@@ -25,17 +25,22 @@ export function unpackGroom(file: Uint8Array): Uint8Array {
     throw new HairnetError("too_large", `${byteCount} bytes when unpacked, more than the limit of ${kGroomBytesMax}`);
   if (byteCount < kPacketBytesMin || Math.floor(byteCount / kDeflateRatioMax) > stream.length)
     throw damaged("its stream cannot be as long as it says");
-  // fflate drops what does not fit. One byte more shows that there was too much.
-  const table = inflated(stream, new Uint8Array(byteCount + 1));
+  // fflate drops what does not fit: one byte more shows that there was too much. It also overlooks bytes after the end of
+  // the stream: then the stream ends without its last byte, too.
+  const out = new Uint8Array(byteCount + 1);
+  if (inflated(stream.subarray(0, -1), out)) throw damaged("its stream is not as long as it says");
+  const table = inflated(stream, out);
+  if (!table) throw damaged("its stream is damaged");
   if (table.length !== byteCount) throw damaged("its stream is not as long as it says");
   return table;
 }
 
-function inflated(stream: Uint8Array, out: Uint8Array): Uint8Array {
+/** Null when the stream is damaged, or does not end. */
+function inflated(stream: Uint8Array, out: Uint8Array): Uint8Array | null {
   try {
     return inflateSync(stream, { out });
   } catch {
-    throw damaged("its stream is damaged");
+    return null;
   }
 }
 

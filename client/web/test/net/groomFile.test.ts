@@ -48,6 +48,10 @@ describe("groom files", () => {
     expect(attempt(longer)).toBeInstanceOf(HairnetError);
   });
 
+  it.each(vectors<{ name: string; file: string }[]>("spoilt_grooms.json"))("refuses $name, as C++ does", ({ file }) => {
+    expect(attempt(fromHex(file))).toBeInstanceOf(HairnetError);
+  });
+
   it("reads or refuses 20 000 mutations, and what it reads is sound", () => {
     const random = seeded(5);
     const below = (count: number) => Math.floor(random() * count);

@@ -1,0 +1,149 @@
+#include "tests/support/spoilt_grooms.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+#include "core/assert.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/groom_numbers.hpp"
+#include "schema/wire/groom_packing.hpp"
+#include "tests/support/random_messages.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr const char* kOtherSize = "its stream is not as long as it says";
+constexpr const char* kImpossibleSize = "its stream cannot be as long as it says";
+
+void put_u32(Bytes& bytes, std::size_t at, std::size_t value) {
+  const auto number = static_cast<std::uint32_t>(value);
+  std::memcpy(bytes.data() + at, &number, sizeof number);
+}
+
+std::uint32_t u32_at(const Bytes& bytes, std::size_t at) {
+  std::uint32_t number = 0;
+  std::memcpy(&number, bytes.data() + at, sizeof number);
+  return number;
+}
+
+// A packed file in pieces. The stream comes last, after its size; padding may follow.
+class PackedFile {
+ public:
+  explicit PackedFile(const Bytes& file) : head_(file) {
+    std::size_t at = 12;
+    while (at + 4 + u32_at(file, at) > file.size() || at + 4 + u32_at(file, at) + 8 <= file.size()) ++at;
+    head_.resize(at + 4);
+    stream_.assign(file.begin() + static_cast<std::ptrdiff_t>(at + 4),
+                   file.begin() + static_cast<std::ptrdiff_t>(at + 4 + u32_at(file, at)));
+    size_ = unpacked_groom_bytes(file);
+  }
+  [[nodiscard]] const Bytes& stream() const { return stream_; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] Bytes with_stream(const Bytes& stream) const {
+    Bytes file = head_;
+    put_u32(file, file.size() - 4, stream.size());
+    file.insert(file.end(), stream.begin(), stream.end());
+    put_u32(file, 0, file.size() - 4);
+    return file;
+  }
+  [[nodiscard]] Bytes with_size(std::size_t size) const {
+    Bytes file = with_stream(stream_);
+    std::size_t at = 12;
+    while (u32_at(file, at) != size_) ++at;
+    put_u32(file, at, size);
+    return file;
+  }
+
+ private:
+  Bytes head_, stream_;
+  std::size_t size_ = 0;
+};
+
+// The file of a table in which a vector of bytes is other. `spoil` gets its place; its size is the number before.
+Bytes with_vector(Bytes table, const Bytes& vector, auto spoil) {
+  const auto found = std::search(table.begin(), table.end(), vector.begin(), vector.end());
+  HAIRNET_ASSERT(found != table.end());
+  spoil(table, static_cast<std::size_t>(found - table.begin()));
+  return pack_groom(table);
+}
+
+std::vector<std::uint32_t> tied_points(const Groom& groom) {
+  std::vector<std::uint32_t> tied;
+  for (const Knot& knot : groom.knots) tied.insert(tied.end(), knot.points.begin(), knot.points.end());
+  return tied;
+}
+
+// Many strands, threads, cards and knots; enough tied points to be found in the file.
+Groom make_groom() {
+  RandomMessages random(12);
+  Groom groom = random.groom(100);
+  while (groom.threads.empty() || groom.cards.empty() || tied_points(groom).size() < 8) groom = random.groom(100);
+  return groom;
+}
+
+void add_streams(const Bytes& good, std::vector<SpoiltGroom>& all) {
+  const PackedFile file(good);
+  for (const std::size_t size : {file.size() - 1, file.size() + 1, file.size() / 2, 2 * file.size(), std::size_t{100}})
+    all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kOtherSize});
+  for (const std::size_t size : {std::size_t{0}, std::size_t{200'000'000}})
+    all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kImpossibleSize});
+  for (const std::size_t size : {kGroomBytesMax + std::size_t{1}, std::size_t{0xFFFFFFFF}})
+    all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), "bytes when unpacked"});
+  const auto add = [&](const char* name, const char* fault, auto spoil) {
+    Bytes stream = file.stream();
+    spoil(stream);
+    all.push_back({name, file.with_stream(stream), fault});
+  };
+  add("a stream without its last byte", kOtherSize, [](Bytes& stream) { stream.pop_back(); });
+  add("half a stream", kOtherSize, [](Bytes& stream) { stream.resize(stream.size() / 2); });
+  add("no stream", kImpossibleSize, [](Bytes& stream) { stream.clear(); });
+  add("a byte after the stream", kOtherSize, [](Bytes& stream) { stream.push_back(0); });
+  add("bytes after the stream", kOtherSize, [](Bytes& stream) { stream.resize(stream.size() + 100, 0x55); });
+  add("a second stream", kOtherSize,
+      [&](Bytes& stream) { stream.insert(stream.end(), file.stream().begin(), file.stream().end()); });
+  add("a damaged stream", "its stream is damaged",
+      [](Bytes& stream) { std::fill(stream.end() - 2000, stream.end(), std::uint8_t{0xFF}); });
+  all.push_back({"a packed file in a packed file", pack_groom(good), "not whole"});
+}
+
+void add_numbers(const Groom& groom, const Bytes& table, std::vector<SpoiltGroom>& all) {
+  const EncodedPoints points = encode_points(groom.points, point_runs(groom));
+  const Bytes tied = encode_indices(tied_points(groom));
+  const auto shorten = [](std::size_t bytes) {
+    return [bytes](Bytes& in, std::size_t at) { put_u32(in, at - 4, u32_at(in, at - 4) - bytes); };
+  };
+  const auto refer = [](std::size_t run, std::uint8_t folded) {
+    return [=](Bytes& in, std::size_t at) {
+      const std::size_t run_count = u32_at(in, at - 4) / 3;
+      in[at + run] = folded;
+      in[at + run_count + run] = in[at + 2 * run_count + run] = 0;
+    };
+  };
+  const std::size_t first_card = groom.strand_count() + groom.threads.size();
+  const auto add = [&](const char* name, const char* fault, const Bytes& vector, auto spoil) {
+    all.push_back({name, with_vector(table, vector, spoil), fault});
+  };
+  add("points cut off", " points, not ", points.planes, shorten(1));
+  add("references cut off", " references, not ", points.references, shorten(3));
+  add("a reference before the first run", "do not come before", points.references, refer(0, 2));
+  add("a reference to a later run", "do not come before", points.references, refer(1, 1));
+  add("a card's reference to a thread", "of another kind", points.references, refer(first_card, 2));
+  add("tied points cut off", "indices are not whole", tied, shorten(1));
+  add("fewer tied points than counted", "fewer tied points", tied, shorten(3));
+}
+
+}  // namespace
+
+std::vector<SpoiltGroom> spoilt_grooms() {
+  const Groom groom = make_groom();
+  const Bytes good = encode_groom(groom);
+  std::vector<SpoiltGroom> all;
+  add_streams(good, all);
+  add_numbers(groom, unpack_groom(good).value(), all);
+  return all;
+}
+
+}  // namespace hairnet::wire

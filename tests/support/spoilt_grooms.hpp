@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hairnet::wire {
+
+// A groom file that every decoder must refuse.
+struct SpoiltGroom {
+  std::string name;
+  std::vector<std::uint8_t> file;
+  std::string fault;  // part of what the C++ decoder says
+};
+
+// Whole buffers whose packed stream or whose numbers are wrong, each in one way.
+std::vector<SpoiltGroom> spoilt_grooms();
+
+}  // namespace hairnet::wire
