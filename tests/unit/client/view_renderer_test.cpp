@@ -460,11 +460,17 @@ TEST_F(ViewRenderer, shows_threads_in_their_colour) {
   EXPECT_EQ(difference(image, empty, column_of(0.02f), row_of(0)), 0);
 }
 
-TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
+// A hair card of 0.1 m width from this height down.
+Groom card_from(float top_m) {
   Groom groom = bare();
-  const std::array<Vec3f, 6> edges{Vec3f(-0.05f, 0.1f, 0), Vec3f(0.05f, 0.1f, 0),    Vec3f(-0.05f, 0, 0),
-                                   Vec3f(0.05f, 0, 0),     Vec3f(-0.05f, -0.15f, 0), Vec3f(0.05f, -0.15f, 0)};
+  const std::array<Vec3f, 6> edges{Vec3f(-0.05f, top_m, 0), Vec3f(0.05f, top_m, 0),   Vec3f(-0.05f, 0, 0),
+                                   Vec3f(0.05f, 0, 0),      Vec3f(-0.05f, -0.15f, 0), Vec3f(0.05f, -0.15f, 0)};
   groom.add_card(edges, {.rooted = false});
+  return groom;
+}
+
+TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
+  const Groom groom = card_from(0.1f);
   ShownCharacter character = shown(groom);
   character.hair_colour = Vec3f(0.5f, 0.03f, 0.02f);
   const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
@@ -479,10 +485,7 @@ TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
 }
 
 TEST_F(ViewRenderer, shows_hair_in_one_colour_at_the_root_and_another_at_the_tip) {
-  Groom groom = bare();
-  const std::array<Vec3f, 6> edges{Vec3f(-0.05f, 0.15f, 0), Vec3f(0.05f, 0.15f, 0),   Vec3f(-0.05f, 0, 0),
-                                   Vec3f(0.05f, 0, 0),      Vec3f(-0.05f, -0.15f, 0), Vec3f(0.05f, -0.15f, 0)};
-  groom.add_card(edges, {.rooted = false});
+  const Groom groom = card_from(0.15f);
   ShownCharacter character = shown(groom);
   character.hair_colour = Vec3f(0.6f, 0.02f, 0.02f);
   character.hair_tip_colour = Vec3f(0.02f, 0.02f, 0.6f);

@@ -331,13 +331,18 @@ TEST(GroomFile, of_older_versions_survives_every_flipped_bit_and_is_refused_at_e
   }
 }
 
-TEST(GroomFile, with_features_is_refused_at_every_truncation) {
-  RandomMessages random(9);
-  Groom groom = random.groom(5);
+// A random groom that has all kinds of features.
+Groom groom_with_features(std::uint64_t seed, std::size_t strand_count) {
+  RandomMessages random(seed);
+  Groom groom = random.groom(strand_count);
   while (groom.threads.empty() || groom.cards.empty() || groom.cloths.empty() || groom.knots.empty() ||
          groom.far_cards.cards.empty())
-    groom = random.groom(5);
-  const Bytes bytes = unpacked(groom);
+    groom = random.groom(strand_count);
+  return groom;
+}
+
+TEST(GroomFile, with_features_is_refused_at_every_truncation) {
+  const Bytes bytes = unpacked(groom_with_features(9, 5));
   ASSERT_TRUE(decode_groom(bytes)) << decode_groom(bytes).error();
   for (std::size_t n = 0; n < bytes.size(); ++n) {
     EXPECT_FALSE(decode_groom(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n))));
@@ -345,12 +350,7 @@ TEST(GroomFile, with_features_is_refused_at_every_truncation) {
 }
 
 TEST(GroomFile, with_features_survives_every_flipped_bit) {
-  RandomMessages random(10);
-  Groom groom = random.groom(2);
-  while (groom.threads.empty() || groom.cards.empty() || groom.cloths.empty() || groom.knots.empty() ||
-         groom.far_cards.cards.empty())
-    groom = random.groom(2);
-  Bytes bytes = unpacked(groom);
+  Bytes bytes = unpacked(groom_with_features(10, 2));
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
     const auto mask = static_cast<std::uint8_t>(1u << bit % 8);
     bytes[bit / 8] ^= mask;
