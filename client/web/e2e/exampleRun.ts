@@ -38,8 +38,8 @@ export class ExampleRun {
     for (const command of page.commands) {
       const real = command.replace(/^build\/release\/bin\//, `${kBin}/`);
       if (command.includes("/hairnet-server ")) await this.#startServer(real.replace(/ *&$/, ""), serverPort);
-      else if (/npx vite$/.test(command)) address.port = await this.#startVite(real);
-      else if (command.includes(" http.server 8000 ")) address.port = await this.#startPython(real.replace(/ *&$/, ""));
+      else if (command.includes("npx vite")) address.port = await this.#startVite(real);
+      else if (command.includes(" http.server 8000 ")) address.port = await this.#startPython(real);
       else execFileSync("bash", ["-c", real], { cwd: kRoot });
     }
     return address;

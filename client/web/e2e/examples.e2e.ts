@@ -1,11 +1,10 @@
-import { mkdirSync, writeFileSync } from "node:fs";
+import { mkdirSync } from "node:fs";
 import { createServer } from "node:net";
 import type { AddressInfo } from "node:net";
 import type { Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, describe, expect, test } from "vitest";
-import { makeDefaultAvatar } from "../page/avatar/defaultAvatar";
 import { Browser } from "./browser";
-import { areExamplesInstalled, ExampleRun, kExamples, readPage } from "./exampleRun";
+import { areExamplesInstalled, ExampleRun, readPage } from "./exampleRun";
 import { until } from "./hairnetServer";
 import { shareChanged, shareWarm, type Picture } from "./picture";
 
@@ -46,9 +45,6 @@ async function look(page: Page, name: string): Promise<Picture> {
 describe.skipIf(!areExamplesInstalled)("the page of the example, followed word for word, shows hair that moves", () => {
   beforeAll(async () => {
     mkdirSync(shots, { recursive: true });
-    mkdirSync(`${kExamples}/public`, { recursive: true });
-    // Stands for the reader's own avatar.
-    writeFileSync(`${kExamples}/public/avatar.vrm`, makeDefaultAvatar());
     port = await freePort();
     // The pages say port 7420, which another server of this machine may have.
     await browser.start({ width: 480, height: 360 }, [`--host-resolver-rules=MAP localhost:7420 127.0.0.1:${port}`]);

@@ -1,6 +1,8 @@
 import AFRAME from "aframe";
 import { connect, HairScene, rigidPose } from "hairnet-client";
 
+const kJoinedWith = ["server", "room", "token", "groom"];
+
 /** Everyone's hair in a room, at this entity. With `groom`, your own head too. Emits "hairnet-error" with the reason. */
 AFRAME.registerComponent("hairnet", {
   schema: {
@@ -11,19 +13,15 @@ AFRAME.registerComponent("hairnet", {
     shake: { default: false }, // your own head turns to and fro
   },
 
-  async init() {
-    const { server, room, token, groom } = this.data;
-    try {
-      const joined = await connect(server, { room, token });
-      if (this.isRemoved) return joined.close();
-      this.room = joined;
-      this.hair = new HairScene(joined, this.el.sceneEl.renderer);
-      this.el.setObject3D("hairnet", this.hair);
-      if (groom) this.me = joined.addCharacter(await (await fetch(groom)).arrayBuffer());
-    } catch (error) {
-      this.el.emit("hairnet-error", { reason: error.message });
-      throw error;
-    }
+  // A-Frame calls it at first with no data before, then after each change.
+  update(before) {
+    if (kJoinedWith.every((name) => this.data[name] === before[name])) return;
+    this.leave();
+    this.join();
+  },
+
+  remove() {
+    this.leave();
   },
 
   tick(time) {
@@ -33,10 +31,30 @@ AFRAME.registerComponent("hairnet", {
     this.hair.update(this.el.sceneEl.camera);
   },
 
-  remove() {
-    this.isRemoved = true;
-    this.el.removeObject3D("hairnet");
+  async join() {
+    const { server, room, token, groom } = this.data;
+    const attempt = Symbol(room);
+    this.attempt = attempt; // a later one replaces it
+    try {
+      const file = groom && (await (await fetch(groom)).arrayBuffer());
+      const joined = await connect(server, { room, token });
+      if (this.attempt !== attempt) return joined.close();
+      this.room = joined;
+      this.hair = new HairScene(joined, this.el.sceneEl.renderer);
+      this.el.setObject3D("hairnet", this.hair);
+      if (file) this.me = joined.addCharacter(file);
+    } catch (error) {
+      if (this.attempt !== attempt) return;
+      this.el.emit("hairnet-error", { reason: error.message });
+      throw error;
+    }
+  },
+
+  leave() {
+    this.attempt = null;
+    if (this.hair) this.el.removeObject3D("hairnet");
     this.hair?.dispose();
     this.room?.close();
+    this.hair = this.room = this.me = null;
   },
 });

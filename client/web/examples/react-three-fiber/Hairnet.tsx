@@ -1,7 +1,7 @@
 import { useFrame, useThree } from "@react-three/fiber";
 import { connect, type Room } from "hairnet-client";
 import { HairScene } from "hairnet-client/scene";
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import type { PerspectiveCamera } from "three";
 
 export interface HairnetProps {
@@ -12,8 +12,9 @@ export interface HairnetProps {
   token?: string;
   /** puts the camera in front of the characters */
   frame?: boolean;
-  /** called with the room once it is joined: add your own characters there */
-  onRoom?: (room: Room) => void;
+  /** called with the room once it is joined, to add your own characters there, and with null once it is left */
+  onRoom?: (room: Room | null) => void;
+  /** called when the room cannot be joined; without it the error is thrown */
   onError?: (error: Error) => void;
 }
 
@@ -23,31 +24,42 @@ export function Hairnet({ server, room = "", token = "", frame = false, onRoom, 
   const camera = useThree((state) => state.camera);
   const [hair, setHair] = useState<HairScene | null>(null);
 
-  // A new callback is no reason to join again.
+  // New callbacks are no reason to join again.
+  const callbacks = useRef({ onRoom, onError });
+  useEffect(() => {
+    callbacks.current = { onRoom, onError };
+  });
+
   useEffect(() => {
     let isMounted = true;
-    let joined: Room | null = null;
-    let made: HairScene | null = null;
-    connect(server, { room, token }).then(
-      (arrived) => {
-        if (!isMounted) return arrived.close();
-        joined = arrived;
-        made = new HairScene(arrived, renderer);
-        if (frame) void made.frame(camera as PerspectiveCamera);
-        setHair(made);
-        onRoom?.(arrived);
-      },
-      (error: Error) => {
-        if (isMounted) onError?.(error);
-      },
-    );
+    let leave = () => {};
+    const join = async () => {
+      const joined = await connect(server, { room, token });
+      if (!isMounted) return joined.close();
+      const made = new HairScene(joined, renderer);
+      leave = () => {
+        setHair(null);
+        made.dispose();
+        joined.close();
+        callbacks.current.onRoom?.(null);
+      };
+      setHair(made);
+      callbacks.current.onRoom?.(joined);
+    };
+    join().catch((error: Error) => {
+      if (!isMounted) return;
+      if (!callbacks.current.onError) throw error;
+      callbacks.current.onError(error);
+    });
     return () => {
       isMounted = false;
-      setHair(null);
-      made?.dispose();
-      joined?.close();
+      leave();
     };
-  }, [server, room, token, frame, renderer, camera]);
+  }, [server, room, token, renderer]);
+
+  useEffect(() => {
+    if (frame) hair?.frame(camera as PerspectiveCamera);
+  }, [hair, frame, camera]);
 
   useFrame((state) => hair?.update(state.camera));
   return hair && <primitive object={hair} />;

@@ -14,7 +14,7 @@ const camera = new PerspectiveCamera(35, innerWidth / innerHeight, 0.1, 100);
 
 const loader = new GLTFLoader();
 loader.register((parser) => new VRMLoaderPlugin(parser));
-const vrm: VRM = (await loader.loadAsync("/avatar.vrm")).userData.vrm;
+const vrm: VRM = (await loader.loadAsync("/default_avatar.vrm")).userData.vrm;
 vrm.scene.rotation.y = vrm.meta?.metaVersion === "0" ? Math.PI : 0; // VRM 0 models look along -Z
 scene.add(vrm.scene);
 
