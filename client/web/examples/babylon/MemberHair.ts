@@ -11,7 +11,7 @@ import { Deformer, type Groom, type LatticeLayer, type Member } from "hairnet-cl
 
 const kStrandsMax = 3000;
 
-/** One member's hair as lines, and its bust. Hair of other engines' formats is made likewise, from `points`. */
+/** One member's hair as lines, and its bust. Another engine gets its hair in the same way, from `points`. */
 export class MemberHair {
   readonly node: TransformNode;
   readonly #lines: LinesMesh;
@@ -64,7 +64,7 @@ export class MemberHair {
   }
 
   dispose(): void {
-    this.node.dispose();
+    this.node.dispose(false, true); // with its meshes and their materials
   }
 
   #deformerOf(geometry: LatticeLayer["geometry"]): Deformer {

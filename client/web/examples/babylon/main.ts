@@ -8,7 +8,8 @@ import { connect, rigidPose } from "hairnet-client";
 import { MemberHair } from "./MemberHair";
 
 const canvas = document.querySelector("canvas") as HTMLCanvasElement;
-const engine = new Engine(canvas, true, { preserveDrawingBuffer: true });
+const engine = new Engine(canvas, true);
+addEventListener("resize", () => engine.resize());
 const scene = new Scene(engine);
 scene.useRightHandedSystem = true; // as Hairnet: +Y up, +Z out of the face
 scene.clearColor = new Color4(0.54, 0.56, 0.6, 1);
