@@ -1,11 +1,12 @@
 import { execFileSync, spawn, type ChildProcess } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
+import { dirname, join, resolve } from "node:path";
 import { kBin, until } from "./hairnetServer";
 
 const kRoot = resolve("../..");
-export const kExamples = resolve("examples");
+const kPackage = resolve(".");
+const kExamples = resolve("examples");
 /** The packages of all examples, which deploy/web --examples installs. */
 export const areExamplesInstalled = existsSync(join(kExamples, "node_modules/.package-lock.json"));
 
@@ -24,6 +25,10 @@ export function readPage(name: string): ExamplePage {
   return { commands: blocks[0], address: new URL(address) };
 }
 
+function run(command: string, cwd: string): void {
+  execFileSync("bash", ["-c", command], { cwd });
+}
+
 /**
  * Follows the commands of an example's page, from the root of the repository. They run as they are written, except that
  * programs come from HAIRNET_BIN, and that servers listen on free ports: those of the page may be in use.
@@ -40,9 +45,39 @@ export class ExampleRun {
       if (command.includes("/hairnet-server ")) await this.#startServer(real.replace(/ *&$/, ""), serverPort);
       else if (command.includes("npx vite")) address.port = await this.#startVite(real);
       else if (command.includes(" http.server 8000 ")) address.port = await this.#startPython(real);
-      else execFileSync("bash", ["-c", real], { cwd: kRoot });
+      else run(real, kRoot);
     }
     return address;
+  }
+
+  /**
+   * Builds a project outside of the repository: the program of the package's page, and of packages only the packed one,
+   * what it depends on, three, and vite. Returns the address of what vite has built.
+   */
+  async startProject(serverPort: number): Promise<URL> {
+    const project = join(this.#folder, "project");
+    const packages = join(project, "node_modules");
+    mkdirSync(join(packages, "hairnet-client"), { recursive: true });
+    mkdirSync(join(project, "public"));
+    run(`npm pack --silent --ignore-scripts --pack-destination ${project}`, kPackage);
+    run("tar -xzf *.tgz --strip-components 1 -C node_modules/hairnet-client", project);
+    const { dependencies } = JSON.parse(readFileSync(join(packages, "hairnet-client/package.json"), "utf8"));
+    for (const name of [...Object.keys(dependencies), "three", "vite"]) {
+      mkdirSync(dirname(join(packages, name)), { recursive: true });
+      symlinkSync(join(kPackage, "node_modules", name), join(packages, name));
+    }
+    const [, program] = /^```ts\n(.*?)^```$/ms.exec(readFileSync("README.md", "utf8"))!;
+    writeFileSync(join(project, "main.js"), program);
+    writeFileSync(
+      join(project, "index.html"),
+      '<!doctype html><link rel="icon" href="data:,"><script type="module" src="main.js"></script>',
+    );
+    run(`${kBin}/hairnet-groom make long_curly --out public/long_curly.groom`, project);
+    const vite = `node ${packages}/vite/bin/vite.js`;
+    run(`${vite} build --logLevel error --target esnext`, project);
+    await this.#startServer(`${kBin}/hairnet-server`, serverPort);
+    const port = await this.#startVite(`cd ${project} && exec ${vite} preview`);
+    return new URL(`http://localhost:${port}/`);
   }
 
   async dispose(): Promise<void> {

@@ -2,13 +2,16 @@ import { mkdirSync } from "node:fs";
 import { createServer } from "node:net";
 import type { AddressInfo } from "node:net";
 import type { Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, describe, expect, test } from "vitest";
+import { PNG } from "pngjs";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { Browser } from "./browser";
 import { areExamplesInstalled, ExampleRun, readPage } from "./exampleRun";
 import { until } from "./hairnetServer";
 import { shareChanged, shareWarm, type Picture } from "./picture";
 
 const shots = process.env.HAIRNET_SHOTS ?? "e2e/shots";
+/** Small: a browser that draws in software takes seconds for a large picture. */
+const kSize = { width: 240, height: 180 };
 const browser = new Browser();
 let port = 0;
 let run: ExampleRun;
@@ -29,47 +32,50 @@ function freePort(): Promise<number> {
 
 /** What the page shows, whatever draws it. */
 async function look(page: Page, name: string): Promise<Picture> {
-  const png = await page.screenshot({ path: `${shots}/example_${name}.png`, timeout: 90_000 });
-  return page.evaluate(async (data) => {
-    const picture = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
-    const canvas = document.createElement("canvas");
-    canvas.width = picture.width;
-    canvas.height = picture.height;
-    const context = canvas.getContext("2d")!;
-    context.drawImage(picture, 0, 0);
-    const { data: pixels } = context.getImageData(0, 0, canvas.width, canvas.height);
-    return { width: canvas.width, height: canvas.height, pixels: Array.from(pixels) };
-  }, png.toString("base64"));
+  const { width, height, data } = PNG.sync.read(
+    await page.screenshot({ path: `${shots}/example_${name}.png`, timeout: 90_000 }),
+  );
+  return { width, height, pixels: Array.from(data) };
 }
 
-describe.skipIf(!areExamplesInstalled)("the page of the example, followed word for word, shows hair that moves", () => {
-  beforeAll(async () => {
-    mkdirSync(shots, { recursive: true });
-    port = await freePort();
-    // The pages say port 7420, which another server of this machine may have.
-    await browser.start({ width: 480, height: 360 }, [`--host-resolver-rules=MAP localhost:7420 127.0.0.1:${port}`]);
-  });
-  afterEach(async () => {
-    await browser.closePages();
-    await run.dispose();
-  });
-  afterAll(() => browser.dispose());
+/** Opens a page that is to show hair that moves, and waits until it does. */
+async function watch(name: string, address: URL): Promise<void> {
+  const page = await browser.open(String(address));
+  let before: Picture;
+  await until(
+    "hair is in the picture",
+    async () => {
+      expect(browser.faults).toEqual([]);
+      before = await look(page, name);
+      return shareWarm(before) > 0.05;
+    },
+    90_000,
+  );
+  await until("it moves", async () => shareChanged(before, await look(page, name)) > 0.01, 30_000);
+  expect(browser.takeFaults()).toEqual([]);
+}
 
+beforeAll(async () => {
+  mkdirSync(shots, { recursive: true });
+  port = await freePort();
+  // The pages say port 7420, which another server of this machine may have.
+  await browser.start(kSize, [`--host-resolver-rules=MAP localhost:7420 127.0.0.1:${port}`]);
+});
+beforeEach(() => {
+  run = new ExampleRun();
+});
+afterEach(async () => {
+  await browser.closePages();
+  await run.dispose();
+});
+afterAll(() => browser.dispose());
+
+describe.skipIf(!areExamplesInstalled)("the page of the example, followed word for word, shows hair that moves", () => {
   test.each(["minimal", "vrm", "react-three-fiber", "babylon", "script", "aframe"])("%s", async (name) => {
-    run = new ExampleRun();
-    const address = await run.start(readPage(name), port);
-    const page = await browser.open(String(address));
-    let before: Picture;
-    await until(
-      "hair is in the picture",
-      async () => {
-        expect(browser.faults).toEqual([]);
-        before = await look(page, name);
-        return shareWarm(before) > 0.05;
-      },
-      90_000,
-    );
-    await until("it moves", async () => shareChanged(before, await look(page, name)) > 0.01, 30_000);
-    expect(browser.takeFaults()).toEqual([]);
+    await watch(name, await run.start(readPage(name), port));
   });
+});
+
+test("the program of the package's page shows hair that moves, built in a project of its own", async () => {
+  await watch("project", await run.startProject(port));
 });
