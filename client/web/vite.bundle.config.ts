@@ -9,7 +9,7 @@ export default defineConfig({
     modulePreload: false,
     rollupOptions: {
       input: "src/bundle/index.ts",
-      external: [/^three($|\/)/],
+      external: ["three"], // its addons are inside: an import map for three alone suffices
       preserveEntrySignatures: "strict",
       output: { format: "es", entryFileNames: "hairnet.module.min.js" },
     },
