@@ -39,7 +39,7 @@ export class MemberHair {
     const bust = new Mesh("bust", scene);
     const data = new VertexData();
     const normals: number[] = [];
-    VertexData.ComputeNormals(groom.body.vertices, groom.body.triangles, normals);
+    VertexData.ComputeNormals(groom.body.vertices, groom.body.triangles, normals, { useRightHandedSystem: true });
     Object.assign(data, { positions: groom.body.vertices, indices: groom.body.triangles, normals });
     data.applyToMesh(bust);
     const skin = new StandardMaterial("skin", scene);

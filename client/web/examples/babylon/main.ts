@@ -1,7 +1,7 @@
 import { FreeCamera } from "@babylonjs/core/Cameras/freeCamera";
 import { Engine } from "@babylonjs/core/Engines/engine";
 import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight";
-import { Color4 } from "@babylonjs/core/Maths/math.color";
+import { Color3, Color4 } from "@babylonjs/core/Maths/math.color";
 import { Vector3 } from "@babylonjs/core/Maths/math.vector";
 import { Scene } from "@babylonjs/core/scene";
 import { connect, rigidPose } from "hairnet-client";
@@ -13,9 +13,10 @@ addEventListener("resize", () => engine.resize());
 const scene = new Scene(engine);
 scene.useRightHandedSystem = true; // as Hairnet: +Y up, +Z out of the face
 scene.clearColor = new Color4(0.54, 0.56, 0.6, 1);
-new HemisphericLight("light", new Vector3(0.3, 1, 0.6), scene);
-const camera = new FreeCamera("camera", new Vector3(0, -0.05, 1.6), scene);
-camera.setTarget(new Vector3(0, -0.1, 0));
+const light = new HemisphericLight("light", new Vector3(0.3, 1, 0.6), scene);
+light.groundColor = new Color3(0.3, 0.3, 0.35);
+const camera = new FreeCamera("camera", new Vector3(0, -0.05, 1.25), scene);
+camera.setTarget(new Vector3(0, -0.08, 0));
 camera.minZ = 0.05;
 camera.fov = 0.6;
 
