@@ -62,6 +62,7 @@ beforeAll(async () => {
   await browser.start(kSize, [`--host-resolver-rules=MAP localhost:7420 127.0.0.1:${port}`]);
 });
 beforeEach(() => {
+  browser.takeFaults();
   run = new ExampleRun();
 });
 afterEach(async () => {
