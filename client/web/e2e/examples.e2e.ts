@@ -1,4 +1,4 @@
-import { mkdirSync } from "node:fs";
+import { existsSync, mkdirSync } from "node:fs";
 import { createServer } from "node:net";
 import type { AddressInfo } from "node:net";
 import type { Page } from "playwright-core";
@@ -56,6 +56,7 @@ async function watch(name: string, address: URL): Promise<void> {
 }
 
 beforeAll(async () => {
+  if (!existsSync("dist/index.js")) throw new Error("client/web/dist is missing: npm run build");
   mkdirSync(shots, { recursive: true });
   port = await freePort();
   // The pages say port 7420, which another server of this machine may have.
