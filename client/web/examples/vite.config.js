@@ -4,6 +4,9 @@ export default {
   // hairnet-client is linked from its folder, which has a three of its own.
   resolve: { dedupe: ["three", "@pixiv/three-vrm"] },
   // The other examples need no build.
-  optimizeDeps: { entries: ["{minimal,vrm,react-three-fiber,babylon}/index.html"] },
+  optimizeDeps: {
+    entries: ["{minimal,vrm,react-three-fiber,babylon}/index.html"],
+    include: ["react/jsx-dev-runtime"], // esbuild adds it to each .tsx: found late, it would reload the page
+  },
   server: { fs: { allow: ["../../.."] } },
 };
