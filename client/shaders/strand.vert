@@ -78,10 +78,11 @@ void main() {
   float end = 1.0 - 0.12 * chance.z;
   float taper = mix(1.0, 0.45, s * s) * (1.0 - smoothstep(end - 0.12, end, s));
   float width_px = character.width * widened * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
-  float half_px = 0.5 * max(width_px, 1.0);
+  float least_px = 1.0 / samples;  // wider ribbons of less coverage blur, and their coverage has more grain
+  float half_px = 0.5 * max(width_px, least_px);
   float edge_px = half_px + (samples < 2.0 ? 0.5 : 0.0);  // several samples already make soft edges
   clip.xy += side * edge_px / pixel * clip.w;
   gl_Position = clip;
-  shade = vec4(colour, min(width_px, 1.0) * present * character.strand_opacity);
+  shade = vec4(colour, min(width_px / least_px, 1.0) * present * character.strand_opacity);
   across = vec3(left ? -edge_px : edge_px, half_px, chance.y);
 }

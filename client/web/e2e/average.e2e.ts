@@ -1,0 +1,66 @@
+// `Picture` against many samples a pixel.
+import { mkdtempSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { createServer, type ViteDevServer } from "vite";
+import type { Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { makeGroomFile } from "./actor";
+import type { AverageStage, difference } from "./averagePage";
+import { Browser } from "./browser";
+
+const browser = new Browser();
+const grooms = ["long_curly", "long_straight"].map((style) => makeGroomFile(style).path);
+let server: ViteDevServer;
+let page: Page;
+
+interface Globals {
+  AverageStage: typeof AverageStage;
+  difference: typeof difference;
+}
+
+beforeAll(async () => {
+  server = await createServer({
+    configFile: false,
+    logLevel: "warn",
+    cacheDir: mkdtempSync(join(tmpdir(), "hairnet-vite-")),
+    server: { host: "127.0.0.1", port: 0, hmr: false, fs: { allow: [".", "../shaders", ...grooms.map(dirname)] } },
+    optimizeDeps: { include: ["three"], entries: ["e2e/averagePage.html"] },
+  });
+  await server.listen();
+  await browser.start();
+  page = await browser.open(`${server.resolvedUrls!.local[0]}e2e/averagePage.html`);
+  await page.waitForFunction(() => "AverageStage" in window, null, { timeout: 100_000 });
+});
+afterAll(async () => {
+  await browser.dispose();
+  await server.close();
+});
+
+test.each([
+  ["dark curls", grooms[0], 0x2a1a10],
+  ["straight blonde hair", grooms[1], 0xd8b070],
+])("16 pictures of %s have less than a quarter of the grain of one", async (_, groom, colour) => {
+  const result = await page.evaluate(
+    async ([address, hex]) => {
+      const { AverageStage: Stage, difference: apart } = window as unknown as Globals;
+      const stage = await Stage.open(address, 160, hex);
+      const single = stage.single(1);
+      const references = [stage.reference(1), stage.reference(2)];
+      const averages = Array.from({ length: 16 }, () => stage.averaged()).slice(-2);
+      stage.dispose();
+      const reference = references[0].map((value, n) => (value + references[1][n]) / 2);
+      return {
+        error: apart(averages[1], reference) / apart(single, reference),
+        flicker: apart(averages[0], averages[1]) / apart(single, reference),
+        referenceError: apart(references[0], references[1]) / 4 / apart(single, reference),
+      };
+    },
+    [`/@fs${groom}`, colour] as const,
+  );
+  console.log(result);
+  expect(result.referenceError).toBeLessThan(0.1);
+  expect(result.error).toBeLessThan(0.25);
+  expect(result.flicker).toBeLessThan(0.25);
+  expect(browser.takeFaults().filter((fault) => !fault.includes("404"))).toEqual([]);
+});
