@@ -211,6 +211,7 @@ export class PageViewer implements PageHost {
 
   #announce(person: number | null): void {
     const member = person === null ? undefined : this.room?.members.get(person);
+    this.room?.fetchFirst(person);
     element("shown").textContent = member ? `Showing ${personName(member)}` : "Showing everyone";
   }
 

@@ -10,6 +10,7 @@ export class GroomQueue {
   /** height of the largest head with the groom over the screen's height; heads outside of the view count little */
   readonly #heights = new Map<string, number>();
   #current: string | null = null;
+  #preferred: string | null = null;
   #reports = 0;
   #calls = 0;
   /** when the first groom began to wait */
@@ -30,6 +31,11 @@ export class GroomQueue {
     if (this.#current === groom) this.#current = null;
   }
 
+  /** The groom to ask for before all others. */
+  prefer(groom: string | null): void {
+    this.#preferred = groom;
+  }
+
   /** The heights of all grooms that are seen now. */
   setHeights(heights: Iterable<readonly [groom: string, height: number]>): void {
     this.#heights.clear();
@@ -37,17 +43,21 @@ export class GroomQueue {
     if (this.#heights.size > 0) ++this.#reports;
   }
 
-  /** The groom to ask for now: the largest on the screen; null while another is on its way. */
+  /** The groom to ask for now: the preferred one, or the largest on the screen; null while another is on its way. */
   next(nowMs: number): string | null {
     if (this.#current !== null || this.#waiting.size === 0) return null;
     this.#beganMs ??= nowMs;
-    const hasWaited = ++this.#calls >= kWaitCalls && nowMs - this.#beganMs >= kWaitMs;
-    if (this.#reports < kReports && !hasWaited) return null;
-    let best: string | null = null;
-    for (const groom of this.#waiting)
-      if (best === null || (this.#heights.get(groom) ?? 0) > (this.#heights.get(best) ?? 0)) best = groom;
+    ++this.#calls;
+    const best = this.#best(nowMs - this.#beganMs);
     if (best !== null) this.#waiting.delete(best);
     this.#current = best;
     return best;
+  }
+
+  #best(waitedMs: number): string | null {
+    if (this.#preferred !== null && this.#waiting.has(this.#preferred)) return this.#preferred;
+    if (this.#reports < kReports && (waitedMs < kWaitMs || this.#calls < kWaitCalls)) return null;
+    const height = (groom: string) => this.#heights.get(groom) ?? 0;
+    return [...this.#waiting].reduce((best, groom) => (height(groom) > height(best) ? groom : best));
   }
 }

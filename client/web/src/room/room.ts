@@ -168,6 +168,11 @@ export class Room implements HairSource {
     return shown;
   }
 
+  /** Asks for the groom of this member before all others: that of whoever is shown first. Null: of none. */
+  fetchFirst(member: number | null): void {
+    this.#queue.prefer(this.members.get(member ?? -1)?.groomKey ?? null);
+  }
+
   reportImportance(members: readonly MemberImportance[]): void {
     const known = members.filter(({ member }) => this.members.has(member));
     if (known.length > 0) this.link.use((core) => core.reportImportance(known));
