@@ -3,8 +3,7 @@ import { Color, PerspectiveCamera, Scene, WebGLRenderer, WebGLRenderTarget, type
 import type { Groom } from "../src/hair/groom";
 import { rigidPose } from "../src/hair/pose";
 import { decodeGroom } from "../src/net/groomFile";
-import { HairScene, Picture, type HairSource, type LatticeLayer } from "../src/scene/index";
-import { madeGroom } from "../test/support/madeGroom";
+import { HairScene, Picture, type HairSource } from "../src/scene/index";
 
 /** Rows of red, green and blue, 0 to 255. */
 export type Pixels = Float32Array;
@@ -19,14 +18,11 @@ export class AverageStage implements HairSource {
   readonly camera = new PerspectiveCamera(35, 1, 0.05, 50);
   readonly hair = new HairScene(this, this.renderer);
   readonly picture = new Picture(this.renderer);
-  /** rad, about the vertical axis */
-  turn = 0;
-  layers: LatticeLayer[] = [];
 
-  /** `groom`: the address of a file, or null for a simple one. */
-  static async open(groom: string | null, sizePx: number, colour: number): Promise<AverageStage> {
-    const bytes = groom && new Uint8Array(await (await fetch(groom)).arrayBuffer());
-    const stage = new AverageStage(bytes ? decodeGroom(bytes) : madeGroom(8000, 24), sizePx);
+  /** `groom`: the address of a file. */
+  static async open(groom: string, sizePx: number, colour: number): Promise<AverageStage> {
+    const bytes = new Uint8Array(await (await fetch(groom)).arrayBuffer());
+    const stage = new AverageStage(decodeGroom(bytes), sizePx);
     for (;;) {
       stage.hair.update(stage.camera);
       const head = stage.hair.characters.get(1);
@@ -51,8 +47,7 @@ export class AverageStage implements HairSource {
   }
 
   sample() {
-    const pose = rigidPose([0, Math.sin(this.turn / 2), 0, Math.cos(this.turn / 2)]);
-    return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose, layers: this.layers }];
+    return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose: rigidPose(), layers: [] }];
   }
 
   /** Without `Picture`. `seed`: of the grain. */
