@@ -48,7 +48,7 @@ export function roomHairstyles(members: Iterable<Member>): Hairstyle[] {
 }
 
 /** A file that the user chose or dropped. Throws a one-line `HairnetError` when it is not a groom. */
-export async function fileHairstyle(file: File): Promise<Hairstyle> {
+export async function fileHairstyle(file: Pick<File, "name" | "arrayBuffer">): Promise<Hairstyle> {
   if (!/\.groom$/i.test(file.name)) throw new HairnetError("invalid", foreignFileWords(file.name));
   const bytes = new Uint8Array(await file.arrayBuffer());
   try {

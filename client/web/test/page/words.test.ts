@@ -46,7 +46,8 @@ test("a file of another program leads to the command that makes a groom of it", 
   expect(foreignFileWords("scene.abc")).toContain("hairnet-groom import FILE --out scene.groom");
   expect(foreignFileWords("photo.png")).toContain("drop a hairstyle (.groom) or an avatar (.vrm)");
   const refusal = async (name: string, text: string) => {
-    const fault = await fileHairstyle(new File([text], name)).catch((error: unknown) => error);
+    const file = { name, arrayBuffer: () => new Blob([text]).arrayBuffer() };
+    const fault = await fileHairstyle(file).catch((error: unknown) => error);
     expect(fault).toBeInstanceOf(HairnetError);
     return (fault as HairnetError).message;
   };
