@@ -2,6 +2,11 @@ import { GIFEncoder, applyPalette, quantize } from "gifenc";
 
 const kVideoTypes = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
 const kVideoBitsPerS = 8_000_000;
+/** A video of so few bytes has no picture in it. */
+const kEmptyBytes = 1000;
+/** A browser that draws slowly is given so many times as long until the first picture is in the video. */
+const kPatience = 4;
+const kPartEveryMs = 250;
 const kGifSide = 400;
 const kGifEveryMs = 80;
 
@@ -19,17 +24,26 @@ export async function recordVideo(canvas: HTMLCanvasElement, forMs: number): Pro
   const stream = canvas.captureStream(30);
   const recorder = new MediaRecorder(stream, { mimeType: type, videoBitsPerSecond: kVideoBitsPerS });
   const parts: Blob[] = [];
-  recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
+  let bytes = 0;
+  recorder.addEventListener("dataavailable", ({ data }) => {
+    parts.push(data);
+    bytes += data.size;
+  });
   const ended = new Promise<void>((done, fail) => {
     recorder.addEventListener("stop", () => done());
     recorder.addEventListener("error", () => fail(new Error("The browser stopped recording.")));
   });
-  recorder.start();
-  setTimeout(() => recorder.state !== "inactive" && recorder.stop(), forMs);
-  await ended;
+  recorder.start(kPartEveryMs);
+  const beganMs = performance.now();
+  const timer = setInterval(() => {
+    const spanMs = performance.now() - beganMs;
+    const isWhole = spanMs > forMs && (bytes > kEmptyBytes || spanMs > kPatience * forMs);
+    if (isWhole && recorder.state !== "inactive") recorder.stop();
+  }, kPartEveryMs);
+  await ended.finally(() => clearInterval(timer));
   for (const track of stream.getTracks()) track.stop();
   const blob = new Blob(parts, { type });
-  if (blob.size === 0) throw new Error("The browser recorded nothing.");
+  if (blob.size <= kEmptyBytes) throw new Error("The browser recorded nothing: it draws too slowly. Choose GIF.");
   return { blob, name: `hair.${type.includes("mp4") ? "mp4" : "webm"}` };
 }
 
