@@ -114,8 +114,12 @@ export class Stage {
     const ratio = this.renderer.getPixelRatio();
     const middle = new Vector2(free.width / 2, size.height - free.height / 2).multiplyScalar(ratio);
     this.surroundings.update(this.camera, heads, middle, ratio * Math.min(free.width, free.height));
-    // Nobody has hair yet: there is no grain, and the first hair should come soon.
-    if (heads.length === 0) this.renderer.render(this.scene, this.camera);
-    else this.picture.render(this.scene, this.camera, hair);
+    if (heads.length > 0) {
+      this.picture.render(this.scene, this.camera, hair);
+      return;
+    }
+    // Without hair there is no grain, and the first hair should come soon. Averages before do not count any more.
+    this.picture.cut();
+    this.renderer.render(this.scene, this.camera);
   }
 }

@@ -144,6 +144,7 @@ export class PageViewer implements PageHost {
     hair.addEventListener("characteradded", ({ character }) => this.#members.add(character));
     hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
     hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
+    room.fetchFirst(this.focus.person);
     this.#wardrobe.enter(room);
   }
 

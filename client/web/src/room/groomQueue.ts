@@ -10,7 +10,6 @@ export class GroomQueue {
   /** height of the largest head with the groom over the screen's height; heads outside of the view count little */
   readonly #heights = new Map<string, number>();
   #current: string | null = null;
-  #preferred: string | null = null;
   #reports = 0;
   #calls = 0;
   /** when the first groom began to wait */
@@ -31,11 +30,6 @@ export class GroomQueue {
     if (this.#current === groom) this.#current = null;
   }
 
-  /** The groom to ask for before all others. */
-  prefer(groom: string | null): void {
-    this.#preferred = groom;
-  }
-
   /** The heights of all grooms that are seen now. */
   setHeights(heights: Iterable<readonly [groom: string, height: number]>): void {
     this.#heights.clear();
@@ -43,19 +37,18 @@ export class GroomQueue {
     if (this.#heights.size > 0) ++this.#reports;
   }
 
-  /** The groom to ask for now: the preferred one, or the largest on the screen; null while another is on its way. */
-  next(nowMs: number): string | null {
+  /** The groom to ask for now: `first`, or the largest on the screen; null while another is on its way. */
+  next(nowMs: number, first: string | null = null): string | null {
     if (this.#current !== null || this.#waiting.size === 0) return null;
     this.#beganMs ??= nowMs;
     ++this.#calls;
-    const best = this.#best(nowMs - this.#beganMs);
+    const best = first !== null && this.#waiting.has(first) ? first : this.#largest(nowMs - this.#beganMs);
     if (best !== null) this.#waiting.delete(best);
     this.#current = best;
     return best;
   }
 
-  #best(waitedMs: number): string | null {
-    if (this.#preferred !== null && this.#waiting.has(this.#preferred)) return this.#preferred;
+  #largest(waitedMs: number): string | null {
     if (this.#reports < kReports && (waitedMs < kWaitMs || this.#calls < kWaitCalls)) return null;
     const height = (groom: string) => this.#heights.get(groom) ?? 0;
     return [...this.#waiting].reduce((best, groom) => (height(groom) > height(best) ? groom : best));

@@ -72,6 +72,8 @@ export class Room implements HairSource {
   readonly #files = new Map<string, Uint8Array>();
   readonly #faults = new Map<string, string>();
   readonly #queue = new GroomQueue();
+  /** the member whose groom is fetched before others */
+  #first: number | null = null;
   /** grooms that no member could give, and when to ask again */
   readonly #askAgainNs = new Map<string, number>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
@@ -161,16 +163,17 @@ export class Room implements HairSource {
     const nowNs = this.link.nowNs();
     this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
-    const wanted = this.#queue.next(1e-6 * nowNs);
+    const first = this.members.get(this.#first ?? -1)?.groomKey;
+    const wanted = this.#queue.next(1e-6 * nowNs, first);
     if (wanted) this.link.use((core) => core.requestGroom(wanted));
     const shown = [...this.members.values()];
     for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
     return shown;
   }
 
-  /** Asks for the groom of this member before all others: that of whoever is shown first. Null: of none. */
+  /** Asks for this member's groom before all others, as soon as it is known. Null: for none before others. */
   fetchFirst(member: number | null): void {
-    this.#queue.prefer(this.members.get(member ?? -1)?.groomKey ?? null);
+    this.#first = member;
   }
 
   reportImportance(members: readonly MemberImportance[]): void {

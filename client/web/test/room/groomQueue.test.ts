@@ -50,13 +50,12 @@ test("the first request does not wait long for an application that tells no heig
   expect(queue.next(2101)).toBe("second");
 });
 
-test("a preferred groom is asked for at once, before larger heads", () => {
-  for (const groom of ["large", "preferred"]) queue.add(groom);
-  queue.prefer("preferred");
-  expect(queue.next(0)).toBe("preferred");
-  queue.finish("preferred");
+test("the groom that shall be first is asked for at once, before larger heads", () => {
+  for (const groom of ["large", "first"]) queue.add(groom);
+  expect(queue.next(0, "first")).toBe("first");
+  queue.finish("first");
   tell(["large", 0.5]);
-  expect(queue.next(1)).toBe("large");
+  expect(queue.next(1, "first")).toBe("large");
 });
 
 test("a groom that nobody needs any more is not asked for", () => {

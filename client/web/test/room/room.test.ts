@@ -187,6 +187,18 @@ test("a refusal that would come again closes the room as refused", () => {
   expect(closed).toEqual([true]);
 });
 
+test("fetches a member's groom first, also when it is named before it joins", () => {
+  const served = new ServedRoom();
+  const grooms = ["1", "2"].map((digit) => digit.repeat(64));
+  served.room.fetchFirst(2);
+  for (const [i, hash] of grooms.entries())
+    served.receive({ type: "memberJoined", member: 1 + i, session: 9n, character: 1 + i, groom: hash, ...kPlain });
+  served.room.sample(0);
+  served.link.flush();
+  const asked = served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
+  expect(asked).toEqual([grooms[1]]);
+});
+
 test("fetches one groom after the other, that of the largest head first", () => {
   const served = new ServedRoom();
   const grooms = ["1", "2", "3"].map((digit) => digit.repeat(64));
