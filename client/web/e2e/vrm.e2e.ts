@@ -23,7 +23,6 @@ afterAll(async () => {
 
 test("the user wears a VRM model with the hair of the room on its head instead of its own", async () => {
   const page = await browser.open(`${server.address}/?room=model`);
-  await page.setInputFiles("#groom-file", groom.path);
   const drop = (name: string, bytes: Uint8Array) =>
     page.evaluate(
       ([file, text]) => {
@@ -58,7 +57,9 @@ test("the user wears a VRM model with the hair of the room on its head instead o
   await drop("LICENSE.vrm", new TextEncoder().encode("MIT License"));
   await until("the page tells that it is no model", async () => (await fault()).includes("not a VRM file"), 60_000);
 
+  // Nobody is here, and the server lists no hairstyle: the model waits for one.
   await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
+  await page.setInputFiles("#groom-file", groom.path);
   await until("the dropped model wears hair", wears("0"), 90_000);
   const seen = await look();
   expect(seen.version).toBe("0");

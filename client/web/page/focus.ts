@@ -70,10 +70,11 @@ export class Focus {
         this.stage.frame(ready.map(({ character }) => character.position.clone()));
       return;
     }
-    const portrait = portraitOf(one.member.groom);
+    // A user's avatar may have a head of any size.
+    const portrait = portraitOf(one.member.groom, one.character.scale.x);
     // In the first view others are beside the person, and hide nobody.
     const others = this.#isChosen ? "" : `of ${shown.length}`;
-    if (mayFrame && this.#isChanged(`${this.person} ${others} as ${portrait.bottom} in ${width} ${height}`))
+    if (mayFrame && this.#isChanged(`${this.person} ${others} as ${portrait.bottom.toFixed(2)} in ${width} ${height}`))
       this.#flyTo(one, shown, portrait);
     if (mayFrame || this.#isChosen) this.stage.motion.follow(targetOf(one, portrait), dtS);
   }

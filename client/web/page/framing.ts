@@ -45,12 +45,15 @@ export function freePart(view: Size, covered: Covered): Size {
 
 const portraits = new WeakMap<Groom, Portrait>();
 
-/** The portrait of anyone who wears this hairstyle; null: of a bare head. */
-export function portraitOf(groom: Groom | null): Portrait {
-  if (!groom) return kBareHead;
-  const portrait = portraits.get(groom) ?? measure(groom);
-  portraits.set(groom, portrait);
-  return portrait;
+/**
+ * The portrait of anyone who wears this hairstyle; null: of a bare head. `size`: of the head, as a share of the
+ * hairstyle's own.
+ */
+export function portraitOf(groom: Groom | null, size = 1): Portrait {
+  const portrait = groom ? (portraits.get(groom) ?? measure(groom)) : kBareHead;
+  if (groom) portraits.set(groom, portrait);
+  if (size === 1) return portrait;
+  return { bottom: size * portrait.bottom, top: size * portrait.top, halfWidth: size * portrait.halfWidth };
 }
 
 function measure(groom: Groom): Portrait {

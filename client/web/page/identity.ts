@@ -20,14 +20,15 @@ export class Identity {
     return this.input.value.trim();
   }
 
-  /** How the own character is added. */
+  /** What everyone in the room gets to know. */
   get options(): CharacterOptions {
     return { tag: this.name, appearance: this.#appearance };
   }
 
-  /** A user without a name gets one that nobody else in the room has. */
-  pickName(taken: ReadonlySet<string>): void {
-    if (!this.name) this.input.value = pickName(taken);
+  /** The options of a user who joins. Without a name they get one that nobody else in the room has. */
+  named(taken: readonly string[]): CharacterOptions {
+    if (!this.name) this.input.value = pickName(new Set(taken));
+    return this.options;
   }
 
   /** `hairRoot`: sRGB, 0xrrggbb, of the whole hair. */

@@ -27,7 +27,7 @@ export class NameLabels {
       const label = this.#labelOf(one.member.member);
       if (label.textContent !== name) label.textContent = name;
       const at = one.character.position.clone();
-      at.y += portraitOf(one.member.groom).top + kAboveHairM;
+      at.y += portraitOf(one.member.groom, one.character.scale.x).top + kAboveHairM;
       at.project(camera);
       const x = ((at.x + 1) / 2) * view.width;
       const y = ((1 - at.y) / 2) * view.height;

@@ -1,7 +1,6 @@
 import type { MaterialScale, OwnCharacter, Room, WindOptions } from "../src/index";
 import type { HairScene } from "../src/scene/index";
 import type { Focus } from "./focus";
-import type { Hairstyle } from "./hairstyles";
 import type { OwnHead } from "./head/ownHead";
 import type { Query } from "./query";
 import type { Stage } from "./stage";
@@ -20,8 +19,6 @@ export interface PageHost {
   readonly hair: HairScene | null;
   /** null: the user only watches */
   readonly own: OwnCharacter | null;
-  /** Wears the hairstyle in this room and in later ones; null: none. Reports its own faults. */
-  wear(hairstyle: Hairstyle | null): Promise<void>;
   /** Of the own hair, now and later. */
   setMaterial(scale: MaterialScale): void;
   /** Of the room, for everyone. */

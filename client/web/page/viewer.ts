@@ -7,7 +7,6 @@ import { closedWords, refusedWords } from "./faultWords";
 import { Focus, type Shown } from "./focus";
 import type { Covered } from "./framing";
 import { Graph } from "./graph";
-import type { Hairstyle } from "./hairstyles";
 import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
 import { Identity } from "./identity";
@@ -88,14 +87,14 @@ export class PageViewer implements PageHost {
       element<HTMLSelectElement>("hairstyle"),
       this.head,
       () => this.#sliders.material,
-      () => this.#identity.options,
+      () => this.#identity.named([...(this.room?.members.values() ?? [])].map(givenName)),
       (detail) => this.showFault(detail),
     );
     this.avatar = new AvatarPanel(element("avatar"), {
       stage: this.stage,
       showFault: (detail) => this.showFault(detail),
       // Somebody who puts on a model has hair too.
-      join: () => void (this.#wardrobe.isWearing || this.wear(this.#wardrobe.any())),
+      join: () => this.#wardrobe.join(),
     });
     this.#play = new PlayPanel(element("play"), this);
     element("room").textContent = query.room ? `“${query.room}”` : "the lobby";
@@ -110,11 +109,6 @@ export class PageViewer implements PageHost {
 
   get own(): OwnCharacter | null {
     return this.#wardrobe.own;
-  }
-
-  wear(hairstyle: Hairstyle | null): Promise<void> {
-    if (hairstyle) this.#identity.pickName(new Set([...(this.room?.members.values() ?? [])].map(givenName)));
-    return this.#wardrobe.wear(hairstyle);
   }
 
   setMaterial(scale: MaterialScale): void {
@@ -255,7 +249,8 @@ export class PageViewer implements PageHost {
       if (file) this.#takeFile(file);
     });
     element("join-button").addEventListener("click", () => {
-      void this.wear(this.#wardrobe.isWearing ? null : this.#wardrobe.any());
+      if (this.#wardrobe.isWearing) void this.#wardrobe.wear(null);
+      else this.#wardrobe.join();
     });
   }
 
@@ -355,7 +350,7 @@ export class PageViewer implements PageHost {
     const isWearing = this.#wardrobe.isWearing;
     join.textContent = isWearing ? "Leave the picture" : "Join with hair on";
     join.classList.toggle("primary", !isWearing);
-    join.disabled = !this.room || (!isWearing && this.#wardrobe.any() === null);
+    join.disabled = !this.room || (!isWearing && !this.#wardrobe.canJoin);
   }
 
   #showWind(room: Room): void {

@@ -21,6 +21,8 @@ export class Wardrobe {
   #listed: Hairstyle[] = [];
   #files: Hairstyle[] = [];
   #offered: Hairstyle[] = [];
+  /** The user wants to join, and no hairstyle is known yet. */
+  #joinsLater = false;
 
   constructor(
     private readonly select: HTMLSelectElement,
@@ -58,15 +60,27 @@ export class Wardrobe {
     return this.#wanted !== null;
   }
 
-  /** The hairstyle that the fewest in the room wear: of the server's own ones if there are any. */
-  any(): Hairstyle | null {
+  /** There is a hairstyle to join with. */
+  get canJoin(): boolean {
+    return this.#listed.length > 0 || this.#offered.length > 0;
+  }
+
+  /**
+   * Wears the hairstyle that the fewest in the room wear: of the server's own ones if there are any. Where none is
+   * known yet, the first that comes. Who wears one keeps it.
+   */
+  join(): void {
+    if (this.#wanted) return;
     const worn = [...(this.#room?.members.values() ?? [])].map(({ groom }) => hairstyleName(groom?.name ?? ""));
     const from = this.#listed.length > 0 ? this.#listed : this.#offered;
-    return leastWorn(from, ({ label }) => worn.filter((name) => name === label).length);
+    const hairstyle = leastWorn(from, ({ label }) => worn.filter((name) => name === label).length);
+    if (hairstyle) void this.wear(hairstyle);
+    else this.#joinsLater = true;
   }
 
   async wear(hairstyle: Hairstyle | null): Promise<void> {
     this.#wanted = hairstyle;
+    this.#joinsLater = false;
     this.offer();
     const room = this.#room;
     if (!room) return;
@@ -110,6 +124,7 @@ export class Wardrobe {
       select.replaceChildren(...labels.map((label) => new Option(label)));
     const worn = this.#wanted?.label;
     select.selectedIndex = Math.max(worn ? labels.indexOf(worn) : 0, 0);
+    if (this.#joinsLater) this.join();
   }
 
   // Finds a free place beside the other characters.

@@ -58,6 +58,7 @@ describe("a portrait", () => {
     expect(portrait.top).toBeGreaterThanOrEqual(0.27 - 1e-6);
     expect(portrait.bottom).toBe(-0.34);
     expect(portraitOf(null)).toEqual(kBareHead);
+    expect(portraitOf(groom, 2)).toEqual({ bottom: -0.68, top: 2 * portrait.top, halfWidth: 2 * portrait.halfWidth });
   });
 });
 
