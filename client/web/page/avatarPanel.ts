@@ -89,6 +89,11 @@ export class AvatarPanel {
     return this.avatar?.update(character, groom, pose, dtS) ?? pose;
   }
 
+  /** Of the worn model's head joint above its feet, m; 0 without a model. */
+  get headHeight(): number {
+    return this.avatar?.headHeight ?? 0;
+  }
+
   async #load(name: string, read: () => Promise<Uint8Array>): Promise<void> {
     const request = ++this.#request;
     this.#name.textContent = `Loading ${name} …`;

@@ -3,7 +3,7 @@ import { Picture, type HairScene } from "../src/scene/index";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { CameraMotion } from "./cameraMotion";
 import { type Covered, distanceFor, freePart, type Size } from "./framing";
-import { Surroundings } from "./surroundings";
+import { type Standing, Surroundings } from "./surroundings";
 
 const kPixelRatioMax = 2;
 export const kHeadInVrM = 1.6;
@@ -108,13 +108,13 @@ export class Stage {
     this.#headY = headY;
   }
 
-  /** Draws the scene. `heads`: of all visible people, world. */
-  draw(hair: HairScene | null, heads: readonly Vector3[]): void {
+  /** Draws the scene. `people`: all who are visible. */
+  draw(hair: HairScene | null, people: readonly Standing[]): void {
     const { free, size } = this;
     const ratio = this.renderer.getPixelRatio();
     const middle = new Vector2(free.width / 2, size.height - free.height / 2).multiplyScalar(ratio);
-    this.surroundings.update(this.camera, heads, middle, ratio * Math.min(free.width, free.height));
-    if (heads.length > 0) {
+    this.surroundings.update(this.camera, people, middle, ratio * Math.min(free.width, free.height));
+    if (people.length > 0) {
       this.picture.render(this.scene, this.camera, hair);
       return;
     }

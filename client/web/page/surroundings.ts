@@ -16,8 +16,8 @@ import {
 import type { HairPart } from "../src/scene/index";
 import { makeLightRig, studioLights } from "../src/scene/lightRig";
 
-/** The ground is this far below the head joints: below the busts that grooms bring. */
-const kGroundBelowHeadM = 0.375;
+/** A bust's height below its head joint, m: it ends above the ground. */
+export const kBustHeightM = 0.375;
 const kGroundRadiusM = 9;
 /** Shadows of the nearest people. */
 const kShadowsMax = 16;
@@ -85,6 +85,14 @@ const kGroundFragment = /* glsl */ `
   }
 `;
 
+/** Someone in the picture. */
+export interface Standing {
+  /** the head joint, world, m */
+  readonly head: Vector3;
+  /** of the head joint above the ground, m */
+  readonly height: number;
+}
+
 /** What is around the people of a room: a backdrop, ground with soft shadows, and lights for ordinary materials. */
 export class Surroundings extends Group {
   readonly #backdrop = new ShaderMaterial({
@@ -124,19 +132,20 @@ export class Surroundings extends Group {
     this.add(backdrop, this.#floor, ...this.#lights, this.#ambient);
   }
 
-  /** `heads`: of all visible people, world. `middlePx`: the middle of the free part of the view, device pixels. */
-  update(camera: PerspectiveCamera, heads: readonly Vector3[], middlePx: Vector2, viewPx: number): void {
+  /** `people`: all who are visible. `middlePx`: the middle of the free part of the view, device pixels. */
+  update(camera: PerspectiveCamera, people: readonly Standing[], middlePx: Vector2, viewPx: number): void {
     this.#backdrop.uniforms.middlePx.value.copy(middlePx);
     this.#backdrop.uniforms.viewPx.value = viewPx;
     this.#light(camera);
-    this.#floor.visible = heads.length > 0;
-    if (heads.length === 0) return;
+    this.#floor.visible = people.length > 0;
+    if (people.length === 0) return;
+    const heads = people.map(({ head }) => head);
     const { middle, radius, shadows } = this.#ground.uniforms;
     const sum = heads.reduce((total, head) => total.add(head), new Vector3()).divideScalar(heads.length);
     middle.value.set(sum.x, sum.z);
     const spread = heads.reduce((most, head) => Math.max(most, Math.hypot(head.x - sum.x, head.z - sum.z)), 0);
     radius.value = Math.min(3.2 + spread, kGroundRadiusM);
-    const ground = Math.min(...heads.map((head) => head.y)) - kGroundBelowHeadM;
+    const ground = Math.min(...people.map(({ head, height }) => head.y - height));
     this.#floor.position.set(sum.x, ground, sum.z);
     const near = [...heads].sort((a, b) => a.distanceTo(camera.position) - b.distanceTo(camera.position));
     for (const [n, shadow] of (shadows.value as Vector4[]).entries()) {

@@ -21,7 +21,7 @@ import { PlayPanel } from "./playPanel";
 import { givenName, personName } from "./roomDetails";
 import { Sliders } from "./sliders";
 import { Stage } from "./stage";
-import { fadeBust } from "./surroundings";
+import { fadeBust, kBustHeightM } from "./surroundings";
 import { Wardrobe } from "./wardrobe";
 
 const kFaultShownMs = 8000;
@@ -172,7 +172,10 @@ export class PageViewer implements PageHost {
     const drawn = shown.filter(({ character }) => character.isReady);
     stage.draw(
       hair,
-      drawn.map(({ character }) => character.position),
+      drawn.map(({ member, character }) => ({
+        head: character.position,
+        height: Math.max(kBustHeightM * character.scale.x, member.own ? this.avatar.headHeight : 0),
+      })),
     );
     this.#play.afterDraw(timeMs);
     if (!isInVr) this.#labels.update(drawn, stage.camera, stage.free, stage.size);

@@ -44,6 +44,11 @@ export class Avatar {
     return (meta.metaVersion === "1" ? meta.name : meta.title) ?? "";
   }
 
+  /** Of the head joint above the feet, m. */
+  get headHeight(): number {
+    return this.#motion.headAtRest.y;
+  }
+
   /** Applies what the user set. */
   set(fit: RememberedFit): void {
     const { hidden } = fit;

@@ -11,7 +11,8 @@ const kIdleReturnsS = 1.5;
 export class AvatarMotion {
   /** Its place in the world; the model is its child. */
   readonly root = new Object3D();
-  readonly #headAtRest: Vector3;
+  /** the head joint in the model, whose feet are at height 0, m */
+  readonly headAtRest: Vector3;
   /** of the idle motion, 0 to 1 */
   #idle = 0;
   #timeS = 0;
@@ -21,7 +22,7 @@ export class AvatarMotion {
     vrm.humanoid.resetNormalizedPose();
     vrm.update(0);
     this.root.updateWorldMatrix(true, true);
-    this.#headAtRest = vrm.humanoid.getRawBoneNode("head")!.getWorldPosition(new Vector3());
+    this.headAtRest = vrm.humanoid.getRawBoneNode("head")!.getWorldPosition(new Vector3());
   }
 
   /** `pose`: world, of the user's head. The model's feet stay, and its neck turns its head. */
@@ -46,7 +47,7 @@ export class AvatarMotion {
     this.#turn("rightShoulder", turn(0, 0, -0.014 * breath));
     this.root.quaternion.copy(trunk);
     this.root.position
-      .copy(this.#headAtRest)
+      .copy(this.headAtRest)
       .applyQuaternion(trunk)
       .multiplyScalar(-1)
       .add(new Vector3().fromArray(pose, Bone.head * kNumbersPerBone + 4));
