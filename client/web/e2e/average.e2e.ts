@@ -1,18 +1,14 @@
 // `Picture` against many samples a pixel.
-import { mkdtempSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { createServer, type ViteDevServer } from "vite";
-import type { Page } from "playwright-core";
+import { dirname } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { makeGroomFile } from "./actor";
 import type { AverageStage, difference } from "./averagePage";
 import { Browser } from "./browser";
+import { StageServer } from "./stageServer";
 
 const browser = new Browser();
 const grooms = ["long_curly", "long_straight"].map((style) => makeGroomFile(style).path);
-let server: ViteDevServer;
-let page: Page;
+let server: StageServer | undefined;
 
 interface Globals {
   AverageStage: typeof AverageStage;
@@ -20,28 +16,19 @@ interface Globals {
 }
 
 beforeAll(async () => {
-  server = await createServer({
-    configFile: false,
-    logLevel: "warn",
-    cacheDir: mkdtempSync(join(tmpdir(), "hairnet-vite-")),
-    server: { host: "127.0.0.1", port: 0, hmr: false, fs: { allow: [".", "../shaders", ...grooms.map(dirname)] } },
-    optimizeDeps: { include: ["three"], entries: ["e2e/averagePage.html"] },
-  });
-  await server.listen();
   await browser.start();
-  page = await browser.open(`${server.resolvedUrls!.local[0]}e2e/averagePage.html`);
-  await page.waitForFunction(() => "AverageStage" in window, null, { timeout: 100_000 });
+  server = await StageServer.open(browser, "averagePage", grooms.map(dirname));
 });
 afterAll(async () => {
   await browser.dispose();
-  await server.close();
+  await server?.dispose();
 });
 
 test.each([
   ["dark curls", grooms[0], 0x2a1a10],
   ["straight blonde hair", grooms[1], 0xd8b070],
 ])("16 pictures of %s have less than a quarter of the grain of one", async (_, groom, colour) => {
-  const result = await page.evaluate(
+  const result = await server!.page.evaluate(
     async ([address, hex]) => {
       const { AverageStage: Stage, difference: apart } = window as unknown as Globals;
       const stage = await Stage.open(address, 160, hex);

@@ -1,38 +1,23 @@
 // What only a browser can show of light.test.ts: pixels.
-import { mkdtempSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { createServer, type ViteDevServer } from "vite";
-import type { Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Browser } from "./browser";
 import type { LightStage, Shot } from "./lightPage";
+import { StageServer } from "./stageServer";
 
 const browser = new Browser();
-let server: ViteDevServer;
-let page: Page;
+let server: StageServer | undefined;
 
 interface Globals {
   LightStage: typeof LightStage;
 }
 
 beforeAll(async () => {
-  const addons = ["lights/LightProbeGenerator.js", "objects/Reflector.js", "environments/RoomEnvironment.js"];
-  server = await createServer({
-    configFile: false,
-    logLevel: "warn",
-    cacheDir: mkdtempSync(join(tmpdir(), "hairnet-vite-")),
-    server: { host: "127.0.0.1", port: 0, hmr: false, fs: { allow: [".", "../shaders"] } },
-    optimizeDeps: { include: ["three", ...addons.map((name) => `three/addons/${name}`)] },
-  });
-  await server.listen();
   await browser.start();
-  page = await browser.open(`${server.resolvedUrls!.local[0]}e2e/lightPage.html`);
-  await page.waitForFunction(() => "LightStage" in window, null, { timeout: 100_000 });
+  server = await StageServer.open(browser, "lightPage");
 });
 afterAll(async () => {
   await browser.dispose();
-  await server.close();
+  await server?.dispose();
 });
 
 /** The mean of red, green and blue over a square, `at` and `half` as shares of the picture's size. */
@@ -48,7 +33,7 @@ function meanOf({ pixels, size }: Shot, [x, y]: readonly [number, number], half:
 const brightness = (colour: number[]) => colour[0] + colour[1] + colour[2];
 
 test("the ground is darker under a head of hair that casts shadows, and elsewhere as bright as before", async () => {
-  const [with_, without, under] = await page.evaluate(async () => {
+  const [with_, without, under] = await server!.page.evaluate(async () => {
     const { LightStage: Stage } = window as unknown as Globals;
     const shots: Shot[] = [];
     let place: [number, number] = [0, 0];
@@ -74,7 +59,7 @@ test("the ground is darker under a head of hair that casts shadows, and elsewher
 });
 
 test("a mirror, a second camera and a cube camera show hair that the main camera does not see", async () => {
-  const shares = await page.evaluate(async () => {
+  const shares = await server!.page.evaluate(async () => {
     const { LightStage: Stage } = window as unknown as Globals;
     const stage = new Stage(null, { lights: "scene" }, [0, 0, 2]);
     stage.ground.visible = false;
@@ -117,7 +102,7 @@ test("a mirror, a second camera and a cube camera show hair that the main camera
 });
 
 test("an environment alone lights hair, and brighter ones more", async () => {
-  const [dark, dim, bright] = await page.evaluate(async () => {
+  const [dark, dim, bright] = await server!.page.evaluate(async () => {
     const { LightStage: Stage } = window as unknown as Globals;
     const stage = new Stage(null, { lights: "scene" });
     stage.scene.remove(stage.sun);
@@ -156,7 +141,7 @@ test("an environment alone lights hair, and brighter ones more", async () => {
 });
 
 test("light follows hair that is drawn aside, at rest it is the traced light, and no error is reported", async () => {
-  const [still, moved] = await page.evaluate(async () => {
+  const [still, moved] = await server!.page.evaluate(async () => {
     const { LightStage: Stage } = window as unknown as Globals;
     const stage = new Stage(null, {});
     stage.ground.visible = false;
