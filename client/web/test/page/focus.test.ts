@@ -17,14 +17,14 @@ class FakeStage {
     follow: () => {},
     orbitSlowly: () => ++this.orbits,
   };
-  distanceFor = () => 1.5;
+  distanceFor = ({ height }: { height: number }) => 3 * height;
   frame = () => this.flights.push("all");
 }
 
 const person = (number: number, x: number, isReady = true, own = false) =>
   ({
     member: { member: number, own, groom: null, pose: rigidPose([0, 0, 0, 1], [x, 1.6, 0]) },
-    character: { isReady, position: new Vector3(x, 1.6, 0), quaternion: new Quaternion() },
+    character: { isReady, position: new Vector3(x, 1.6, 0), quaternion: new Quaternion(), scale: new Vector3(1, 1, 1) },
   }) as unknown as Shown;
 
 function begin() {
@@ -107,4 +107,16 @@ test("when the shown person leaves, it shows everyone who is left", () => {
   focus.update([person(1, 0)], 0.1);
   expect(focus.person).toBeNull();
   expect(stage.flights).toEqual(["all"]);
+});
+
+test("it frames a head anew when an avatar makes it larger", () => {
+  const { stage, focus } = begin();
+  const one = person(1, 0);
+  focus.show(1);
+  focus.update([one], 0.1);
+  one.character.scale.setScalar(3);
+  focus.update([one], 0.1);
+  const [before, after] = stage.flights as CameraView[];
+  expect(stage.flights.length).toBe(2);
+  expect(after.distance).toBeGreaterThan(1.5 * before.distance);
 });
