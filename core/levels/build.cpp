@@ -6,13 +6,13 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "core/ffd/deform.hpp"
 #include "core/levels/build_progress.hpp"
 #include "core/levels/cloth.hpp"
 #include "core/levels/contact_points.hpp"
 #include "core/levels/decimate.hpp"
 #include "core/levels/ether.hpp"
 #include "core/levels/fit_lattice.hpp"
+#include "core/levels/hair_sample.hpp"
 #include "core/levels/knots.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/levels/lumped_hair.hpp"
@@ -253,21 +253,11 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
 
 }  // namespace
 
-// The maps between levels use an even sample of the hair's points.
 void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
   constexpr std::size_t kMapPoints = 6000;
-  const std::vector<float> blend = root_blend(groom);
   HAIRNET_ASSERT(!groom.points.empty());
-  HAIRNET_ASSERT(blend.size() == groom.points.size());
-  const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / kMapPoints);
-  std::vector<Vec3f> some_points;
-  std::vector<float> some_blend;
-  // Without the alternation, strands of equal length would always give the same point of each.
-  for (std::size_t p = 0; p < groom.points.size(); p += stride + (p / stride) % 2) {
-    some_points.push_back(groom.points[p]);
-    some_blend.push_back(blend[p]);
-  }
-  make_level_maps(set, some_points, some_blend, parallel_for);
+  const HairSample sample = sample_hair(groom, kMapPoints);
+  make_level_maps(set, sample.points, sample.blend, parallel_for);
 }
 
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildCallbacks& callbacks,

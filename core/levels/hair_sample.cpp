@@ -4,6 +4,7 @@
 
 #include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/random.hpp"
 
 namespace hairnet {
 namespace {
@@ -67,6 +68,24 @@ class Followed {
 };
 
 }  // namespace
+
+HairSample sample_hair(const Groom& groom, std::size_t count) {
+  HAIRNET_ASSERT(count > 0);
+  const std::vector<float> blend = root_blend(groom);
+  HAIRNET_ASSERT(blend.size() == groom.points.size());
+  const std::size_t whole = groom.points.size();
+  count = std::min(count, whole);
+  // At random, since an even step would always meet strands of equal length at the same points.
+  Random random(1);
+  HairSample sample;
+  const double step = static_cast<double>(whole) / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto p = std::min(static_cast<std::size_t>(step * (static_cast<double>(i) + random.unit())), whole - 1);
+    sample.points.push_back(groom.points[p]);
+    sample.blend.push_back(blend[p]);
+  }
+  return sample;
+}
 
 HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair) {
   HAIRNET_ASSERT(hair.blend.size() == hair.points.size());

@@ -14,6 +14,9 @@ struct HairSample {
   std::vector<float> blend;   // delta of eq. 7: how much of the lattice's motion each point takes
 };
 
+// An even choice of a groom's points, about `count` of them.
+HairSample sample_hair(const Groom& groom, std::size_t count);
+
 // For each point of a sample, the active nodes that move it and their weights: quadratic FFD with the root blend.
 // Trimmed nodes are replaced by the active nodes that they follow. Weights below 0.01 are dropped and the others scaled
 // up. Point p has entries [begin[p], begin[p + 1]). Asserts that each point has a blend.

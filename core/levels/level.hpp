@@ -93,12 +93,15 @@ struct Level {
 std::string validate(const Level& level);
 
 class LevelMap;
+struct Modes;
 
 // The levels of a groom, indexed by LevelIndex; `rigid` needs no entry. `maps[from][to]` transfers a lattice state
-// (level_map.hpp). Where a map is missing, a character starts at rest on its new level.
+// (level_map.hpp). Where a map is missing, a character starts at rest on its new level. `modes`: what all levels say in
+// common terms (core/modes); null where nobody needs it.
 struct LevelSet {
   std::array<Level, 4> levels;
   std::array<std::array<std::shared_ptr<const LevelMap>, 4>, 4> maps;
+  std::shared_ptr<const Modes> modes;
 
   [[nodiscard]] const Level& operator[](LevelIndex i) const { return levels[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const LevelMap* map(LevelIndex from, LevelIndex to) const {

@@ -7,64 +7,22 @@
 #include <vector>
 
 #include "core/assert.hpp"
-#include "core/ffd/deform.hpp"
+#include "core/levels/ffd_matrix.hpp"
 
 namespace hairnet {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
-using Triplets = std::vector<Eigen::Triplet<double>>;
+using Triplets = ActiveCombinations::Triplets;
 
 // Share of the mean diagonal of F^T F: enough to fix the nodes that no hair depends on, too little to show at the
 // others.
 constexpr double kFollow = 1e-3;
 
-// Grid nodes as combinations of active nodes: the lists behind expand_displacements.
-class ActiveCombinations {
- public:
-  explicit ActiveCombinations(const LevelGeometry& geometry) : combinations_(geometry.lattice.node_count()) {
-    HAIRNET_ASSERT(geometry.active_nodes.size() + geometry.trimmed_nodes.size() == combinations_.size());
-    HAIRNET_ASSERT(geometry.trimmed_begin.size() == geometry.trimmed_nodes.size() + 1);
-    HAIRNET_ASSERT(geometry.trimmed_weights.size() == geometry.trimmed_from.size());
-    HAIRNET_VALIDATE(validate(geometry).empty());
-    for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) {
-      combinations_[geometry.active_nodes[a]].push_back({a, 1});
-    }
-    for (std::size_t t = 0; t < geometry.trimmed_nodes.size(); ++t) {
-      for (std::uint32_t e = geometry.trimmed_begin[t]; e < geometry.trimmed_begin[t + 1]; ++e) {
-        combinations_[geometry.trimmed_nodes[t]].push_back(
-            {geometry.trimmed_from[e], double{geometry.trimmed_weights[e]}});
-      }
-    }
-  }
-  // Adds weight * (displacement of a grid node) to row `row`.
-  void add(std::uint32_t grid_node, double weight, Eigen::Index row, Triplets& triplets) const {
-    HAIRNET_VALIDATE(grid_node < combinations_.size());
-    for (const auto& [active, share] : combinations_[grid_node]) triplets.emplace_back(row, active, weight * share);
-  }
-
- private:
-  std::vector<std::vector<std::pair<std::uint32_t, double>>> combinations_;
-};
-
 Matrix assembled(Eigen::Index rows, Eigen::Index columns, const Triplets& triplets) {
   Matrix matrix(rows, columns);
   matrix.setFromTriplets(triplets.begin(), triplets.end());
   return matrix;
-}
-
-// F: maps displacements of active nodes to displacements of points, each times its delta.
-Matrix ffd_matrix(const Level& level, std::span<const Vec3f> points, std::span<const float> blend) {
-  HAIRNET_ASSERT(points.size() == blend.size());
-  HAIRNET_ASSERT(std::ranges::min(level.geometry.lattice.dims) >= 3);
-  const ActiveCombinations active(level.geometry);
-  Triplets triplets;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    for (const auto& [node, weight] : quadratic_ffd_weights(level.geometry.lattice, points[p])) {
-      active.add(node, double{blend[p]} * double{weight}, static_cast<Eigen::Index>(p), triplets);
-    }
-  }
-  return assembled(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(level.rest.size()), triplets);
 }
 
 // Maps displacements of `from` to the nodes of `to`: linear interpolation inside its lattice, the values of its faces

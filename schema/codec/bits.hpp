@@ -24,6 +24,8 @@ class BitWriter {
     flush();
   }
 
+  [[nodiscard]] std::uint32_t bit_count() const { return static_cast<std::uint32_t>(8 * (out_ - begin_)) + used_; }
+
   // Returns the number of bytes written; do not use the writer afterwards.
   std::size_t finish() {
     HAIRNET_ASSERT(used_ <= 7);

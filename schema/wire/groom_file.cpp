@@ -9,7 +9,7 @@
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_features.hpp"
 #include "schema/wire/groom_numbers.hpp"
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 #include "schema/wire/text.hpp"
 
 namespace hairnet::wire {
@@ -76,7 +76,7 @@ auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
   return to.CreateVector(counts);
 }
 
-// The table, as pack_groom() takes it.
+// The table, as pack() takes it.
 std::vector<std::uint8_t> write_table(const Groom& groom) {
   FlatBufferBuilder to(std::size_t{1} << 16);
   const Body& body = groom.body;
@@ -233,14 +233,14 @@ Result<Groom> read_table(std::span<const std::uint8_t> table, const GroomLimits&
 }  // namespace
 
 std::vector<std::uint8_t> encode_groom(const Groom& groom) {
-  return pack_groom(write_table(groom));
+  return pack(write_table(groom), kPackedGroom);
 }
 
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits) {
   if (bytes.size() > kGroomBytesMax)
     return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
-  if (is_packed_groom(bytes)) {
-    const Result<std::vector<std::uint8_t>> table = unpack_groom(bytes);
+  if (is_packed(bytes, kPackedGroom)) {
+    const Result<std::vector<std::uint8_t>> table = unpack(bytes, kPackedGroom);
     return table ? read_table(*table, limits) : Refusal(table.error());
   }
   if (!has_identifier(bytes, fb::GroomIdentifier())) return Refusal("not a .groom file (it does not begin as one)");

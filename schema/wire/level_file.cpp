@@ -7,13 +7,14 @@
 
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
 #include "levels_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint32_t kLayoutVersion = 2;
+constexpr std::uint32_t kLayoutVersion = 3;
 constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
 
 // The header but its checksum. All fields lie at their natural alignment, so that this is its layout in memory as well.
@@ -103,6 +104,17 @@ Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
                               contact_weights, contact_rest, contact_potential, contact_limit);
 }
 
+Offset<fb::BuiltModes> write(FlatBufferBuilder& to, const Modes& modes) {
+  const auto deviation = to.CreateVector(modes.basis.deviation_m), unit = to.CreateVector(modes.basis.unit);
+  const auto shapes = to.CreateVector(modes.basis.modes);
+  std::vector<Offset<fb::ModeMap>> maps;
+  for (const ModeMap& map : modes.maps) {
+    maps.push_back(
+        fb::CreateModeMap(to, to.CreateVector(map.matrix().data(), static_cast<std::size_t>(map.matrix().size()))));
+  }
+  return fb::CreateBuiltModes(to, deviation, unit, shapes, to.CreateVector(maps));
+}
+
 // Like from_flatbuffer, but false where the last element is not whole.
 template <class To, class From>
 bool read(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
@@ -160,6 +172,28 @@ bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
 }
 
 // Returns an empty string, or the fault.
+std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
+  Basis& basis = out.basis;
+  basis.node_count = set.levels[0].rest.size();
+  from_flatbuffer(*in.deviation_m(), basis.deviation_m);
+  from_flatbuffer(*in.unit(), basis.unit);
+  from_flatbuffer(*in.modes(), basis.modes);
+  if (std::string fault = validate(basis); !fault.empty()) return fault;
+  if (in.maps()->size() != out.maps.size()) return "modes without a map for each level";
+  for (std::size_t i = 0; i < out.maps.size(); ++i) {
+    const flatbuffers::Vector<float>& from = *in.maps()->Get(static_cast<flatbuffers::uoffset_t>(i))->matrix();
+    if (from.size() != 3 * basis.mode_count() * set.levels[i].rest.size())
+      return "a map of another size than its level";
+    ModeMap::Matrix matrix(static_cast<Eigen::Index>(basis.mode_count()),
+                           static_cast<Eigen::Index>(3 * set.levels[i].rest.size()));
+    std::ranges::copy(from, matrix.data());
+    if (!matrix.allFinite()) return "a map that is not finite";
+    out.maps[i] = ModeMap(std::move(matrix));
+  }
+  return {};
+}
+
+// Returns an empty string, or the fault.
 std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   const AlignedBytes aligned(payload);
   const auto* root = verified_root<fb::BuiltLevels>(aligned.bytes(), fb::BuiltLevelsIdentifier());
@@ -174,7 +208,11 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
     if (!fits_packet(set.levels[i].geometry)) return "level " + name + ": its geometry is larger than a packet";
     if (std::string fault = validate(set.levels[i]); !fault.empty()) return fault.insert(0, "level " + name + ": ");
   }
-  return {};
+  if (!root->modes()) return {};
+  auto modes = std::make_shared<Modes>();
+  std::string fault = read(*root->modes(), set, *modes);
+  set.modes = std::move(modes);
+  return fault;
 }
 
 // Checks the header before the payload's checksum is checked.
@@ -196,7 +234,8 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   std::vector<Offset<fb::SkinDistanceField>> skin;
   HAIRNET_ASSERT(set.levels.front().skin);
   for (const SkinDistanceField& field : *set.levels.front().skin) skin.push_back(write(to, field));
-  const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin)),
+  const auto modes = set.modes ? write(to, *set.modes) : 0;
+  const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin), modes),
                               fb::BuiltLevelsIdentifier());
   std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
   Header header;

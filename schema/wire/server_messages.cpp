@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "schema/wire/geometry_table.hpp"
 #include "schema/wire/message_codec.hpp"
 
 namespace hairnet::wire {
@@ -149,39 +150,12 @@ Offset<fb::LevelRecord> write(FlatBufferBuilder& to, const LevelRecord& m) {
                                      static_cast<fb::LevelIndex>(m.level));
 }
 
-namespace {
-
-Fault read_lattice(const fb::LevelRecord& in, Lattice& out) {
-  out.origin = from_flatbuffer(*in.origin());
-  out.spacing = from_flatbuffer(*in.spacing());
-  const std::array<std::uint32_t, 3> dims{in.node_count_x(), in.node_count_y(), in.node_count_z()};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (dims[axis] > kLatticeNodesPerAxisMax)
-      return "level record: " + std::to_string(dims[axis]) + " nodes on an axis, more than " +
-             std::to_string(kLatticeNodesPerAxisMax);
-    out.dims[axis] = static_cast<int>(dims[axis]);
-  }
-  const float farthest_m = std::max(out.origin.cwiseAbs().maxCoeff(), out.spacing.cwiseAbs().maxCoeff());
-  return out.origin.allFinite() && out.spacing.allFinite() && farthest_m <= kLatticeCoordinateMax_m
-             ? Fault()
-             : "level record: lattice not finite or too large";
-}
-
-}  // namespace
-
 Fault read(const fb::LevelRecord& in, LevelRecord& out) {
   out.groom = from_flatbuffer(*in.groom());
   if (Fault fault = read_enum(in.level(), "level of a level record", out.level, LevelIndex::high, LevelIndex::ether);
       !fault.empty())
     return fault;
-  LevelGeometry& g = out.geometry;
-  if (Fault fault = read_lattice(in, g.lattice); !fault.empty()) return fault;
-  from_flatbuffer(*in.active_nodes(), g.active_nodes);
-  from_flatbuffer(*in.trimmed_nodes(), g.trimmed_nodes);
-  from_flatbuffer(*in.trimmed_begin(), g.trimmed_begin);
-  from_flatbuffer(*in.trimmed_from(), g.trimmed_from);
-  from_flatbuffer(*in.trimmed_weights(), g.trimmed_weights);
-  const Fault fault = validate(g);
+  const Fault fault = read_geometry(in, out.geometry);
   return fault.empty() ? fault : "level record: " + fault;
 }
 

@@ -9,7 +9,7 @@
 #include "core/levels/build.hpp"
 #include "core/levels/build_estimate.hpp"
 #include "schema/wire/groom_file.hpp"
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 #include "server/grooms/build_pool.hpp"
 #include "server/threading/memory_reserve.hpp"
 
@@ -150,7 +150,8 @@ GroomResult GroomBuilder::build(GroomJob job) {
   if (file->size() > def_.bytes_max)
     return refused(BuildFault::size,
                    fmt::format("a groom of {} bytes; at most {} are taken", file->size(), def_.bytes_max));
-  if (const std::size_t unpacked_bytes = wire::unpacked_groom_bytes(*file); unpacked_bytes > def_.bytes_max)
+  if (const std::size_t unpacked_bytes = wire::unpacked_bytes(*file, wire::kPackedGroom);
+      unpacked_bytes > def_.bytes_max)
     return refused(BuildFault::size, fmt::format("a groom of {} bytes when unpacked; at most {} are taken",
                                                  unpacked_bytes, def_.bytes_max));
   const Result<Groom> groom = wire::decode_groom(*file, def_.build.groom);
@@ -191,7 +192,8 @@ GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint
 LevelBuild GroomBuilder::levels_of(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom,
                                    const GoesOn& goes_on) const {
   if (def_.levels) {
-    if (std::shared_ptr<LevelSet> cached = def_.levels->find(job.hash)) {
+    std::shared_ptr<LevelSet> cached = def_.levels->find(job.hash);
+    if (cached && (cached->modes || !def_.build.training)) {
       BuildPool pool(def_.build.thread_count);
       make_level_maps(groom, *cached, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
         pool.parallel_for(count, body);

@@ -5,6 +5,7 @@
 
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
 #include "server/grooms/build_pool.hpp"
 
 namespace hairnet::server {
@@ -21,9 +22,15 @@ LevelBuild build_levels_here(const LevelBuildDef& def, const wire::GroomHash&, s
   LevelBuild build;
   try {
     BuildPool pool(def.thread_count);
-    build.levels = build_levels(
-        groom, callbacks, nullptr,
-        [&pool](std::size_t count, const std::function<void(std::size_t)>& body) { pool.parallel_for(count, body); });
+    const ParallelFor parallel_for = [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
+      pool.parallel_for(count, body);
+    };
+    build.levels = build_levels(groom, callbacks, nullptr, parallel_for);
+    if (build.levels && def.training) {
+      auto with_modes = std::make_shared<LevelSet>(*build.levels);
+      with_modes->modes = make_modes(groom, build.levels, callbacks, parallel_for, *def.training);
+      build.levels = with_modes->modes ? std::move(with_modes) : nullptr;
+    }
     build.fault = fault;
   } catch (const std::bad_alloc&) {
     build.fault = BuildFault::memory;

@@ -20,8 +20,8 @@
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
-#include "schema/wire/groom_packing.hpp"
 #include "schema/wire/level_file.hpp"
+#include "schema/wire/packing.hpp"
 #include "server/grooms/build_pool.hpp"
 #include "server/grooms/level_build.hpp"
 
@@ -39,17 +39,19 @@ struct Request {
   GroomLimits groom;
   std::uint64_t thread_count, memory_bytes_max;
   std::int64_t ns_max;
+  std::optional<ModeTraining> training;
   std::uint64_t file_bytes, unpacked_bytes;
 };
 static_assert(std::is_trivially_copyable_v<Request>);
 
-constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '1'};
+constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '2'};
 constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
 constexpr int kExitNoMemory = 3;
 // Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is
 // there as a file, unpacked, as integers and decoded.
 constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20,
                         kBytesPerUnpackedByte = 6;
+constexpr std::uint64_t kModeBytes = std::uint64_t{256} << 20;  // what finding the modes takes
 
 class File {
  public:
@@ -168,7 +170,7 @@ void confine(const Request& request) {
   limit(RLIMIT_CPU, 2 + static_cast<std::uint64_t>(request.ns_max) / 1'000'000'000 * request.thread_count);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes that they never touch
   limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + request.file_bytes +
-                         kBytesPerUnpackedByte * request.unpacked_bytes + request.memory_bytes_max);
+                         kBytesPerUnpackedByte * request.unpacked_bytes + kModeBytes + request.memory_bytes_max);
 #endif
   // When the machine itself is out of memory, this process ends first.
   if (const File score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score.get() >= 0)
@@ -224,8 +226,9 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
                         def.thread_count,
                         def.memory_bytes_max,
                         def.ns_max,
+                        def.training,
                         file.size(),
-                        wire::unpacked_groom_bytes(file)};
+                        wire::unpacked_bytes(file, wire::kPackedGroom)};
   std::vector<std::uint8_t> answer;
   const BuildFault fault =
       exchange(ours.get(), {reinterpret_cast<const std::uint8_t*>(&request), sizeof(request)}, file, answer, goes_on);
@@ -262,6 +265,7 @@ int run_level_build_process() {
   if (groom->points.empty()) return answer(BuildFault::invalid, std::string("the groom has no strand points"));
   LevelBuildDef def;
   def.thread_count = request.thread_count;
+  def.training = request.training;
   const LevelBuild build = build_levels_here(def, request.hash, file, *groom, [] { return BuildFault::none; });
   if (!build.levels) return kExitNoMemory;
   return answer(BuildFault::none, wire::encode_levels(request.hash, *build.levels));

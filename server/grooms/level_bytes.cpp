@@ -4,6 +4,7 @@
 
 #include "core/assert.hpp"
 #include "core/levels/level_map.hpp"
+#include "core/modes/make_modes.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -39,6 +40,13 @@ std::size_t bytes_of(const Level& level) {
   return bytes;
 }
 
+std::size_t bytes_of(const Modes& modes) {
+  std::size_t bytes =
+      sizeof(Modes) + bytes_of(modes.basis.deviation_m) + bytes_of(modes.basis.unit) + bytes_of(modes.basis.modes);
+  for (const ModeMap& map : modes.maps) bytes += static_cast<std::size_t>(map.matrix().size()) * sizeof(float);
+  return bytes;
+}
+
 }  // namespace
 
 std::size_t level_bytes(const LevelSet& set) {
@@ -48,6 +56,7 @@ std::size_t level_bytes(const LevelSet& set) {
   for (const auto& maps : set.maps)
     for (const auto& map : maps)
       if (map) bytes += map->bytes();
+  if (set.modes) bytes += bytes_of(*set.modes);
   return bytes;
 }
 

@@ -7,9 +7,9 @@
 #include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/wire/groom_file.hpp"
-#include "schema/wire/groom_packing.hpp"
 #include "schema/wire/level_file.hpp"
 #include "schema/wire/messages.hpp"
+#include "schema/wire/packing.hpp"
 #include "schema/wire/recording.hpp"
 #include "tests/fuzz/frame_codec.hpp"
 #include "tests/fuzz/link_prologue.hpp"
@@ -121,7 +121,7 @@ void add_file_seeds(Folder& grooms, Folder& levels, Folder& recordings) {
   for (std::size_t strands : {0, 1, 3, 8, 70}) {
     const Bytes groom = wire::encode_groom(random.groom(strands));
     grooms.add(groom);
-    grooms.add(wire::unpack_groom(groom).value());
+    grooms.add(wire::unpack(groom, wire::kPackedGroom).value());
   }
   for (int nodes_per_axis : {2, 3}) {
     LevelSet set;

@@ -6,7 +6,7 @@
 
 #include "core/random.hpp"
 #include "schema/wire/groom_file.hpp"
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 
 namespace hairnet::load {
 namespace {
@@ -30,7 +30,7 @@ Groom named_groom() {
 
 // The groom's file, not deflated: its name can be read and changed in it.
 std::vector<std::uint8_t> file_of(const Groom& groom) {
-  return wire::unpack_groom(wire::encode_groom(groom)).value();
+  return wire::unpack(wire::encode_groom(groom), wire::kPackedGroom).value();
 }
 
 // Strands of 20 points that hang from a cap of 9 cm.

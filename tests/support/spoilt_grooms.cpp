@@ -7,7 +7,7 @@
 #include "core/assert.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/groom_numbers.hpp"
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 #include "tests/support/random_messages.hpp"
 
 namespace hairnet::wire {
@@ -38,7 +38,7 @@ class PackedFile {
     head_.resize(at + 4);
     stream_.assign(file.begin() + static_cast<std::ptrdiff_t>(at + 4),
                    file.begin() + static_cast<std::ptrdiff_t>(at + 4 + u32_at(file, at)));
-    size_ = unpacked_groom_bytes(file);
+    size_ = unpacked_bytes(file, kPackedGroom);
   }
   [[nodiscard]] const Bytes& stream() const { return stream_; }
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -67,7 +67,7 @@ Bytes with_vector(Bytes table, const Bytes& vector, auto spoil) {
   const auto found = std::search(table.begin(), table.end(), vector.begin(), vector.end());
   HAIRNET_ASSERT(found != table.end());
   spoil(table, static_cast<std::size_t>(found - table.begin()));
-  return pack_groom(table);
+  return pack(table, kPackedGroom);
 }
 
 std::vector<std::uint32_t> tied_points(const Groom& groom) {
@@ -106,7 +106,7 @@ void add_streams(const Bytes& good, std::vector<SpoiltGroom>& all) {
       [&](Bytes& stream) { stream.insert(stream.end(), file.stream().begin(), file.stream().end()); });
   add("a damaged stream", "its stream is damaged",
       [](Bytes& stream) { std::fill(stream.end() - 2000, stream.end(), std::uint8_t{0xFF}); });
-  all.push_back({"a packed file in a packed file", pack_groom(good), "not whole"});
+  all.push_back({"a packed file in a packed file", pack(good, kPackedGroom), "not whole"});
 }
 
 void add_numbers(const Groom& groom, const Bytes& table, std::vector<SpoiltGroom>& all) {
@@ -142,7 +142,7 @@ std::vector<SpoiltGroom> spoilt_grooms() {
   const Bytes good = encode_groom(groom);
   std::vector<SpoiltGroom> all;
   add_streams(good, all);
-  add_numbers(groom, unpack_groom(good).value(), all);
+  add_numbers(groom, unpack(good, kPackedGroom).value(), all);
   return all;
 }
 

@@ -1,4 +1,5 @@
 #include "tests/whole/server_host.hpp"
+#include "tests/support/quick_training.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -38,7 +39,9 @@ void ServerHost::start() {
     building_ns_ =
         std::min(kBuild_ns + kBuildOfPoint_ns * static_cast<std::int64_t>(groom.points.size()), def.ns_max + kMs);
     measured_ns += building_ns_;
-    return server::build_levels_here(def, hash, file, groom, goes_on);
+    server::LevelBuildDef quick = def;
+    quick.training = support::kQuickTraining;
+    return server::build_levels_here(quick, hash, file, groom, goes_on);
   };
   auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly);
   if (!created) return fault("does not start: " + created.error());

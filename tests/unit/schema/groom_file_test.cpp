@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "schema/wire/groom_numbers.hpp"
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/support/spoilt_grooms.hpp"
 #include "tests/unit/schema/equal.hpp"
@@ -23,7 +23,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 // The file unpacked: it can be decoded too, and changing one of its bytes changes one number.
 Bytes unpacked(const Groom& groom) {
-  return unpack_groom(encode_groom(groom)).value();
+  return unpack(encode_groom(groom), kPackedGroom).value();
 }
 
 // Moves `got`'s rounded numbers to `sent`, and returns the largest distance of a point, a vertex or a far card's point.
@@ -426,8 +426,8 @@ TEST(GroomFile, is_refused_when_its_stream_or_its_numbers_are_wrong) {
 
 TEST(GroomFile, says_how_many_bytes_it_unpacks_to) {
   const Groom groom = make_wavy_groom();
-  EXPECT_EQ(unpacked_groom_bytes(encode_groom(groom)), unpacked(groom).size());
-  EXPECT_EQ(unpacked_groom_bytes(unpacked(groom)), unpacked(groom).size());
+  EXPECT_EQ(unpacked_bytes(encode_groom(groom), kPackedGroom), unpacked(groom).size());
+  EXPECT_EQ(unpacked_bytes(unpacked(groom), kPackedGroom), unpacked(groom).size());
 }
 
 TEST(GroomHash, distinguishes_and_recognises_grooms) {

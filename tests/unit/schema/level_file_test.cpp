@@ -6,9 +6,11 @@
 #include <random>
 
 #include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/build_grooms.hpp"
 #include "tests/support/equal_levels.hpp"
+#include "tests/support/quick_training.hpp"
 
 namespace hairnet::wire {
 namespace {
@@ -24,7 +26,9 @@ Groom groom_of(int strand_count) {
 class LevelFile : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    levels_ = build_levels(groom_of(40));
+    auto levels = std::make_shared<LevelSet>(*build_levels(groom_of(40)));
+    levels->modes = make_modes(groom_of(40), levels, {}, {}, support::kQuickTraining);
+    levels_ = levels;
     bytes_ = encode_levels(kGroom, *levels_);
   }
   static void TearDownTestSuite() { levels_.reset(); }
@@ -49,6 +53,35 @@ TEST_F(LevelFile, comes_back_bit_for_bit) {
     support::expect_equal(levels_->levels[i], decoded.levels->levels[i]);
   }
   EXPECT_EQ(encode_levels(kGroom, *decoded.levels), bytes_);
+}
+
+TEST_F(LevelFile, brings_back_the_modes) {
+  const DecodedLevels decoded = decode_levels(bytes_, kGroom);
+  ASSERT_TRUE(decoded.levels && decoded.levels->modes) << decoded.detail;
+  const Modes &got = *decoded.levels->modes, &sent = *levels_->modes;
+  EXPECT_EQ(got.basis.modes, sent.basis.modes);
+  EXPECT_EQ(got.basis.node_count, sent.basis.node_count);
+  for (std::size_t i = 0; i < sent.maps.size(); ++i) EXPECT_TRUE(got.maps[i].matrix() == sent.maps[i].matrix()) << i;
+}
+
+TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_unsound) {
+  const auto fault_with = [](const auto& spoil) {
+    auto modes = std::make_shared<Modes>(*levels_->modes);
+    spoil(*modes);
+    LevelSet set = *levels_;
+    set.modes = modes;
+    return decode_levels(encode_levels(kGroom, set), kGroom).fault;
+  };
+  EXPECT_EQ(fault_with([](Modes&) {}), LevelFileFault::none);
+  EXPECT_EQ(fault_with([](Modes& m) { m.basis.modes.pop_back(); }), LevelFileFault::unsound);
+  EXPECT_EQ(fault_with([](Modes& m) { m.basis.deviation_m[0] = -1; }), LevelFileFault::unsound);
+  EXPECT_EQ(fault_with([](Modes& m) { m.maps[2] = m.maps[0]; }), LevelFileFault::unsound);
+  EXPECT_EQ(fault_with([](Modes& m) {
+              ModeMap::Matrix matrix = m.maps[1].matrix();
+              matrix(0, 0) = std::numeric_limits<float>::infinity();
+              m.maps[1] = ModeMap(matrix);
+            }),
+            LevelFileFault::unsound);
 }
 
 TEST_F(LevelFile, of_a_groom_with_the_maps_made_again_is_the_whole_set) {

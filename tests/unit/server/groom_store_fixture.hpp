@@ -14,6 +14,7 @@
 
 #include "schema/wire/groom_file.hpp"
 #include "server/grooms/groom_store.hpp"
+#include "tests/support/quick_training.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
 namespace hairnet::server {
@@ -34,6 +35,7 @@ class GroomStoreTest : public testing::Test {
   ~GroomStoreTest() override { std::filesystem::remove_all(folder_); }
   void make(const GroomStoreLimits& limits, ClockNs clock = nullptr) {
     GroomBuilderDef def;
+    def.build.training = support::kQuickTraining;
     def.build.groom = limits.groom;
     def.build.ns_max = limits.build_ns_max;
     def.build.memory_bytes_max = limits.build_memory_bytes_max;

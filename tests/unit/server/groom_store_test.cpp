@@ -3,7 +3,7 @@
 
 #include "core/levels/build.hpp"
 #include "core/levels/level_map.hpp"
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 #include "server/grooms/level_bytes.hpp"
 #include "tests/unit/server/groom_store_fixture.hpp"
 
@@ -199,7 +199,7 @@ TEST_F(GroomStoreTest, bytes_that_are_no_groom_are_refused_with_a_reason) {
 }
 
 TEST_F(GroomStoreTest, refuses_groom_that_unpacks_to_more_than_its_bound) {
-  const std::size_t unpacked_bytes = wire::unpacked_groom_bytes(good_.bytes);
+  const std::size_t unpacked_bytes = wire::unpacked_bytes(good_.bytes, wire::kPackedGroom);
   ASSERT_GT(unpacked_bytes, good_.bytes.size());
   GroomStoreLimits limits;
   for (const bool fits : {false, true}) {

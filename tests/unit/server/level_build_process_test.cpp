@@ -11,6 +11,7 @@
 #include "server/grooms/level_build.hpp"
 #include "tests/support/build_grooms.hpp"
 #include "tests/support/equal_levels.hpp"
+#include "tests/support/quick_training.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
 // The processes of the builds are this program.
@@ -30,7 +31,9 @@ BuildFault always() {
 
 struct Ordered {
   explicit Ordered(const Groom& g)
-      : file(wire::encode_groom(g)), groom(wire::decode_groom(file).value()), hash(wire::hash_groom(file)) {}
+      : file(wire::encode_groom(g)), groom(wire::decode_groom(file).value()), hash(wire::hash_groom(file)) {
+    def.training = support::kQuickTraining;
+  }
   [[nodiscard]] LevelBuild build(const GoesOn& goes_on = always) const {
     return build_levels_in_process(def, hash, file, groom, goes_on);
   }

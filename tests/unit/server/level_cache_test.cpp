@@ -14,6 +14,7 @@
 #include "schema/wire/level_file.hpp"
 #include "server/grooms/groom_builder.hpp"
 #include "tests/support/equal_levels.hpp"
+#include "tests/support/quick_training.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
 namespace hairnet::server {
@@ -213,6 +214,7 @@ TEST_F(LevelCacheTest, a_builder_takes_from_it_what_another_has_built) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(small_groom());
   const auto built = [&](LevelCache* cache, std::size_t thread_count) {
     GroomBuilderDef def;
+    def.build.training = support::kQuickTraining;
     def.build.thread_count = thread_count;
     def.levels = cache;
     GroomBuilder builder(def);
@@ -237,6 +239,7 @@ TEST_F(LevelCacheTest, levels_that_were_not_built_to_the_end_are_not_kept) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(small_groom());
   LevelCache cache(folder_, kPlenty, counters_);
   GroomBuilderDef def;
+  def.build.training = support::kQuickTraining;
   def.build.thread_count = 2;
   def.levels = &cache;
   GroomBuilder builder(def);

@@ -8,6 +8,7 @@
 #include "server/app/memory_watch.hpp"
 #include "server/app/server.hpp"
 #include "server/threading/memory_reserve.hpp"
+#include "tests/unit/server/build_quickly.hpp"
 #include "tests/unit/server/failing_allocator.hpp"
 #include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
@@ -165,7 +166,7 @@ class ServerMemoryTest : public MemoryReserveTest {
     memory.bytes_max = 1000;
     memory.resident_bytes = [this] { return resident_; };
     memory.reserve = &reserve_;
-    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_levels_here, std::move(memory));
+    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_quickly, std::move(memory));
     EXPECT_TRUE(created);
     server_ = std::move(*created);
   }

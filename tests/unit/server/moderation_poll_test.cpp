@@ -9,6 +9,7 @@
 
 #include "schema/channel/token.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/unit/server/build_quickly.hpp"
 #include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
@@ -28,7 +29,7 @@ class ModerationPollTest : public testing::Test {
     config.token_key_file = folder_ / "key";
     config.room_grace_ns = 30 * kNsPerSecond;
     config.sessions.bans_max = 1;
-    auto created = Server::create(config, metrics_, now_ns_);
+    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_quickly);
     if (created) server_ = std::move(*created);
   }
   ~ModerationPollTest() override { std::filesystem::remove_all(folder_); }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "schema/wire/groom_file.hpp"
+#include "tests/unit/server/build_quickly.hpp"
 #include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
@@ -28,7 +29,7 @@ class PollTest : public testing::Test {
   void start(Config config = {}) {
     config.workers = 2;
     server_.reset();
-    auto created = Server::create(config, metrics_, now_ns_);
+    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_quickly);
     ASSERT_TRUE(created) << created.error();
     server_ = std::move(*created);
   }

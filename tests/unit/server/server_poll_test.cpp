@@ -10,6 +10,7 @@
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/recording.hpp"
 #include "server/tick/simulation.hpp"
+#include "tests/unit/server/build_quickly.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 
 namespace hairnet::server {
@@ -407,7 +408,7 @@ TEST_F(ServerPollTest, levels_that_a_server_built_before_give_the_same_bits) {
     config.build_threads = 2;
     config.level_cache = folder;
     now_ns_ = kStart_ns;
-    auto created = Server::create(config, metrics, now_ns_);
+    auto created = Server::create(config, metrics, now_ns_, nullptr, build_quickly);
     ASSERT_TRUE(created) << created.error();
     server_ = std::move(*created);
     FakeClient client(*server_, now_ns_);
@@ -440,7 +441,7 @@ TEST_F(ServerPollTest, the_worker_count_changes_no_bit) {
     Config config;
     config.workers = workers;
     now_ns_ = kStart_ns;
-    auto created = Server::create(config, metrics, now_ns_);
+    auto created = Server::create(config, metrics, now_ns_, nullptr, build_quickly);
     ASSERT_TRUE(created);
     server_ = std::move(*created);
     FakeClient client(*server_, now_ns_);

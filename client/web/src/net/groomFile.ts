@@ -12,7 +12,7 @@ import {
   pointRuns,
   strandOffsets,
 } from "./groomNumbers";
-import { isPackedGroom, unpackGroom } from "./groomPacking";
+import { isPacked, kPackedGroom, unpack } from "./packing";
 import { kGroomBytesMax } from "./messages";
 import { decodeText } from "./text";
 import { hasIdentifier, verifyBuffer } from "./verify";
@@ -27,9 +27,9 @@ const kUtf8 = flatbuffers.Encoding.UTF8_BYTES;
 export function decodeGroom(file: Uint8Array): g.Groom {
   if (file.length > kGroomBytesMax)
     throw new HairnetError("too_large", `${file.length} bytes, more than the limit of ${kGroomBytesMax}`);
-  if (!isPackedGroom(file) && !hasIdentifier(file, "HNGR"))
+  if (!isPacked(file, kPackedGroom) && !hasIdentifier(file, "HNGR"))
     throw invalid("not a .groom file (it does not begin as one)");
-  const table = isPackedGroom(file) ? unpackGroom(file) : file;
+  const table = isPacked(file, kPackedGroom) ? unpack(file, kPackedGroom) : file;
   const aligned = table.byteOffset % 8 === 0 ? table : table.slice();
   verifyBuffer(aligned, "HNGR", "Groom", layouts);
   const root = fb.Groom.getSizePrefixedRootAsGroom(new flatbuffers.ByteBuffer(aligned));

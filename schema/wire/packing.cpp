@@ -1,11 +1,10 @@
-#include "schema/wire/groom_packing.hpp"
+#include "schema/wire/packing.hpp"
 
 #include <zlib.h>
 
 #include <new>
 #include <string>
 
-#include "groom_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 
 namespace hairnet::wire {
@@ -13,7 +12,6 @@ namespace {
 
 using flatbuffers::FlatBufferBuilder;
 
-constexpr const char* kPackedIdentifier = "HNGZ";
 constexpr std::size_t kDeflateRatioMax = 1032;  // a match of 258 bytes takes two bits at least
 constexpr int kRawWindowBits = -15;             // a raw stream, without a header and a checksum
 constexpr int kMemoryLevel = 9;
@@ -51,27 +49,22 @@ std::string inflate_into(std::span<const std::uint8_t> stream, std::span<std::ui
   return "not whole: its stream is not as long as it says";
 }
 
-const fb::PackedGroom* packed_root(std::span<const std::uint8_t> aligned) {
-  return verified_root<fb::PackedGroom>(aligned, kPackedIdentifier);
-}
-
 }  // namespace
 
-std::vector<std::uint8_t> pack_groom(std::span<const std::uint8_t> table) {
+std::vector<std::uint8_t> pack(std::span<const std::uint8_t> table, const char* identifier) {
   const std::vector<std::uint8_t> stream = deflated(table);
   FlatBufferBuilder to(stream.size() + 64);
   const auto flat_stream = to.CreateVector(stream);
-  return finish(to, fb::CreatePackedGroom(to, static_cast<std::uint32_t>(table.size()), flat_stream),
-                kPackedIdentifier);
+  return finish(to, fb::CreatePackedTable(to, static_cast<std::uint32_t>(table.size()), flat_stream), identifier);
 }
 
-bool is_packed_groom(std::span<const std::uint8_t> file) {
-  return has_identifier(file, kPackedIdentifier);
+bool is_packed(std::span<const std::uint8_t> file, const char* identifier) {
+  return has_identifier(file, identifier);
 }
 
-Result<std::vector<std::uint8_t>> unpack_groom(std::span<const std::uint8_t> file) {
+Result<std::vector<std::uint8_t>> unpack(std::span<const std::uint8_t> file, const char* identifier) {
   const AlignedBytes aligned(file);
-  const fb::PackedGroom* root = packed_root(aligned.bytes());
+  const auto* root = verified_root<fb::PackedTable>(aligned.bytes(), identifier);
   if (!root) return Refusal("not whole: cut off or damaged");
   const std::size_t byte_count = root->unpacked_bytes();
   if (byte_count > kGroomBytesMax)
@@ -85,10 +78,10 @@ Result<std::vector<std::uint8_t>> unpack_groom(std::span<const std::uint8_t> fil
   return table;
 }
 
-std::size_t unpacked_groom_bytes(std::span<const std::uint8_t> file) {
-  if (!is_packed_groom(file)) return file.size();
+std::size_t unpacked_bytes(std::span<const std::uint8_t> file, const char* identifier) {
+  if (!is_packed(file, identifier)) return file.size();
   const AlignedBytes aligned(file);
-  const fb::PackedGroom* root = packed_root(aligned.bytes());
+  const auto* root = verified_root<fb::PackedTable>(aligned.bytes(), identifier);
   return root ? root->unpacked_bytes() : 0;
 }
 

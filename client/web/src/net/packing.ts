@@ -9,16 +9,19 @@ import { hasIdentifier, verifyBuffer } from "./verify";
 // A match of 258 bytes takes two bits at least.
 const kDeflateRatioMax = 1032;
 
-/** Whether a groom file is a deflated table, as since version 3. */
-export function isPackedGroom(file: Uint8Array): boolean {
-  return hasIdentifier(file, "HNGZ");
+/** Identifiers of packed files: a table, deflated. */
+export const kPackedGroom = "HNGZ";
+export const kPackedBasis = "HNBZ";
+
+export function isPacked(file: Uint8Array, identifier: string): boolean {
+  return hasIdentifier(file, identifier);
 }
 
-/** The table in a packed groom file. It takes no more memory than the file says, and says no more than deflate can do. */
-export function unpackGroom(file: Uint8Array): Uint8Array {
+/** The table in a packed file. It takes no more memory than the file says, and says no more than deflate can do. */
+export function unpack(file: Uint8Array, identifier: string): Uint8Array {
   const aligned = file.byteOffset % 8 === 0 ? file : file.slice();
-  verifyBuffer(aligned, "HNGZ", "PackedGroom", layouts);
-  const root = fb.PackedGroom.getSizePrefixedRootAsPackedGroom(new flatbuffers.ByteBuffer(aligned));
+  verifyBuffer(aligned, identifier, "PackedTable", layouts);
+  const root = fb.PackedTable.getSizePrefixedRootAsPackedTable(new flatbuffers.ByteBuffer(aligned));
   const stream = root.streamArray()!;
   const byteCount = root.unpackedBytes();
   if (byteCount > kGroomBytesMax)

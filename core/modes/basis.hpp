@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/geometry/vec.hpp"
+
+namespace hairnet {
+
+inline constexpr std::size_t kModeCountMax = 128;
+
+// The shapes in which the hair of one groom moves, the most important first. The displacements of the active nodes of
+// the finest level are
+//
+//     d = sum_k c_k m_k.
+//
+// The modes m_k are orthonormal in the hair: the mean square of the displacements of the hair's points is sum_k c_k^2.
+// A coefficient is therefore a distance in metres, an error of a coefficient is an equal error of the hair on the mean,
+// and the first n coefficients are the best n. Immutable; sent to clients.
+struct Basis {
+  std::size_t node_count = 0;       // active nodes of the finest level
+  std::vector<float> deviation_m;   // RMS of each coefficient over the training motions, not ascending
+  std::vector<float> unit;          // of each mode: what an integer of 1 stands for; no dimension
+  std::vector<std::int16_t> modes;  // [mode][active node][x, y, z], head axes
+
+  [[nodiscard]] std::size_t mode_count() const { return deviation_m.size(); }
+};
+
+// Returns an empty string when counts agree, all numbers are finite and deviations are positive and do not ascend; else
+// one line about the fault.
+std::string validate(const Basis& basis);
+
+// d from the first coefficients (m); the others are 0. Asserts that there are not more than modes, and that `out` (head
+// space, m) has one entry a node.
+void displacements_of(const Basis& basis, std::span<const float> coefficients, std::span<Vec3f> out);
+
+}  // namespace hairnet

@@ -1,0 +1,29 @@
+#include "core/modes/hair_metric.hpp"
+
+#include <algorithm>
+
+#include "core/levels/ffd_matrix.hpp"
+#include "core/levels/hair_sample.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kPoints = 6000;
+// Share of the mean weight of a node: enough to fix the nodes without hair, too little to show at the others.
+constexpr double kAlone = 1e-3;
+
+}  // namespace
+
+Eigen::MatrixXf hair_metric(const Groom& groom, const Level& level) {
+  const HairSample hair = sample_hair(groom, kPoints);
+  const Eigen::SparseMatrix<double> ffd = ffd_matrix(level, hair.points, hair.blend);
+  const auto count = ffd.cols();
+  Eigen::MatrixXd metric =
+      Eigen::MatrixXd(Eigen::SparseMatrix<double>(ffd.transpose() * ffd)) / static_cast<double>(hair.points.size());
+  // Hair of no length does not move at all.
+  const double alone = std::max(kAlone * metric.trace() / static_cast<double>(count), 1e-6);
+  metric.diagonal().array() += alone;
+  return metric.cast<float>();
+}
+
+}  // namespace hairnet

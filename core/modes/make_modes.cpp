@@ -1,0 +1,163 @@
+#include "core/modes/make_modes.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "core/assert.hpp"
+#include "core/levels/level_map.hpp"
+#include "core/modes/hair_metric.hpp"
+#include "core/modes/leading_eigenvectors.hpp"
+
+namespace hairnet {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXf;
+using Eigen::VectorXf;
+using Factor = Eigen::LLT<MatrixXf>;
+
+// Lively motions count more, but not so much that calm hair counts for nothing.
+VectorXf weights_of(const MatrixXf& columns, const Snapshots& snapshots) {
+  constexpr float kCalm_m = 0.005f;
+  VectorXf energy = VectorXf::Zero(snapshots.motion.back() + 1), count = energy;
+  for (Index s = 0; s < columns.cols(); ++s) {
+    const std::uint32_t motion = snapshots.motion[static_cast<std::size_t>(s)];
+    energy[motion] += columns.col(s).squaredNorm();
+    count[motion] += 1;
+  }
+  VectorXf weights(columns.cols());
+  for (Index s = 0; s < weights.size(); ++s) {
+    const std::uint32_t motion = snapshots.motion[static_cast<std::size_t>(s)];
+    weights[s] = 1 / std::sqrt(std::sqrt(energy[motion] / count[motion]) + kCalm_m);
+  }
+  return weights;
+}
+
+// Rounds to 16 bits, or fewer where the coefficient is small: then the file of the basis is, too.
+void store_mode(const Eigen::Ref<const VectorXf>& mode, float deviation_m, Basis& basis) {
+  constexpr float kMost = 32767, kError_m = 3e-5f;
+  const float finest = std::max(mode.cwiseAbs().maxCoeff(), 1e-20f) / kMost;
+  const float unit = std::max(finest, std::min(kError_m / deviation_m, 0.03f));
+  basis.unit.push_back(unit);
+  const Index nodes = mode.size() / 3;
+  for (Index node = 0; node < nodes; ++node)
+    for (Index axis = 0; axis < 3; ++axis)
+      basis.modes.push_back(static_cast<std::int16_t>(std::lround(mode[axis * nodes + node] / unit)));
+}
+
+// `columns`: L^T d of the snapshots, where G = L L^T is the hair's metric; their length is the hair's distance.
+Basis make_basis(const MatrixXf& columns, const VectorXf& weights, const Factor& metric,
+                 const ParallelFor& parallel_for) {
+  const Index count = std::min<Index>(kModeCountMax, columns.rows());
+  MatrixXf modes = leading_eigenvectors(columns * weights.asDiagonal(), count, parallel_for);
+  const VectorXf deviation =
+      ((modes.transpose() * columns).rowwise().squaredNorm() / static_cast<float>(columns.cols())).cwiseSqrt();
+  by_node(modes) = metric.matrixU().solve(by_node(modes)).eval();
+  std::vector<Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::greater{}, [&](Index k) { return deviation[k]; });
+  Basis basis;
+  basis.node_count = static_cast<std::size_t>(columns.rows() / 3);
+  for (const Index k : order) {
+    basis.deviation_m.push_back(std::max(deviation[k], 1e-9f));
+    store_mode(modes.col(k), basis.deviation_m.back(), basis);
+  }
+  HAIRNET_ASSERT(validate(basis).empty());
+  return basis;
+}
+
+// From [mode][axis, node] to [mode][node, axis].
+ModeMap::Matrix by_axis_last(const MatrixXf& matrix) {
+  const Index nodes = matrix.cols() / 3;
+  ModeMap::Matrix out(matrix.rows(), matrix.cols());
+  for (Index node = 0; node < nodes; ++node)
+    for (Index axis = 0; axis < 3; ++axis) out.col(3 * node + axis) = matrix.col(axis * nodes + node);
+  return out;
+}
+
+MatrixXf by_axis_first(const ModeMap::Matrix& matrix) {
+  const Index nodes = matrix.cols() / 3;
+  MatrixXf out(matrix.rows(), matrix.cols());
+  for (Index node = 0; node < nodes; ++node)
+    for (Index axis = 0; axis < 3; ++axis) out.col(axis * nodes + node) = matrix.col(3 * node + axis);
+  return out;
+}
+
+// What `map` makes of each node's displacement along one axis: [node of the finest level][node].
+MatrixXf nodes_of(const LevelMap& map, Index to_count, Index from_count) {
+  MatrixXf matrix(to_count, from_count);
+  std::vector<Vec3f> from(static_cast<std::size_t>(from_count), Vec3f::Zero()), to(static_cast<std::size_t>(to_count));
+  for (Index node = 0; node < from_count; ++node) {
+    from[static_cast<std::size_t>(node)].x() = 1;
+    map.apply(from, to);
+    from[static_cast<std::size_t>(node)].x() = 0;
+    for (Index i = 0; i < to_count; ++i) matrix(i, node) = to[static_cast<std::size_t>(i)].x();
+  }
+  return matrix;
+}
+
+// The map that brings a coarse level's snapshots (X) nearest to the coefficients (C) that the finest level has at the
+// same moments. It corrects the map R0, which moves the hair as the coarse lattice does. With Y = L^T X, the ridge
+// prefers small corrections of the hair's own distances:
+//
+//     R = R0 + B L^T,     B = (C - R0 X) W Y^T (Y W Y^T + ridge)^-1
+ModeMap fit_map(const MatrixXf& first, MatrixXf columns, MatrixXf coefficients, const VectorXf& weights,
+                const MatrixXf& metric, const ParallelFor& parallel_for) {
+  constexpr float kRidge = 1;  // of the mean square of a number in Y
+  coefficients -= product(first, columns, parallel_for);
+  const Factor factor(metric);
+  by_node(columns) = (factor.matrixU() * by_node(columns)).eval();
+  const MatrixXf weighted = columns * weights.cwiseAbs2().asDiagonal();
+  MatrixXf covariance = product(weighted, columns.transpose(), parallel_for);
+  covariance.diagonal().array() += kRidge * covariance.trace() / static_cast<float>(covariance.rows());
+  MatrixXf map = covariance.llt().solve(product(weighted, coefficients.transpose(), parallel_for));  // B^T
+  by_node(map) = (factor.matrixL() * by_node(map)).eval();
+  return ModeMap(by_axis_last(first + map.transpose()));
+}
+
+}  // namespace
+
+std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                                        const BuildCallbacks& callbacks, const ParallelFor& parallel_for,
+                                        const ModeTraining& training) {
+  HAIRNET_ASSERT(levels);
+  const auto at = [&](double share, const char* stage) {
+    return !callbacks.progress || callbacks.progress(share, stage);
+  };
+  const auto moving = [&](double share) { return at(0.7 * share, "moving the hair"); };
+  Snapshots snapshots = take_snapshots(groom, levels, training, moving, parallel_for);
+  if (snapshots.motion.empty() || !at(0.7, "finding the modes")) return nullptr;
+
+  const MatrixXf metric = hair_metric(groom, levels->levels[0]);
+  const Factor factor(metric);
+  HAIRNET_ASSERT(factor.info() == Eigen::Success);
+  MatrixXf columns = snapshots.levels[0];
+  by_node(columns) = (factor.matrixU() * by_node(columns)).eval();
+  const VectorXf weights = weights_of(columns, snapshots);
+  auto modes = std::make_shared<Modes>();
+  modes->basis = make_basis(columns, weights, factor, parallel_for);
+  modes->maps[0] = make_projection(modes->basis, metric);
+
+  if (!at(0.9, "fitting the levels")) return nullptr;
+  const MatrixXf projection = by_axis_first(modes->maps[0].matrix());
+  const MatrixXf coefficients = product(projection, snapshots.levels[0], parallel_for);
+  const Index nodes = metric.rows();
+  for (std::size_t i = 1; i < modes->maps.size(); ++i) {
+    const LevelMap* map = levels->map(static_cast<LevelIndex>(i), LevelIndex::high);
+    HAIRNET_ASSERT(map);
+    const Index own_nodes = snapshots.levels[i].rows() / 3;
+    const MatrixXf to_finest = nodes_of(*map, nodes, own_nodes);
+    MatrixXf first(projection.rows(), 3 * own_nodes);
+    for (Index axis = 0; axis < 3; ++axis) {
+      first.middleCols(axis * own_nodes, own_nodes) = projection.middleCols(axis * nodes, nodes) * to_finest;
+    }
+    modes->maps[i] = fit_map(first, std::move(snapshots.levels[i]), coefficients, weights,
+                             hair_metric(groom, levels->levels[i]), parallel_for);
+  }
+  return modes;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
+#include "core/parallel_for.hpp"
+
+namespace hairnet {
+
+// How much motion a basis is learnt from.
+struct ModeTraining {
+  std::uint32_t motion_count = 24;
+  double duration_s = 5;    // of each motion
+  double snapshot_s = 0.1;  // between two snapshots
+};
+
+// The displacements of all levels in the same motions, at the same moments. A column is a snapshot: x of all active
+// nodes, then y, then z; head space, m.
+struct Snapshots {
+  std::array<Eigen::MatrixXf, 4> levels;
+  std::vector<std::uint32_t> motion;  // of each column
+};
+
+// Steps all levels through the training motions. Empty when `keep_going`, which gets the finished share, returns false.
+Snapshots take_snapshots(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                         const ModeTraining& training, const std::function<bool(double)>& keep_going,
+                         const ParallelFor& parallel_for);
+
+// The same snapshots as [node][snapshot and axis], for products with matrices over nodes.
+inline Eigen::Map<Eigen::MatrixXf> by_node(Eigen::MatrixXf& columns) {
+  return {columns.data(), columns.rows() / 3, 3 * columns.cols()};
+}
+
+}  // namespace hairnet

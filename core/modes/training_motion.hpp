@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/groom/body.hpp"
+#include "core/groom/material_scale.hpp"
+#include "core/pose/pose.hpp"
+#include "core/solver/wind.hpp"
+
+namespace hairnet {
+
+// A few seconds of motion from which a basis learns what the hair can do. Real motion is in its span when it has held
+// postures, sharp starts and stops, displaced necks and shoulders, wind and changed material. Each number gives another
+// motion; every sixteen together have all of these.
+struct TrainingMotion {
+  std::vector<Pose> poses;  // one a tick; no step of them is a teleport
+  Wind wind;
+  MaterialScale material;
+};
+
+TrainingMotion make_training_motion(std::uint32_t number, const Body& body, double tick_s, std::size_t tick_count);
+
+}  // namespace hairnet

@@ -1,0 +1,81 @@
+#include "schema/wire/basis_file.hpp"
+
+#include "basis_generated.h"
+#include "core/assert.hpp"
+#include "schema/codec/golomb.hpp"
+#include "schema/wire/geometry_table.hpp"
+#include "schema/wire/packing.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+
+// Calls visit(index into Basis::modes) in the order of the planes.
+void in_order_of_planes(const Basis& basis, const auto& visit) {
+  for (std::size_t mode = 0; mode < basis.mode_count(); ++mode)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t node = 0; node < basis.node_count; ++node) visit(3 * (mode * basis.node_count + node) + axis);
+}
+
+std::vector<std::uint8_t> planes_of(const Basis& basis) {
+  const std::size_t count = basis.modes.size();
+  std::vector<std::uint8_t> planes(2 * count);
+  std::size_t at = 0;
+  std::int16_t before = 0;
+  in_order_of_planes(basis, [&](std::size_t i) {
+    const std::uint16_t z = codec::zigzag(static_cast<std::int16_t>(basis.modes[i] - before));
+    before = basis.modes[i];
+    planes[at] = static_cast<std::uint8_t>(z);
+    planes[count + at++] = static_cast<std::uint8_t>(z >> 8);
+  });
+  return planes;
+}
+
+void read_planes(std::span<const std::uint8_t> planes, Basis& basis) {
+  const std::size_t count = planes.size() / 2;
+  basis.modes.resize(count);
+  std::size_t at = 0;
+  std::int16_t before = 0;
+  in_order_of_planes(basis, [&](std::size_t i) {
+    const auto z = static_cast<std::uint16_t>(planes[at] | planes[count + at] << 8);
+    ++at;
+    before = basis.modes[i] = static_cast<std::int16_t>(before + codec::unzigzag(z));
+  });
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basis& basis) {
+  HAIRNET_ASSERT(validate(basis).empty());
+  HAIRNET_ASSERT(geometry.active_nodes.size() == basis.node_count);
+  FlatBufferBuilder to(std::size_t{1} << 16);
+  const fb::Vec3 origin = to_flatbuffer(geometry.lattice.origin), spacing = to_flatbuffer(geometry.lattice.spacing);
+  const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(geometry.lattice.dims[axis]); };
+  const std::vector<std::uint8_t> planes = planes_of(basis);
+  const auto root = fb::CreateHairBasisDirect(to, &origin, &spacing, dims(0), dims(1), dims(2), &geometry.active_nodes,
+                                              &geometry.trimmed_nodes, &geometry.trimmed_begin, &geometry.trimmed_from,
+                                              &geometry.trimmed_weights, &basis.deviation_m, &basis.unit, &planes);
+  return pack(finish(to, root, fb::HairBasisIdentifier()), kPackedBasis);
+}
+
+Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes) {
+  const Result<std::vector<std::uint8_t>> table = unpack(bytes, kPackedBasis);
+  if (!table) return Refusal(table.error());
+  const AlignedBytes aligned(*table);
+  const auto* root = verified_root<fb::HairBasis>(aligned.bytes(), fb::HairBasisIdentifier());
+  if (!root) return Refusal("not whole: no sound table of a basis");
+  HairBasis out;
+  if (std::string fault = read_geometry(*root, out.geometry); !fault.empty()) return Refusal(std::move(fault));
+  Basis& basis = out.basis;
+  basis.node_count = out.geometry.active_nodes.size();
+  from_flatbuffer(*root->deviation_m(), basis.deviation_m);
+  from_flatbuffer(*root->unit(), basis.unit);
+  if (root->mode_planes()->size() != 2 * 3 * basis.node_count * basis.mode_count())
+    return Refusal("a basis whose modes have another number of nodes");
+  read_planes(span_of(root->mode_planes()), basis);
+  if (std::string fault = validate(basis); !fault.empty()) return Refusal(std::move(fault));
+  return out;
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/ffd/lattice.hpp"
+#include "core/modes/basis.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::wire {
+
+// What a client needs to draw the hair of a groom from coefficients: the finest level's lattice and its modes.
+struct HairBasis {
+  LevelGeometry geometry;
+  Basis basis;
+};
+
+// A file, which clients download by its hash as they do grooms. Deterministic for one version of zlib. Both parts must
+// pass validate(), and have the same active nodes.
+std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basis& basis);
+// Any bytes: a valid basis, or a refusal of one line.
+Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes);
+
+}  // namespace hairnet::wire

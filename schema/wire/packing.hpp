@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/result.hpp"
+
+// The outer form of groom files since version 3, and of basis files: a table, deflated (PackedTable in types.fbs).
+namespace hairnet::wire {
+
+// Identifiers of packed files.
+inline constexpr const char* kPackedGroom = "HNGZ";
+inline constexpr const char* kPackedBasis = "HNBZ";
+
+// `table`: a size-prefixed buffer. The same table gives the same bytes for one version of zlib.
+std::vector<std::uint8_t> pack(std::span<const std::uint8_t> table, const char* identifier);
+// Whether the file begins as a packed one; older files are the table itself.
+bool is_packed(std::span<const std::uint8_t> file, const char* identifier);
+// The table's bytes. Memory never exceeds kGroomBytesMax, nor about a thousand times the size of the file, which is the
+// most that deflate can reach.
+Result<std::vector<std::uint8_t>> unpack(std::span<const std::uint8_t> file, const char* identifier);
+// The size of the table as the file says it, 0 if the file is damaged; and the file's own size if it is not packed.
+std::size_t unpacked_bytes(std::span<const std::uint8_t> file, const char* identifier);
+
+}  // namespace hairnet::wire

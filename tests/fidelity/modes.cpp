@@ -1,0 +1,322 @@
+// How well modes carry hair: the error of the first coefficients, the bytes of frames, coarse levels through their
+// maps, and how much hair lies in the body.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/ffd/deform.hpp"
+#include "core/levels/build.hpp"
+#include "core/levels/level_map.hpp"
+#include "core/modes/hair_metric.hpp"
+#include "core/modes/make_modes.hpp"
+#include "core/world/world.hpp"
+#include "schema/codec/frame_code.hpp"
+#include "tests/fidelity/depth_in_skin.hpp"
+#include "tests/fidelity/strand_sample.hpp"
+#include "tests/fidelity/write_json.hpp"
+#include "tests/support/corpus.hpp"
+
+namespace {
+
+using namespace hairnet;
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<std::size_t, 6> kCounts{8, 16, 32, 64, 96, 128};
+constexpr std::size_t kProbePoints = 1000;
+
+struct Options {
+  std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
+  std::vector<std::string> motions{std::begin(fidelity::kRealMotions), std::end(fidelity::kRealMotions)};
+  ModeTraining training;
+  double rate_hz = 30, duration_s = 8;
+  double error_percent = 10;
+  std::string json;
+};
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// A hairstyle that was made into modes.
+struct Subject {
+  explicit Subject(const Groom& g, const ModeTraining& training)
+      : groom(g), levels(build_levels(g)), strands(fidelity::sample_strands(g, kProbePoints)) {
+    const double start_s = now_s();
+    modes = make_modes(groom, levels, {}, {}, training);
+    modes_s = now_s() - start_s;
+    metric = hair_metric(groom, (*levels)[LevelIndex::high]);
+    for (const std::uint32_t probe : strands.probe_points) {
+      points.push_back(strands.points[probe]);
+      blend.push_back(strands.blend[probe]);
+    }
+  }
+  [[nodiscard]] double mean_square_m2(const std::vector<Vec3f>& d) const {
+    const Eigen::Map<const Eigen::Matrix3Xf> nodes(d.data()->data(), 3, static_cast<Eigen::Index>(d.size()));
+    return static_cast<double>((nodes * metric).cwiseProduct(nodes).sum());
+  }
+
+  Groom groom;
+  std::shared_ptr<const LevelSet> levels;
+  fidelity::StrandSample strands;
+  std::vector<Vec3f> points;  // for depth in the skin, head space, m
+  std::vector<float> blend;
+  std::shared_ptr<const Modes> modes;
+  double modes_s = 0;
+  Eigen::MatrixXf metric;
+};
+
+// Shares of the hair's points that lie too deep in the body.
+class Depth {
+ public:
+  explicit Depth(const Subject& subject)
+      : subject_(subject),
+        body_(subject.groom),
+        deformer_((*subject.levels)[LevelIndex::high].geometry.lattice, subject.points, subject.blend,
+                  FfdKind::quadratic) {
+    body_.bend(Pose{});
+    for (std::size_t i = 0; i < kCases; ++i) deep_.emplace_back(body_, subject.points);
+  }
+  static constexpr std::size_t kCases = 4;
+
+  void bend(const Pose& pose) {
+    body_.bend(pose);
+    ++moments_;
+  }
+  // Displacements of the finest level's active nodes.
+  void add(std::size_t which, std::span<const Vec3f> nodes) {
+    const LevelGeometry& geometry = (*subject_.levels)[LevelIndex::high].geometry;
+    grid_.resize(geometry.lattice.node_count());
+    moved_.resize(subject_.points.size());
+    expand_displacements(geometry, nodes, grid_);
+    deformer_.deform(grid_, moved_);
+    share_[which] += deep_[which].share(body_, moved_);
+  }
+  [[nodiscard]] double percent(std::size_t which) const { return 100 * share_[which] / static_cast<double>(moments_); }
+
+ private:
+  const Subject& subject_;
+  fidelity::BentBody body_;
+  Deformer deformer_;
+  std::vector<fidelity::DeepPoints> deep_;
+  std::vector<Vec3f> grid_, moved_;
+  std::array<double, kCases> share_{};
+  std::size_t moments_ = 0;
+};
+
+// One clip of one hairstyle.
+struct Run {
+  std::vector<Pose> poses;
+  std::vector<std::vector<float>> coefficients;
+  double motion_m2 = 0;                              // sums over frames: of the hair's displacements,
+  double outside_m2 = 0;                             // of what no coefficient shows,
+  std::array<double, 4> moved{};                     // of the error of each level, as its lattice moves the hair,
+  std::array<double, 4> learnt{};                    // and through its map
+  std::array<double, Depth::kCases> deep_percent{};  // high: nodes, modes; low: nodes, modes
+
+  [[nodiscard]] double percent(double error_m2) const { return 100 * std::sqrt(error_m2 / motion_m2); }
+  [[nodiscard]] double rms_mm() const { return 1e3 * std::sqrt(motion_m2 / static_cast<double>(poses.size())); }
+  [[nodiscard]] double first_percent(std::size_t count) const {
+    double error_m2 = outside_m2;
+    for (const std::vector<float>& c : coefficients)
+      for (std::size_t k = count; k < c.size(); ++k) error_m2 += std::pow(static_cast<double>(c[k]), 2);
+    return percent(error_m2);
+  }
+};
+
+Run run_clip(const Subject& subject, const fidelity::Clip& clip) {
+  const Modes& modes = *subject.modes;
+  WorldDef def;
+  def.tick_s = 1 / clip.rate_hz;
+  World world(def);
+  std::array<CharacterId, 4> ids;
+  for (std::size_t i = 0; i < 4; ++i) ids[i] = world.add({subject.levels, static_cast<LevelIndex>(i), clip.poses[0]});
+  Depth depth(subject);
+  Run run;
+  std::vector<float> c(modes.basis.mode_count());
+  std::vector<Vec3f> nodes(modes.basis.node_count);
+  const auto error_m2 = [&](std::span<const Vec3f> truth) {
+    std::vector<Vec3f> error = nodes;
+    for (std::size_t n = 0; n < error.size(); ++n) error[n] -= truth[n];
+    return subject.mean_square_m2(error);
+  };
+  for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
+    for (const CharacterId id : ids) world.set_pose(id, clip.poses[tick]);
+    world.step();
+    if (tick <= clip.lead_in_ticks) continue;
+    const std::span<const Vec3f> truth = world.lattice(ids[0]).displacement;
+    const bool looks_inside = tick % 3 == 0;
+    if (looks_inside) {
+      depth.bend(clip.poses[tick]);
+      depth.add(0, truth);
+    }
+    run.motion_m2 += subject.mean_square_m2({truth.begin(), truth.end()});
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::span<const Vec3f> own = world.lattice(ids[i]).displacement;
+      if (i > 0) {
+        subject.levels->map(static_cast<LevelIndex>(i), LevelIndex::high)->apply(own, nodes);
+        run.moved[i] += error_m2(truth);
+        if (i == 2 && looks_inside) depth.add(2, nodes);
+      }
+      modes.maps[i].coefficients_of(own, c);
+      displacements_of(modes.basis, c, nodes);
+      run.learnt[i] += error_m2(truth);
+      if (i == 2 && looks_inside) depth.add(3, nodes);
+      if (i > 0) continue;
+      run.outside_m2 += error_m2(truth);
+      run.coefficients.push_back(c);
+      run.poses.push_back(*world.lattice(ids[0]).pose);
+      if (looks_inside) depth.add(1, nodes);
+    }
+  }
+  for (std::size_t i = 0; i < Depth::kCases; ++i) run.deep_percent[i] = depth.percent(i);
+  return run;
+}
+
+struct Sizes {
+  double error_percent = 0, count = 0, hair_bytes = 0, pose_bytes = 0;  // means over the frames
+};
+
+Sizes code(const Run& run, const codec::CoefficientCode& code, float tolerance_m) {
+  Sizes sizes;
+  double error_m2 = run.outside_m2;
+  codec::EncodedFrame frame;
+  codec::DecodedFrame got;
+  for (std::size_t f = 0; f < run.poses.size(); ++f) {
+    const codec::Detail detail = codec::detail_for(run.coefficients[f], tolerance_m);
+    codec::encode_frame(run.poses[f], &code, run.coefficients[f], detail.step, frame);
+    const std::span<const std::uint8_t> bytes = frame.prefix(detail.count);
+    if (!codec::decode_frame(bytes, &code, got)) std::abort();
+    for (std::size_t k = 0; k < got.coefficients.size(); ++k)
+      error_m2 += std::pow(static_cast<double>(got.coefficients[k] - run.coefficients[f][k]), 2);
+    sizes.count += static_cast<double>(detail.count);
+    sizes.pose_bytes += frame.pose_bits / 8.0;
+    sizes.hair_bytes += static_cast<double>(bytes.size()) - frame.pose_bits / 8.0;
+  }
+  const auto frames = static_cast<double>(run.poses.size());
+  return {run.percent(error_m2), sizes.count / frames, sizes.hair_bytes / frames, sizes.pose_bytes / frames};
+}
+
+// The coarsest frames that keep to the wanted error; the finest where none do.
+Sizes code_within(const Run& run, const codec::CoefficientCode& coder, double error_percent) {
+  double low_m = 1e-4, high_m = 0.1;
+  Sizes best = code(run, coder, static_cast<float>(low_m));
+  if (best.error_percent > error_percent) return best;
+  for (int round = 0; round < 12; ++round) {
+    const double middle_m = std::sqrt(low_m * high_m);
+    const Sizes sizes = code(run, coder, static_cast<float>(middle_m));
+    (sizes.error_percent <= error_percent ? low_m : high_m) = middle_m;
+    if (sizes.error_percent <= error_percent) best = sizes;
+  }
+  return best;
+}
+
+Json row_of(const std::string& groom, const std::string& motion, const Run& run, const Sizes& sizes) {
+  Json row{{"groom", groom}, {"motion", motion}, {"rms_mm", run.rms_mm()}};
+  for (const std::size_t count : kCounts) row["error_percent"][std::to_string(count)] = run.first_percent(count);
+  row["coded"] = {{"error_percent", sizes.error_percent},
+                  {"coefficients", sizes.count},
+                  {"hair_bytes", sizes.hair_bytes},
+                  {"pose_bytes", sizes.pose_bytes}};
+  for (std::size_t i = 1; i < 4; ++i) {
+    const std::string level(kLevelNames[i]);
+    row["moved_percent"][level] = run.percent(run.moved[i]);
+    row["learnt_percent"][level] = run.percent(run.learnt[i]);
+  }
+  row["deep_percent"] = run.deep_percent;
+  return row;
+}
+
+void print_head(double error_percent) {
+  std::printf(
+      "%-18s %-13s %6s | error of the first n coefficients, %%   | within %4.1f %%: n, B hair, pose |"
+      " medium, low, ether: moved     learnt              | deep %%: high modes low modes\n",
+      "", "", "rms mm", error_percent);
+}
+
+void print(const Json& row) {
+  std::printf("%-18s %-13s %6.1f |", row["groom"].get<std::string>().c_str(), row["motion"].get<std::string>().c_str(),
+              row["rms_mm"].get<double>());
+  for (const auto& error : row["error_percent"]) std::printf(" %5.1f", error.get<double>());
+  const Json& coded = row["coded"];
+  std::printf(" | %5.1f %5.1f %5.1f %5.1f         |", coded["error_percent"].get<double>(),
+              coded["coefficients"].get<double>(), coded["hair_bytes"].get<double>(),
+              coded["pose_bytes"].get<double>());
+  for (const auto& error : row["moved_percent"]) std::printf(" %5.1f", error.get<double>());
+  std::printf("  ");
+  for (const auto& error : row["learnt_percent"]) std::printf(" %5.1f", error.get<double>());
+  std::printf(" |");
+  for (const auto& deep : row["deep_percent"]) std::printf(" %5.2f", deep.get<double>());
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+// The mean of every number of the rows.
+Json mean_of(const Json& rows) {
+  Json mean = rows.front().flatten();
+  for (auto& [key, value] : mean.items()) {
+    if (!value.is_number()) continue;
+    double sum = 0;
+    for (const Json& row : rows) sum += row.flatten()[key].get<double>();
+    value = sum / static_cast<double>(rows.size());
+  }
+  mean = mean.unflatten();
+  mean["groom"] = "mean";
+  mean["motion"] = "";
+  return mean;
+}
+
+int fail(const std::string& reason) {
+  std::fprintf(stderr, "hairnet-fidelity-modes: %s\n", reason.c_str());
+  return 1;
+}
+
+int run(const Options& o) {
+  Json rows = Json::array();
+  for (const std::string& name : o.grooms) {
+    const Result<Groom> groom = fidelity::load_groom(name, 2000);
+    if (!groom) return fail(groom.error());
+    const Subject subject(*groom, o.training);
+    const Basis& basis = subject.modes->basis;
+    const codec::CoefficientCode coder(basis.deviation_m);
+    std::printf("\n%s: %zu nodes, %zu modes in %.1f s\n", name.c_str(), basis.node_count, basis.mode_count(),
+                subject.modes_s);
+    print_head(o.error_percent);
+    for (const std::string& motion_name : o.motions) {
+      const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
+      if (!motion) return fail(motion.error());
+      const Run clip = run_clip(subject, fidelity::make_clip(*motion, o.rate_hz, o.duration_s));
+      rows.push_back(row_of(name, motion_name, clip, code_within(clip, coder, o.error_percent)));
+      print(rows.back());
+    }
+  }
+  std::printf("\n");
+  print_head(o.error_percent);
+  print(mean_of(rows));
+  return fidelity::write_json("hairnet-fidelity-modes", o.json, rows);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("How well modes carry hair.", "hairnet-fidelity-modes");
+  app.footer("Examples:\n  hairnet-fidelity-modes\n  hairnet-fidelity-modes --groom made:bob --motion made:dance\n");
+  Options o;
+  app.add_option("--groom", o.grooms, "hairstyles of the corpus")->capture_default_str();
+  app.add_option("--motion", o.motions, "motions of the corpus")->capture_default_str();
+  app.add_option("--rate", o.rate_hz, "ticks a second")->check(CLI::Range(10.0, 240.0))->capture_default_str();
+  app.add_option("--duration", o.duration_s, "of each motion, at most, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--error", o.error_percent, "of coded frames, % of the motion")
+      ->check(CLI::Range(0.1, 100.0))
+      ->capture_default_str();
+  app.add_option("--json", o.json, "the rows as JSON");
+  CLI11_PARSE(app, argc, argv);
+  return run(o);
+}

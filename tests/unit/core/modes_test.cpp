@@ -1,0 +1,264 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <numeric>
+
+#include "client/assets/made/made.hpp"
+#include "core/ffd/deform.hpp"
+#include "core/levels/build.hpp"
+#include "core/levels/level_map.hpp"
+#include "core/modes/hair_metric.hpp"
+#include "core/modes/leading_eigenvectors.hpp"
+#include "core/modes/make_modes.hpp"
+#include "core/modes/training_motion.hpp"
+#include "core/random.hpp"
+#include "core/world/world.hpp"
+
+namespace hairnet {
+namespace {
+
+void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
+  for (std::size_t i = count; i > 0; --i) body(i - 1);
+}
+
+class HairModes : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    HairstyleOptions options;
+    options.strand_count = 400;
+    groom_ = new Groom(*make_hairstyle("long_straight", options));
+    levels_ = build_levels(*groom_);
+    modes_ = make_modes(*groom_, levels_);
+  }
+  static void TearDownTestSuite() {
+    delete groom_;
+    levels_.reset();
+    modes_.reset();
+  }
+  static const Level& high() { return (*levels_)[LevelIndex::high]; }
+  static std::vector<Vec3f> displacements(std::span<const float> coefficients) {
+    std::vector<Vec3f> nodes(high().rest.size());
+    displacements_of(modes_->basis, coefficients, nodes);
+    return nodes;
+  }
+  static std::vector<float> some_coefficients(std::uint64_t seed) {
+    Random random(seed);
+    std::vector<float> coefficients;
+    for (const float deviation : modes_->basis.deviation_m) {
+      coefficients.push_back(deviation * static_cast<float>(random.symmetric()));
+    }
+    return coefficients;
+  }
+  // Of the hair's points.
+  static double mean_square_m2(std::span<const Vec3f> nodes) {
+    std::vector<Vec3f> grid(high().geometry.lattice.node_count()), points(groom_->points.size());
+    expand_displacements(high().geometry, nodes, grid);
+    Deformer(*groom_, high().geometry.lattice, FfdKind::quadratic).deform(grid, points);
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      sum += (points[i] - groom_->points[i]).cast<double>().squaredNorm();
+    }
+    return sum / static_cast<double>(points.size());
+  }
+
+  static inline Groom* groom_ = nullptr;
+  static inline std::shared_ptr<const LevelSet> levels_;
+  static inline std::shared_ptr<const Modes> modes_;
+};
+
+TEST_F(HairModes, move_the_hair_by_the_length_of_their_coefficients) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const std::vector<float> c = some_coefficients(seed);
+    const double expected = std::inner_product(c.begin(), c.end(), c.begin(), 0.0);
+    EXPECT_NEAR(mean_square_m2(displacements(c)), expected, 0.05 * expected);
+  }
+}
+
+TEST_F(HairModes, are_orthonormal_in_the_metric_of_the_hair) {
+  const Eigen::MatrixXf metric = hair_metric(*groom_, high());
+  const std::size_t count = modes_->basis.mode_count();
+  for (std::size_t i : {std::size_t{0}, count / 2, count - 1}) {
+    for (std::size_t k : {std::size_t{0}, std::size_t{1}, count / 2, count - 1}) {
+      std::vector<float> one(count), other(count);
+      one[i] = other[k] = 1;
+      const std::vector<Vec3f> a = displacements(one), b = displacements(other);
+      using Nodes = Eigen::Map<const Eigen::Matrix3Xf>;
+      const auto size = static_cast<Eigen::Index>(a.size());
+      const float product = (Nodes(a[0].data(), 3, size) * metric).cwiseProduct(Nodes(b[0].data(), 3, size)).sum();
+      EXPECT_NEAR(product, i == k ? 1 : 0, 0.02) << i << " and " << k;
+    }
+  }
+}
+
+TEST_F(HairModes, come_with_the_largest_deviation_first) {
+  EXPECT_TRUE(std::ranges::is_sorted(modes_->basis.deviation_m, std::greater{}));
+  EXPECT_GT(modes_->basis.deviation_m.front(), 20 * modes_->basis.deviation_m.back());
+}
+
+TEST_F(HairModes, give_back_the_coefficients_that_moved_the_nodes) {
+  const std::vector<float> c = some_coefficients(5);
+  std::vector<float> found(c.size());
+  modes_->map(LevelIndex::high).coefficients_of(displacements(c), found);
+  for (std::size_t k = 0; k < c.size(); ++k) EXPECT_NEAR(found[k], c[k], 1e-4) << k;
+}
+
+TEST_F(HairModes, need_no_other_coefficients_to_find_the_first) {
+  const std::vector<Vec3f> nodes = displacements(some_coefficients(6));
+  std::vector<float> all(modes_->basis.mode_count()), first(10);
+  modes_->map(LevelIndex::high).coefficients_of(nodes, all);
+  modes_->map(LevelIndex::high).coefficients_of(nodes, first);
+  for (std::size_t k = 0; k < first.size(); ++k) EXPECT_NEAR(first[k], all[k], 1e-6) << k;
+}
+
+TEST_F(HairModes, of_hair_at_rest_are_zero_on_every_level) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::vector<float> c(modes_->basis.mode_count(), 1);
+    modes_->maps[i].coefficients_of(std::vector<Vec3f>(levels_->levels[i].rest.size(), Vec3f::Zero()), c);
+    EXPECT_TRUE(std::ranges::all_of(c, [](float value) { return value == 0; })) << i;
+  }
+}
+
+// Of motions that they were not learnt from; squares of distances.
+struct Errors {
+  double motion = 0;
+  std::array<double, 3> first{};            // of the first 8, 32 and 128 coefficients
+  std::array<double, 4> moved{}, learnt{};  // of each level from the finest: its own lattice's; through modes
+};
+
+void add_errors(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const Modes& modes,
+                const std::vector<Pose>& poses, Errors& errors) {
+  const Eigen::MatrixXf metric = hair_metric(groom, (*levels)[LevelIndex::high]);
+  World world({});
+  std::array<CharacterId, 4> ids;
+  for (std::size_t i = 0; i < 4; ++i) ids[i] = world.add({levels, static_cast<LevelIndex>(i), poses[0]});
+  const std::size_t nodes = modes.basis.node_count;
+  std::vector<Vec3f> rebuilt(nodes);
+  std::vector<float> c(modes.basis.mode_count());
+  for (std::size_t tick = 1; tick < poses.size(); ++tick) {
+    for (const CharacterId id : ids) world.set_pose(id, poses[tick]);
+    world.step();
+    const std::span<const Vec3f> truth = world.lattice(ids[0]).displacement;
+    const auto square = [&](bool is_error) {
+      Eigen::Matrix3Xf d(3, static_cast<Eigen::Index>(nodes));
+      for (std::size_t n = 0; n < nodes; ++n)
+        d.col(static_cast<Eigen::Index>(n)) = is_error ? rebuilt[n] - truth[n] : truth[n];
+      return static_cast<double>((d * metric).cwiseProduct(d).sum());
+    };
+    errors.motion += square(false);
+    modes.maps[0].coefficients_of(truth, c);
+    for (const std::size_t count : {8, 32, 128}) {
+      displacements_of(modes.basis, std::span(c).first(std::min(count, c.size())), rebuilt);
+      errors.first[count == 8 ? 0 : count == 32 ? 1 : 2] += square(true);
+    }
+    for (std::size_t i = 1; i < 4; ++i) {
+      const std::span<const Vec3f> coarse = world.lattice(ids[i]).displacement;
+      levels->map(static_cast<LevelIndex>(i), LevelIndex::high)->apply(coarse, rebuilt);
+      errors.moved[i] += square(true);
+      modes.maps[i].coefficients_of(coarse, c);
+      displacements_of(modes.basis, c, rebuilt);
+      errors.learnt[i] += square(true);
+    }
+  }
+}
+
+TEST_F(HairModes, span_a_dance_that_they_were_not_learnt_from) {
+  const Motion dance = *make_motion("dance");
+  std::vector<Pose> poses;
+  for (int tick = 0; tick <= 90; ++tick) poses.push_back(dance.sample(tick / 30.0));
+  Errors errors;
+  add_errors(*groom_, levels_, *modes_, poses, errors);
+  ASSERT_GT(errors.motion, 90 * 0.01 * 0.01);
+  EXPECT_LT(errors.first[1], 0.4 * errors.first[0]);
+  EXPECT_LT(errors.first[2], 0.4 * errors.first[1]);
+  EXPECT_LT(errors.first[2], 0.15 * 0.15 * errors.motion);
+}
+
+TEST_F(HairModes, bring_coarse_levels_nearer_to_the_finest_on_the_mean) {
+  Errors errors;
+  for (std::uint32_t number = 1000; number < 1008; ++number) {
+    add_errors(*groom_, levels_, *modes_, make_training_motion(number, groom_->body, 1.0 / 30, 121).poses, errors);
+  }
+  for (const std::size_t level : {1, 2, 3}) EXPECT_LT(errors.learnt[level], 0.9 * errors.moved[level]) << level;
+}
+
+TEST_F(HairModes, are_the_same_bits_in_any_order_of_the_work) {
+  const auto again = make_modes(*groom_, levels_, {}, last_first);
+  EXPECT_EQ(again->basis.modes, modes_->basis.modes);
+  EXPECT_EQ(again->basis.unit, modes_->basis.unit);
+  EXPECT_EQ(again->basis.deviation_m, modes_->basis.deviation_m);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(again->maps[i].matrix() == modes_->maps[i].matrix()) << i;
+}
+
+TEST_F(HairModes, can_be_cancelled_and_report_progress) {
+  double last = 0;
+  BuildCallbacks callbacks;
+  callbacks.progress = [&](double share, std::string_view) {
+    EXPECT_GE(share, last);
+    EXPECT_LE(share, 1);
+    last = share;
+    return share < 0.3;
+  };
+  EXPECT_EQ(make_modes(*groom_, levels_, callbacks, {}), nullptr);
+  EXPECT_GE(last, 0.3);
+}
+
+TEST_F(HairModes, that_do_not_fit_together_are_refused) {
+  EXPECT_EQ(validate(modes_->basis), "");
+  const auto spoilt = [](const auto& spoil) {
+    Basis basis = modes_->basis;
+    spoil(basis);
+    return validate(basis);
+  };
+  EXPECT_NE(spoilt([](Basis& b) { b.modes.pop_back(); }), "");
+  EXPECT_NE(spoilt([](Basis& b) { b.unit.pop_back(); }), "");
+  EXPECT_NE(spoilt([](Basis& b) { b.node_count = 0; }), "");
+  EXPECT_NE(spoilt([](Basis& b) { b.unit[0] = std::numeric_limits<float>::quiet_NaN(); }), "");
+  EXPECT_NE(spoilt([](Basis& b) { b.deviation_m[3] = 0; }), "");
+  EXPECT_NE(spoilt([](Basis& b) { std::swap(b.deviation_m.front(), b.deviation_m.back()); }), "");
+  EXPECT_NE(spoilt([](Basis& b) { b = {}; }), "");
+}
+
+TEST(LeadingEigenvectors, are_those_of_a_dense_solver) {
+  Random random(3);
+  Eigen::MatrixXf x(60, 90);
+  for (Eigen::Index row = 0; row < x.rows(); ++row)
+    for (Eigen::Index column = 0; column < x.cols(); ++column)
+      x(row, column) = static_cast<float>(random.symmetric() * std::pow(0.8, row));
+  const Eigen::MatrixXf found = leading_eigenvectors(x, 8, {});
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> dense((x * x.transpose()).cast<double>());
+  ASSERT_EQ(found.cols(), 8);
+  for (Eigen::Index k = 0; k < 8; ++k) {
+    const double cosine = found.col(k).cast<double>().dot(dense.eigenvectors().col(59 - k));
+    EXPECT_NEAR(std::abs(cosine), 1, 1e-4) << k;
+  }
+}
+
+TEST(TrainingMotions, are_valid_and_have_no_teleports) {
+  for (std::uint32_t n = 0; n < 32; ++n) {
+    const TrainingMotion motion = make_training_motion(n, Body{}, 1.0 / 30, 151);
+    ASSERT_EQ(motion.poses.size(), 151u);
+    EXPECT_EQ(validate(motion.wind), "");
+    EXPECT_EQ(validate(motion.material), "");
+    for (std::size_t tick = 0; tick < motion.poses.size(); ++tick) {
+      ASSERT_TRUE(is_valid(motion.poses[tick])) << n << ", " << tick;
+      if (tick == 0) continue;
+      ASSERT_FALSE(is_teleport(motion.poses[tick - 1], motion.poses[tick], 1.0 / 30)) << n << ", " << tick;
+    }
+  }
+}
+
+TEST(TrainingMotions, have_postures_wind_and_changed_material) {
+  bool lies = false, is_windy = false, is_changed = false;
+  for (std::uint32_t n = 0; n < 16; ++n) {
+    const TrainingMotion motion = make_training_motion(n, Body{}, 1.0 / 30, 151);
+    for (const Pose& pose : motion.poses) lies = lies || pose.head().vector(Vec3::UnitY()).y() < 0.1;
+    is_windy = is_windy || motion.wind.mean_m_per_s.norm() > 1;
+    is_changed = is_changed || motion.material != MaterialScale{};
+  }
+  EXPECT_TRUE(lies);
+  EXPECT_TRUE(is_windy);
+  EXPECT_TRUE(is_changed);
+}
+
+}  // namespace
+}  // namespace hairnet
