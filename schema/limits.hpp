@@ -24,6 +24,7 @@ inline constexpr std::size_t kTokenBytesMax = 4096;
 inline constexpr std::size_t kTagBytesMax = 256;  // of a character
 inline constexpr std::uint32_t kStrideMax = 4;    // ticks
 inline constexpr float kObserveRadiusMax_m = 20'000;
+inline constexpr float kObserveErrorMax_m = 1;
 inline constexpr float kHairStateStepMax_m = 0.001f;
 inline constexpr float kScreenHeightMax = 100;                          // a head's height over the screen's
 inline constexpr std::size_t kTextBytesMax = 1024;                      // any string

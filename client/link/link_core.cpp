@@ -329,6 +329,7 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
     members_due_ns_ = now_ns + kMembersResendWait_ns;
   } else {
     tell_left(members_.drop_all());
+    bases_.clear();
   }
   resend_all(resumed);
 }
@@ -418,8 +419,26 @@ void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
   push(std::move(known));
 }
 
+// The same basis is announced again over each connection.
+void LinkCore::on(wire::GroomBasis& announced, std::int64_t) {
+  wire::GroomHash& known = bases_[announced.groom];
+  if (known == announced.basis) return;
+  known = announced.basis;
+  if (const auto request = fetch_.request(announced.basis)) enqueue(*request);
+}
+
 void LinkCore::on(wire::GroomData& data, std::int64_t) {
-  if (std::optional<GroomFetched> fetched = fetch_.take(data)) push(std::move(*fetched));
+  std::optional<GroomFetched> fetched = fetch_.take(data);
+  if (!fetched) return;
+  const auto basis = std::ranges::find(bases_, fetched->hash, [](const auto& known) { return known.second; });
+  if (basis == bases_.end()) return push(std::move(*fetched));
+  std::string fault = std::move(fetched->fault);
+  if (fetched->bytes) {
+    Result<wire::HairBasis> decoded = wire::decode_basis(*fetched->bytes);
+    if (decoded) return members_.add_basis(basis->first, std::move(*decoded));
+    fault = decoded.error();
+  }
+  push(wire::Error{wire::ErrorReason::groom_invalid, 0, basis->first, "its basis cannot be used: " + fault});
 }
 
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
@@ -444,7 +463,7 @@ void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::
   const auto& [tick, sample_time_ns, frame, decoded] = received;
   HAIRNET_ASSERT(welcome_);
   HAIRNET_ASSERT(!decoded.integers || decoded.outcome == Members::Outcome::decoded);
-  if (decoded.character != 0 && decoded.integers && frame.level != LevelIndex::rigid) {  // the server simulates it
+  if (decoded.character != 0 && decoded.integers && decoded.level != LevelIndex::rigid) {  // the server simulates it
     last_known_.drop(decoded.character);
     requested_.forget_state(decoded.character);
   }
@@ -454,8 +473,8 @@ void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::
     Frame& out = events.frames.emplace_back();
     out.member = frame.member;
     out.character = decoded.character;
-    out.level = frame.level;
-    out.error_class = frame.error_class;
+    out.level = decoded.level;
+    out.error_class = decoded.error_class;
     out.discontinuous = decoded.discontinuous;
     out.asleep = frame.asleep;
     out.step_stride = frame.step_stride;

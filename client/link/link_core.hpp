@@ -143,6 +143,7 @@ class LinkCore {
   void on(wire::MemberChanged& changed, std::int64_t now_ns);
   void on(wire::MemberLeft& left, std::int64_t now_ns);
   void on(wire::RoomWind& wind, std::int64_t now_ns);
+  void on(wire::GroomBasis& announced, std::int64_t now_ns);
   void on(wire::LevelRecord& record, std::int64_t now_ns);
   void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);
@@ -180,6 +181,7 @@ class LinkCore {
   LastKnownHair last_known_;
   ImportanceReporter importance_;
   GroomFetch fetch_;
+  std::map<wire::GroomHash, wire::GroomHash> bases_;  // of grooms: the hash of the basis that was announced
   FrameSink* sink_ = nullptr;
   EventQueue events_;
   LinkCounters counters_;

@@ -70,6 +70,10 @@ std::shared_ptr<const LevelGeometry> Members::add_level(wire::LevelRecord record
   return {known, &known->geometry};
 }
 
+void Members::add_basis(const wire::GroomHash& groom, wire::HairBasis basis) {
+  bases_[groom] = std::make_shared<const KnownBasis>(std::move(basis));
+}
+
 // Hashes the number, so that the choice does not depend on the order of arrival.
 bool Members::decodes(std::uint32_t number) const {
   if (decode_share_ >= 1) return true;
@@ -113,6 +117,46 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
 }
 
 bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& decoded) const {
+  const std::size_t slot = (member.newest + 1) % kSlotCount;
+  HistoryEntry& next = member.history[slot];
+  next.valid = false;
+  const bool is_decoded = frame.coefficients ? decode_coefficients(member, frame, next, decoded.pose)
+                                             : decode_nodes(member, frame, tick, next, decoded.pose);
+  if (!is_decoded || wire::validate_pose(decoded.pose) != wire::PoseRefusal::none) return false;
+  HAIRNET_ASSERT(next.integers.nodes.size() == (next.geometry ? 3 * next.geometry->active_nodes.size() : 0));
+  next.valid = true;
+  next.tick = tick;
+  member.newest = slot;
+  decoded.integers = &next.integers;
+  decoded.level = next.level;
+  decoded.error_class = next.error_class;
+  decoded.geometry = next.geometry;
+  return true;
+}
+
+// While the basis is on its way, the hair is shown at rest.
+bool Members::decode_coefficients(const Member& member, const wire::Frame& frame, HistoryEntry& entry,
+                                  Pose& pose) const {
+  const auto found = bases_.find(member.groom);
+  const KnownBasis* basis = found == bases_.end() ? nullptr : found->second.get();
+  codec::DecodedFrame coded;
+  if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, coded)) return false;
+  pose = coded.pose;
+  const bool rigid = !basis || frame.level == LevelIndex::rigid;
+  entry.integers.nodes.clear();
+  entry.integers.velocities.clear();
+  entry.level = rigid ? LevelIndex::rigid : LevelIndex::high;
+  entry.error_class = codec::ErrorClass::quarter_mm;
+  entry.geometry = rigid ? nullptr : std::shared_ptr<const LevelGeometry>(found->second, &basis->hair.geometry);
+  if (rigid) return true;
+  std::vector<Vec3f> displacements(basis->hair.basis.node_count);
+  displacements_of(basis->hair.basis, coded.coefficients, displacements);
+  codec::quantise_nodes(displacements, entry.error_class, entry.integers.nodes);
+  return true;
+}
+
+bool Members::decode_nodes(Member& member, const wire::Frame& frame, std::uint64_t tick, HistoryEntry& entry,
+                           Pose& pose) const {
   const bool rigid = frame.level == LevelIndex::rigid;
   const KnownLevel* level = rigid ? nullptr : level_of(member, frame.level);
   if (!rigid && !level) return false;
@@ -126,23 +170,15 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
       return false;
     history[k] = &past.integers;
   }
-  const std::size_t slot = (member.newest + 1) % kSlotCount;
-  HistoryEntry& next = member.history[slot];
-  next.valid = false;
   if (!codec::decode_frame(frame.content, codec::History(history.data(), frame.order),
-                           level ? &level->neighbours : nullptr, frame.velocities, next.integers))
+                           level ? &level->neighbours : nullptr, frame.velocities, entry.integers))
     return false;
-  decoded.pose = codec::dequantise_pose(next.integers);
-  if (wire::validate_pose(decoded.pose) != wire::PoseRefusal::none) return false;
-  HAIRNET_ASSERT(next.integers.nodes.size() == integer_count);
-  HAIRNET_ASSERT(next.integers.velocities.size() == (frame.velocities ? integer_count : 0));
-  next.valid = true;
-  next.tick = tick;
-  next.level = frame.level;
-  next.error_class = frame.error_class;
-  member.newest = slot;
-  decoded.integers = &next.integers;
-  if (level) decoded.geometry = {member.levels[static_cast<std::size_t>(frame.level)], &level->geometry};
+  HAIRNET_ASSERT(entry.integers.velocities.size() == (frame.velocities ? integer_count : 0));
+  pose = codec::dequantise_pose(entry.integers);
+  entry.level = frame.level;
+  entry.error_class = frame.error_class;
+  entry.geometry = nullptr;
+  if (level) entry.geometry = {member.levels[static_cast<std::size_t>(frame.level)], &level->geometry};
   return true;
 }
 
@@ -153,15 +189,18 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   const Member& member = found->second;
   const HistoryEntry& last = member.history[member.newest];
   if (!last.valid || last.integers.nodes.empty()) return std::nullopt;
-  HAIRNET_ASSERT(last.level != LevelIndex::rigid);
-  const std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(last.level)];
-  // The server may have sent another geometry of the level after the frame.
-  if (!known || last.integers.nodes.size() != 3 * known->geometry.active_nodes.size()) return std::nullopt;
+  HAIRNET_ASSERT(last.level != LevelIndex::rigid && last.geometry);
+  // The server may have sent another geometry, or another basis, after the frame.
+  const std::shared_ptr<const KnownLevel>& level = member.levels[static_cast<std::size_t>(last.level)];
+  const auto basis = bases_.find(member.groom);
+  const bool is_current = (level && &level->geometry == last.geometry.get()) ||
+                          (basis != bases_.end() && &basis->second->hair.geometry == last.geometry.get());
+  if (!is_current) return std::nullopt;
   return HairSnapshot{member.groom,
                       last.error_class,
                       {last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
                        last.integers.velocities},
-                      {known, &known->geometry}};
+                      last.geometry};
 }
 
 void Members::forget_frames() {
@@ -198,6 +237,7 @@ std::vector<std::uint32_t> Members::drop_unconfirmed() {
 std::vector<std::uint32_t> Members::drop_all() {
   mark_all_unconfirmed();
   levels_.clear();
+  bases_.clear();
   return drop_unconfirmed();
 }
 

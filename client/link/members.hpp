@@ -13,7 +13,9 @@
 #include "client/link/last_known_hair.hpp"
 #include "client/link/level_catalog.hpp"
 #include "core/assert.hpp"
+#include "schema/codec/frame_code.hpp"
 #include "schema/codec/frame_codec.hpp"
+#include "schema/wire/basis_file.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -38,6 +40,8 @@ class Members {
   bool leave(std::uint32_t member);
   void remove_own(std::uint32_t character);  // if there is such a character
   std::shared_ptr<const LevelGeometry> add_level(wire::LevelRecord record);
+  // Frames of the groom that carry coefficients can be decoded from now on.
+  void add_basis(const wire::GroomHash& groom, wire::HairBasis basis);
 
   enum class Outcome : std::uint8_t {
     decoded,
@@ -53,7 +57,9 @@ class Members {
     std::uint32_t character = 0;                     // this client's own number; 0: another client's character
     const codec::FrameIntegers* integers = nullptr;  // of a decoded frame; valid until the next frame of the member
     Pose pose;                                       // decoded
-    std::shared_ptr<const LevelGeometry> geometry;   // decoded; null: rigid
+    LevelIndex level = LevelIndex::rigid;            // of the geometry; the finest for frames of coefficients
+    codec::ErrorClass error_class = codec::ErrorClass::half_mm;  // of the integers
+    std::shared_ptr<const LevelGeometry> geometry;               // decoded; null: rigid
   };
   DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns);
 
@@ -76,12 +82,19 @@ class Members {
  private:
   // Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
   static constexpr std::size_t kSlotCount = codec::kHistoryMax + 1;
+  // The data for decoding coefficients of a groom.
+  struct KnownBasis {
+    explicit KnownBasis(wire::HairBasis b) : hair(std::move(b)), code(hair.basis.deviation_m) {}
+    wire::HairBasis hair;
+    codec::CoefficientCode code;
+  };
   struct HistoryEntry {
     bool valid = false;
     std::uint64_t tick = 0;
     LevelIndex level = LevelIndex::rigid;
     codec::ErrorClass error_class = codec::ErrorClass::half_mm;
     codec::FrameIntegers integers;
+    std::shared_ptr<const LevelGeometry> geometry;  // null: rigid
   };
   struct Member {
     std::uint64_t session = 0;  // the owner's; 0: this one
@@ -102,11 +115,16 @@ class Members {
   [[nodiscard]] bool decodes(std::uint32_t number) const;
   [[nodiscard]] const KnownLevel* level_of(Member& member, LevelIndex level) const;
   [[nodiscard]] bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& decoded) const;
+  [[nodiscard]] bool decode_coefficients(const Member& member, const wire::Frame& frame, HistoryEntry& entry,
+                                         Pose& pose) const;
+  [[nodiscard]] bool decode_nodes(Member& member, const wire::Frame& frame, std::uint64_t tick, HistoryEntry& entry,
+                                  Pose& pose) const;
 
   std::shared_ptr<LevelCatalog> catalog_;
   double decode_share_;
   std::unordered_map<std::uint32_t, Member> members_;
   std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const KnownLevel>> levels_;
+  std::map<wire::GroomHash, std::shared_ptr<const KnownBasis>> bases_;  // by groom
 };
 
 }  // namespace hairnet::link

@@ -181,7 +181,7 @@ Offset<fb::Observe> write(FlatBufferBuilder& to, const Observe& m) {
   const fb::Vec3 from = m.from ? to_flatbuffer(*m.from) : fb::Vec3();
   return fb::CreateObserveDirect(to, &m.members, m.from ? &from : nullptr, m.count, m.radius_m, m.stride,
                                  static_cast<fb::ObserveMode>(m.mode), static_cast<fb::ErrorClass>(m.error_class),
-                                 m.velocities);
+                                 m.velocities, m.error_m);
 }
 
 Fault read(const fb::Observe& in, Observe& out) {
@@ -193,6 +193,7 @@ Fault read(const fb::Observe& in, Observe& out) {
   from_flatbuffer(*in.members(), out.members);
   out.stride = in.stride();
   out.velocities = in.velocities();
+  out.error_m = in.error_m();
   Fault fault = read_enum(in.mode(), "observe mode", out.mode);
   return fault.empty() ? read_enum(in.error_class(), "error class", out.error_class) : fault;
 }
@@ -203,6 +204,7 @@ std::string validate(const Observe& observe) {
     return "radius_m is not in [0, " + std::to_string(static_cast<int>(kObserveRadiusMax_m)) + "]";
   if (observe.from && !(observe.from->allFinite() && observe.from->cwiseAbs().maxCoeff() <= kPositionMax_m))
     return "the point it is measured from is not finite or too far";
+  if (!(observe.error_m >= 0 && observe.error_m <= kObserveErrorMax_m)) return "error_m is not in [0, 1]";
   return {};
 }
 

@@ -114,6 +114,9 @@ struct Observe {
   ErrorClass error_class = ErrorClass::half_mm;
   std::uint32_t stride = 1;  // ticks between frames, at least: 1, 2, 4
   bool velocities = false;   // of nodes, beside their displacements
+  // Above 0: frames carry coefficients where the groom has a basis; this is about the error of hair, RMS, that is
+  // wanted where a head fills the screen. Where a head is smaller, the error may be as much larger.
+  float error_m = 0;
 };
 // How large and whether a client sees members. It may send this at any time; members it does not name keep their
 // values.

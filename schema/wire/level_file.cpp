@@ -187,7 +187,8 @@ std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
     ModeMap::Matrix matrix(static_cast<Eigen::Index>(basis.mode_count()),
                            static_cast<Eigen::Index>(3 * set.levels[i].rest.size()));
     std::ranges::copy(from, matrix.data());
-    if (!matrix.allFinite()) return "a map that is not finite";
+    constexpr float kMost = 1e6f;  // finite coefficients from any displacements
+    if (!matrix.allFinite() || matrix.cwiseAbs().maxCoeff() > kMost) return "a map that is not finite";
     out.maps[i] = ModeMap(std::move(matrix));
   }
   return {};

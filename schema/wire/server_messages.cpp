@@ -159,6 +159,17 @@ Fault read(const fb::LevelRecord& in, LevelRecord& out) {
   return fault.empty() ? fault : "level record: " + fault;
 }
 
+Offset<fb::GroomBasis> write(FlatBufferBuilder& to, const GroomBasis& m) {
+  const fb::Hash groom = to_flatbuffer(m.groom), basis = to_flatbuffer(m.basis);
+  return fb::CreateGroomBasis(to, &groom, &basis);
+}
+
+Fault read(const fb::GroomBasis& in, GroomBasis& out) {
+  out.groom = from_flatbuffer(*in.groom());
+  out.basis = from_flatbuffer(*in.basis());
+  return {};
+}
+
 namespace {
 
 std::uint8_t* write_varint(std::uint32_t value, std::uint8_t* at) {
@@ -184,7 +195,8 @@ std::uint8_t* write_frame(const Frame& f, std::uint32_t member_before, std::uint
                                     unsigned{f.asleep} << 4 | unsigned{f.velocities} << 5 |
                                     static_cast<unsigned>(f.error_class) << 6);
   const auto log2 = [](std::uint8_t stride) { return static_cast<unsigned>(std::countr_zero(unsigned{stride})); };
-  *at++ = static_cast<std::uint8_t>(f.order | log2(f.stride) << 2 | log2(f.step_stride) << 4);
+  *at++ = static_cast<std::uint8_t>(f.order | log2(f.stride) << 2 | log2(f.step_stride) << 4 |
+                                    unsigned{f.coefficients} << 6);
   at = write_varint(static_cast<std::uint32_t>(f.content.size()), at);
   if (!f.content.empty()) std::memcpy(at, f.content.data(), f.content.size());
   return at + f.content.size();
@@ -269,7 +281,9 @@ Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
   out.error_class = static_cast<ErrorClass>(head >> 6);
   out.order = reference & 3;
   const unsigned stride = reference >> 2 & 3u, step_stride = reference >> 4 & 3u;
-  if (stride == 3 || step_stride == 3 || reference >> 6 != 0) return "frame: no such stride";
+  if (stride == 3 || step_stride == 3 || reference >> 7 != 0) return "frame: no such stride";
+  out.coefficients = (reference & 64) != 0;
+  if (out.coefficients && (out.order != 0 || out.velocities)) return "frame: coefficients refer to no other frame";
   out.stride = static_cast<std::uint8_t>(1u << stride);
   out.step_stride = static_cast<std::uint8_t>(1u << step_stride);
   return {};

@@ -77,6 +77,10 @@ struct LevelRecord {
   LevelIndex level = LevelIndex::high;
   LevelGeometry geometry;
 };
+struct GroomBasis {  // comes before the groom's first frame with coefficients
+  GroomHash groom{};
+  GroomHash basis{};  // of the file, which GroomRequest asks for
+};
 // An encoded frame. `content` comes from codec::encode_frame. It is predicted from the last `order` frames of the
 // member that were sent to this session, `stride` ticks apart.
 struct Frame {
@@ -86,6 +90,7 @@ struct Frame {
   bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
   bool asleep = false;           // nothing will change, and no frame come, before the character wakes
   bool velocities = false;       // the content has them
+  bool coefficients = false;     // the content has these, of the groom's basis, instead of nodes; order 0
   std::uint8_t order = 0;        // 0 to 3
   std::uint8_t stride = 1;       // 1, 2 or 4; of no meaning at order 0
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
@@ -106,6 +111,6 @@ struct Error {
 
 using ServerMessage =
     std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved, MemberJoined,
-                 MemberChanged, MemberLeft, RoomWind, LevelRecord, FrameBatch, Error, Goodbye>;
+                 MemberChanged, MemberLeft, RoomWind, LevelRecord, GroomBasis, FrameBatch, Error, Goodbye>;
 
 }  // namespace hairnet::wire

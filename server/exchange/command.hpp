@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -42,6 +43,7 @@ struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording
+  std::optional<wire::GroomHash> basis = std::nullopt;     // of the file of its basis, if it has one
 };
 struct ForgetGroom {  // the groom was evicted
   wire::GroomHash groom{};

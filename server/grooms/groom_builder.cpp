@@ -8,6 +8,8 @@
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
 #include "core/levels/build_estimate.hpp"
+#include "core/modes/make_modes.hpp"
+#include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/packing.hpp"
 #include "server/grooms/build_pool.hpp"
@@ -186,6 +188,10 @@ GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint
   GroomResult result;
   result.outcome = Outcome::ready;
   result.levels = build.levels;
+  if (const Modes* modes = build.levels->modes.get()) {
+    result.basis = std::make_shared<const std::vector<std::uint8_t>>(
+        wire::encode_basis((*build.levels)[LevelIndex::high].geometry, modes->basis));
+  }
   return result;
 }
 

@@ -186,6 +186,7 @@ GroomStore::Bytes GroomStore::bytes(const wire::GroomHash& hash) {
     groom->second.used = ++uses_;
     return groom->second.bytes;
   }
+  if (const auto basis = bases_.find(hash); basis != bases_.end()) return basis->second.lock();
   const auto read = read_.find(hash);
   return read == read_.end() ? nullptr : read->second.lock();
 }
@@ -375,6 +376,7 @@ void GroomStore::poll(std::int64_t now_ns) {
   end_turn(now_ns);
   feed_builder();
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
+  std::erase_if(bases_, [](const auto& basis) { return basis.second.expired(); });
   check_invariants();
   counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
   counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
@@ -443,7 +445,8 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   Entry& entry = groom->second;
   HAIRNET_ASSERT(entry.state == State::building);
   HAIRNET_ASSERT(result.levels);
-  const std::size_t bytes = entry.bytes->size() + server::level_bytes(*result.levels);
+  const std::size_t basis_bytes = result.basis ? result.basis->size() : 0;
+  const std::size_t bytes = entry.bytes->size() + basis_bytes + server::level_bytes(*result.levels);
   while (level_bytes_ + bytes > limits_.level_bytes_max && evict_one()) {
   }
   if (level_bytes_ + bytes > limits_.level_bytes_max)
@@ -455,7 +458,13 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   set_upload_bytes(entry, 0);
   counters_->grooms_ready.add();
   spdlog::info("event=groom_ready groom={} level_bytes={}", log_hash(groom->first), bytes);
-  commands_->put(GroomReady{groom->first, std::move(result.levels), entry.bytes});
+  GroomReady ready{groom->first, std::move(result.levels), entry.bytes};
+  if (result.basis) {
+    ready.basis = wire::hash_groom(*result.basis);
+    entry.basis = std::move(result.basis);
+    bases_[*ready.basis] = entry.basis;
+  }
+  commands_->put(std::move(ready));
   send_state(groom, GroomState::ready, now_ns);
 }
 

@@ -111,6 +111,7 @@ class GroomStore final : public GroomService {
     std::size_t upload_bytes = 0;  // that it holds before it is ready
     std::size_t level_bytes = 0;   // once ready; including the bytes of the file
     Bytes bytes;                   // of the file, from building on
+    Bytes basis;                   // of the file of its basis, once ready, if it has one
     std::int64_t built_since_ns = 0, turn_ns = 0;  // while building: since when, and how long it need not give way
     std::int64_t charged_ns = 0;                   // of the build under way, to its owner
     bool gives_way = false;                        // while building: the builder was told to end it
@@ -192,6 +193,8 @@ class GroomStore final : public GroomService {
   std::map<Sharer, std::int64_t> build_ns_;  // that the builds of each have taken together; of those that have sessions
   std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
+  std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>>
+      bases_;  // of ready grooms, by their own hash
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
   std::uint64_t uses_ = 0, orders_ = 0;
   std::uint64_t jobs_ = 0;  // given to the builder

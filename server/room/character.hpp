@@ -11,6 +11,7 @@
 #include "core/world/world.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/exchange/character_key.hpp"
+#include "server/room/coefficient_track.hpp"
 #include "server/room/frame_history.hpp"
 #include "server/room/pose_inbox.hpp"
 
@@ -21,6 +22,7 @@ struct FrameVariant {
   codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   std::uint8_t order = 0, stride = 1;
   bool velocities = false;
+  std::uint8_t tolerance = 0;  // 0: nodes; else coefficients, and a step of the ladder in publish.cpp
   std::vector<std::uint8_t> content;
 };
 
@@ -61,15 +63,17 @@ struct Character {
   // This tick's frame.
   bool changed = false;  // there is something to send
   bool asleep = false;
-  bool discontinuous = false;
+  bool discontinuous = false;            // a teleport or a reset
+  bool switched = false;                 // the level changed; discontinuous in frames of nodes
   LevelIndex shown = LevelIndex::rigid;  // level of the lattice that is sent; a change to rigid takes several ticks
   LatticeView lattice;                   // in the World, until its next step
   std::vector<FrameVariant> variants;    // only the first variant_count belong to this tick
   std::size_t variant_count = 0;
   std::int64_t encode_ns = 0;                                    // time to encode these
   std::array<std::int32_t, codec::kBoneIntegers> shown_bones{};  // of the pose at the end of the last step
-  FrameHistory history;                                          // of frames at level `shown`
-  std::shared_ptr<const codec::Neighbours> neighbours;           // of level `shown`; null when rigid
+  CoefficientTrack coefficients;
+  FrameHistory history;                                 // of frames at level `shown`
+  std::shared_ptr<const codec::Neighbours> neighbours;  // of level `shown`; null when rigid
 };
 
 }  // namespace hairnet::server

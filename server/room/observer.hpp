@@ -27,6 +27,7 @@ struct View {
   std::uint8_t sent_count = 0;
   LevelIndex level = LevelIndex::rigid;  // level of those frames
   codec::ErrorClass error_class = codec::ErrorClass::half_mm;
+  bool coefficients = false;           // the last frame had coefficients
   bool sleep_sent = false;             // the last frame was marked asleep
   bool discontinuity_pending = false;  // a discontinuity that the session has not received yet
 
@@ -51,6 +52,7 @@ struct Observer {
   std::optional<std::uint32_t> unannounced_from;
   std::vector<View> views;  // by slot
   std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
+  std::set<wire::GroomHash> bases_sent;   // by groom
   int congestion_stride = 1;              // ticks between frames that the connection can carry
   std::uint64_t congestion_eases_at = 0;  // tick
 

@@ -1,6 +1,7 @@
 #include "server/tick/publish.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/assert.hpp"
 
@@ -17,6 +18,21 @@ ErrorClass error_class_that_fits(ErrorClass wanted, const Level* level) {
   while (level && index + 1 < codec::kErrorClassCount && 32767 * codec::kStep_m[index] < level->displacement_max_m)
     ++index;
   return static_cast<ErrorClass>(index);
+}
+
+// Tolerances of coefficients, half an octave apart, so that observers share codings. Numbers begin with 1, the finest.
+constexpr std::uint8_t kToleranceCount = 24;
+constexpr float kFinestTolerance_m = 0.25e-3f;
+
+float tolerance_m(std::uint8_t tolerance) {
+  HAIRNET_ASSERT(tolerance >= 1 && tolerance <= kToleranceCount);
+  return kFinestTolerance_m * std::exp2(0.5f * static_cast<float>(tolerance - 1));
+}
+
+// The coarsest that is not above, or the finest.
+std::uint8_t tolerance_within(float wanted_m) {
+  const float steps = 2 * std::log2(std::max(wanted_m / kFinestTolerance_m, 1.0f));
+  return static_cast<std::uint8_t>(1 + std::min(static_cast<int>(steps), kToleranceCount - 1));
 }
 
 struct Coding {
@@ -38,12 +54,13 @@ Coding coding_for(const View& view, const Character& character, ErrorClass error
   return coding.order == 0 ? Coding{} : coding;
 }
 
-std::uint32_t variant_of(Character& character, ErrorClass error_class, Coding coding, bool velocities) {
+std::uint32_t variant_of(Character& character, ErrorClass error_class, Coding coding, bool velocities,
+                         std::uint8_t tolerance = 0) {
   HAIRNET_ASSERT(character.variant_count <= character.variants.size());
   for (std::size_t i = 0; i < character.variant_count; ++i) {
     const FrameVariant& v = character.variants[i];
     if (v.error_class == error_class && v.order == coding.order && v.stride == coding.stride &&
-        v.velocities == velocities)
+        v.velocities == velocities && v.tolerance == tolerance)
       return static_cast<std::uint32_t>(i);
   }
   if (character.variant_count == character.variants.size()) character.variants.emplace_back();
@@ -52,6 +69,7 @@ std::uint32_t variant_of(Character& character, ErrorClass error_class, Coding co
   added.order = coding.order;
   added.stride = coding.stride;
   added.velocities = velocities;
+  added.tolerance = tolerance;
   return static_cast<std::uint32_t>(character.variant_count++);
 }
 
@@ -92,7 +110,7 @@ void Publisher::follow_level(const LatticeView& lattice, Character& character) {
   HAIRNET_ASSERT((lattice.level == LevelIndex::rigid) == (lattice.model == nullptr));
   if (lattice.level == character.shown) return;
   character.shown = lattice.level;
-  character.discontinuous = true;
+  character.switched = true;
   character.history.clear();
   character.neighbours = nullptr;
   if (!lattice.model) return;
@@ -105,6 +123,24 @@ void Publisher::follow_level(const LatticeView& lattice, Character& character) {
 
 void Publisher::forget_groom(const wire::GroomHash& groom) {
   std::erase_if(neighbours_, [&](const auto& entry) { return entry.first.first == groom; });
+  bases_.erase(groom);
+}
+
+void Publisher::put_basis(const wire::GroomHash& groom, const wire::GroomHash& basis,
+                          const std::shared_ptr<const LevelSet>& levels) {
+  HAIRNET_ASSERT(levels && levels->modes);
+  bases_.insert_or_assign(groom,
+                          KnownBasis{basis, levels->modes, codec::CoefficientCode(levels->modes->basis.deviation_m)});
+}
+
+// Null as well while the character's lattice is of levels that were built before.
+const Publisher::KnownBasis* Publisher::basis_of(const Character& character) const {
+  const auto found = bases_.find(character.groom);
+  if (found == bases_.end()) return nullptr;
+  const LatticeView& lattice = character.lattice;
+  if (!lattice.model) return &found->second;
+  const auto node_count = static_cast<Eigen::Index>(lattice.displacement.size());
+  return found->second.modes->map(lattice.level).matrix().cols() == 3 * node_count ? &found->second : nullptr;
 }
 
 void Publisher::begin_frame(const Terms& terms, Character& character) {
@@ -115,8 +151,9 @@ void Publisher::begin_frame(const Terms& terms, Character& character) {
   follow_level(lattice, character);
   if (lattice.stepped) character.shown_bones = character.bones.bones;
   character.discontinuous = character.discontinuous || (lattice.stepped && lattice.discontinuous);
-  character.asleep = lattice.asleep && !character.discontinuous;
-  character.changed = (lattice.stepped && !lattice.asleep) || character.discontinuous;
+  const bool is_marked = character.discontinuous || character.switched;
+  character.asleep = lattice.asleep && !is_marked;
+  character.changed = (lattice.stepped && !lattice.asleep) || is_marked;
   if (!character.changed) return;
   const bool sound = std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
                                  [](const Vec3f& d) { return d.allFinite(); });
@@ -157,9 +194,17 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     HAIRNET_ASSERT(character->slot == s);
     if (!character->asleep) view.sleep_sent = false;
     if (!view.wanted || !view.in_view || !observer.knows(character->slot)) continue;
-    view.discontinuity_pending = view.discontinuity_pending || character->discontinuous;
+    const KnownBasis* const basis = observer.observe.error_m > 0 ? basis_of(*character) : nullptr;
+    view.discontinuity_pending =
+        view.discontinuity_pending || character->discontinuous || (character->switched && !basis);
     const bool due = character->changed && (view.sent_count == 0 || tick - view.sent[0] >= stride);
     if (!due && (!character->asleep || view.sleep_sent)) continue;
+    if (basis) {
+      request_coefficients(terms, *basis, view, *character, observer);
+      continue;
+    }
+    if (view.coefficients) view.sent_count = 0;  // the client has no nodes to predict from
+    view.coefficients = false;
     const Level* model = character->lattice.model;
     const bool has_record = view.sent_count > 0 && view.level == character->shown;
     if (model && !has_record && observer.records_sent.emplace(character->groom, character->shown).second) {
@@ -176,10 +221,53 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
   return static_cast<int>(stride);
 }
 
+void Publisher::request_coefficients(const Terms& terms, const KnownBasis& basis, View& view, Character& character,
+                                     Observer& observer) const {
+  if (observer.bases_sent.insert(character.groom).second) {
+    counters_->bases_announced.add();
+    observer.sink->push(wire::GroomBasis{character.groom, basis.hash}, terms.now_ns);
+  }
+  constexpr float kSmallest = 0.02f;  // of the screen's height; a head's
+  const float height = view.screen_height < 0 ? 1 : std::clamp(view.screen_height, kSmallest, 1.0f);
+  const std::uint8_t tolerance = tolerance_within(observer.observe.error_m / height);
+  observer.requests.push_back(
+      {&character, variant_of(character, ErrorClass::half_mm, {}, false, tolerance), view.discontinuity_pending});
+  note_sent(view, character, ErrorClass::half_mm, terms.tick.tick);
+  view.coefficients = true;
+}
+
 void Publisher::encode(const Terms& terms, Character& character) const {
   const std::span variants(character.variants.data(), character.variant_count);
   if (variants.empty()) return;
   const std::int64_t begun_ns = clock_ns();
+  const auto has_coefficients = [](const FrameVariant& v) { return v.tolerance > 0; };
+  if (!std::ranges::all_of(variants, has_coefficients)) encode_nodes(terms, character);
+  if (std::ranges::any_of(variants, has_coefficients)) encode_coefficients(terms, character);
+  counters_->frames_encoded.add(variants.size());
+  character.encode_ns = clock_ns() - begun_ns;
+}
+
+void Publisher::encode_coefficients(const Terms& terms, Character& character) const {
+  const LatticeView& lattice = character.lattice;
+  const KnownBasis* const basis = basis_of(character);
+  HAIRNET_ASSERT(basis && lattice.pose);
+  const ModeMap* const map = lattice.model ? &basis->modes->map(lattice.level) : nullptr;
+  const std::span<const float> coefficients =
+      character.coefficients.at(terms.tick.tick, def_.tick_s, map, lattice.displacement,
+                                basis->modes->basis.mode_count(), character.discontinuous);
+  std::array<codec::EncodedFrame, codec::kStepCount> coded;
+  for (FrameVariant& variant : std::span(character.variants.data(), character.variant_count)) {
+    if (variant.tolerance == 0) continue;
+    const codec::Detail detail = codec::detail_for(coefficients, tolerance_m(variant.tolerance));
+    codec::EncodedFrame& frame = coded[detail.step];
+    if (frame.bytes.empty()) codec::encode_frame(*lattice.pose, &basis->code, coefficients, detail.step, frame);
+    const std::span<const std::uint8_t> content = frame.prefix(detail.count);
+    variant.content.assign(content.begin(), content.end());
+  }
+}
+
+void Publisher::encode_nodes(const Terms& terms, Character& character) const {
+  const std::span variants(character.variants.data(), character.variant_count);
   const LatticeView& lattice = character.lattice;
   const std::uint64_t tick = terms.tick.tick;
   HAIRNET_ASSERT(lattice.level == character.shown);
@@ -192,6 +280,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const std::uint64_t keep_from = tick - std::min(tick, history_ticks);
   std::array<codec::FrameIntegers*, codec::kErrorClassCount> integers{};
   for (const FrameVariant& variant : variants) {
+    if (variant.tolerance > 0) continue;
     codec::FrameIntegers*& now = integers[static_cast<std::size_t>(variant.error_class)];
     if (now) continue;
     now = &character.history.add(variant.error_class, tick, keep_from);
@@ -202,7 +291,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   // Frames with velocities are coded last: the integers have no velocities until then.
   for (const bool velocities : {false, true}) {
     for (FrameVariant& variant : variants) {
-      if (variant.velocities != velocities) continue;
+      if (variant.velocities != velocities || variant.tolerance > 0) continue;
       codec::FrameIntegers& now = *integers[static_cast<std::size_t>(variant.error_class)];
       if (velocities && now.velocities.empty())
         codec::quantise_velocities(terms.simulation.velocity(character.key), variant.error_class, now.velocities);
@@ -215,8 +304,6 @@ void Publisher::encode(const Terms& terms, Character& character) const {
       codec::encode_frame(now, std::span(history).first(variant.order), character.neighbours.get(), variant.content);
     }
   }
-  counters_->frames_encoded.add(variants.size());
-  character.encode_ns = clock_ns() - begun_ns;
 }
 
 void Publisher::send(const Terms& terms, Observer& observer) const {
@@ -245,6 +332,7 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     frame.discontinuous = request.discontinuous;
     frame.asleep = character.asleep;
     frame.velocities = variant.velocities;
+    frame.coefficients = variant.tolerance > 0;
     frame.order = variant.order;
     frame.stride = variant.stride;
     frame.step_stride = static_cast<std::uint8_t>(character.stride);

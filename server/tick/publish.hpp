@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "core/assert.hpp"
+#include "core/modes/make_modes.hpp"
 #include "core/parallel_for.hpp"
+#include "schema/codec/frame_code.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
@@ -17,6 +19,7 @@ namespace hairnet::server {
 
 struct PublishDef {
   std::size_t packet_bytes_max = std::size_t{256} << 10;
+  double tick_s = 1.0 / 30;
   std::uint64_t congestion_ticks = 60;  // until the stride of a slow connection is halved again
   ClockNs now_ns = nullptr;             // null: times are not measured
 };
@@ -32,9 +35,19 @@ class Publisher {
 
   void publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick,
                const ParallelFor& parallel_for, std::int64_t now_ns);
+  // Frames of the groom may carry coefficients from now on. `basis`: the hash of its file. Asserts that the levels have
+  // modes.
+  void put_basis(const wire::GroomHash& groom, const wire::GroomHash& basis,
+                 const std::shared_ptr<const LevelSet>& levels);
   void forget_groom(const wire::GroomHash& groom);
 
  private:
+  struct KnownBasis {
+    wire::GroomHash hash{};
+    std::shared_ptr<const Modes> modes;
+    codec::CoefficientCode code;
+  };
+
   struct Terms {
     Rooms& rooms;
     const Simulation& simulation;
@@ -47,6 +60,11 @@ class Publisher {
   // the stride at which frames are sent to it
   int request(const Terms& terms, const Room& room, Observer& observer) const;
   void encode(const Terms& terms, Character& character) const;
+  void encode_nodes(const Terms& terms, Character& character) const;
+  void encode_coefficients(const Terms& terms, Character& character) const;
+  void request_coefficients(const Terms& terms, const KnownBasis& basis, View& view, Character& character,
+                            Observer& observer) const;
+  [[nodiscard]] const KnownBasis* basis_of(const Character& character) const;
   void send(const Terms& terms, Observer& observer) const;
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
@@ -55,6 +73,7 @@ class Publisher {
   TickCounters* counters_;
   std::mutex neighbours_mutex_;  // taken only when a character changes its level
   std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const codec::Neighbours>> neighbours_;
+  std::map<wire::GroomHash, KnownBasis> bases_;  // by groom
   std::vector<Observer*> observers_;
 };
 

@@ -45,6 +45,7 @@ bool is_same(const Wind& a, const Wind& b) {
 SchedulerDef completed(SchedulerDef def) {
   HAIRNET_ASSERT(def.tick_rate_hz > 0);
   def.world.tick_s = def.levels.tick_s = 1.0 / def.tick_rate_hz;
+  def.publish.tick_s = def.world.tick_s;
   def.levels.now_ns = def.publish.now_ns = def.world.now_ns;
   if (def.world.substep_count == 0) def.world.substep_count = substep_count_for(def.world.tick_s);
   if (!def.world.parallel_for) {
@@ -142,6 +143,7 @@ struct Scheduler::CommandHandler {
     } else {
       observer->sink = std::move(c.sink);
       observer->records_sent.clear();
+      observer->bases_sent.clear();
       observer->forget_sent();
     }
     if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_told, now_ns);
@@ -243,14 +245,17 @@ struct Scheduler::CommandHandler {
   }
   void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
+    if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
     scheduler.simulation_.put_levels(c.groom, std::move(c.levels));
     if (scheduler.recorder_ && c.bytes) scheduler.unrecorded_[c.groom] = std::move(c.bytes);
   }
   void operator()(const ForgetGroom& c) const {
     scheduler.simulation_.forget_levels(c.groom);
     scheduler.publisher_.forget_groom(c.groom);
-    for (auto& [session, observer] : scheduler.rooms_.observers())
+    for (auto& [session, observer] : scheduler.rooms_.observers()) {
       std::erase_if(observer.records_sent, [&](const auto& record) { return record.first == c.groom; });
+      observer.bases_sent.erase(c.groom);
+    }
     scheduler.unrecorded_.erase(c.groom);
   }
 };
@@ -366,7 +371,7 @@ void Scheduler::sample_poses() {
 }
 
 void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
-  character.pose_changed = character.discontinuous = character.seen = false;
+  character.pose_changed = character.discontinuous = character.switched = character.seen = false;
   character.screen_height = 0;
   character.observer_count = 0;
   const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);

@@ -95,6 +95,7 @@ struct TickCounters : CounterSet {
   Counter hair_states_dropped_unfit{*this, "hair_states_dropped", "reason", "unfit"};
   Counter hair_states_dropped_full{*this, "hair_states_dropped", "reason", "full"};
   Counter level_records_sent{*this, "level_records_sent"};
+  Counter bases_announced{*this, "bases_announced"};
   Counter frames_dropped_not_finite{*this, "frames_dropped", "reason", "not_finite"};  // never sent
   Counter ticks_recorded{*this, "ticks_recorded"};
   Counter recordings_failed{*this, "recordings_failed"};

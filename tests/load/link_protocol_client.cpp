@@ -18,8 +18,9 @@ link::LinkCoreOptions core_options(ProtocolOptions& options) {
   return core;
 }
 
-wire::Observe observe_of(const std::string& text) {
+wire::Observe observe_of(const std::string& text, double hair_error_mm) {
   wire::Observe observe;
+  observe.error_m = static_cast<float>(1e-3 * hair_error_mm);
   if (text == "all") return observe;
   observe.count = static_cast<std::uint32_t>(std::strtoul(text.c_str(), nullptr, 10));
   observe.mode = observe.count == 0 ? wire::ObserveMode::list : wire::ObserveMode::nearest;
@@ -34,7 +35,7 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
  public:
   explicit LinkProtocolClient(ProtocolOptions options) : core_(core_options(options)) {
     core_.set_frame_sink(this);
-    core_.send(observe_of(options.observe));
+    core_.send(observe_of(options.observe, options.hair_error_mm));
     core_.start();
   }
 
@@ -88,12 +89,12 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
     seen.tick = tick;
     seen.stride = frame.step_stride;
     seen.sample_time_local_ns = core_.to_local_ns(sample_time_ns);
-    seen.level = frame.level;
+    seen.level = decoded.integers ? decoded.level : frame.level;
     seen.discontinuous = decoded.discontinuous;
     seen.asleep = frame.asleep;
     seen.undecodable = decoded.outcome == link::Members::Outcome::undecodable;
     seen.content_bytes = frame.content.size();
-    seen.step_m = codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
+    seen.step_m = codec::kStep_m[static_cast<std::size_t>(decoded.integers ? decoded.error_class : frame.error_class)];
     if (decoded.integers) {
       seen.pose = &decoded.pose;
       seen.displacements = decoded.integers->nodes;

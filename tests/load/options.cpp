@@ -43,6 +43,7 @@ struct Given {
   std::optional<double> pose_hz;
   std::optional<std::uint32_t> room_size;
   std::optional<std::string> observe;
+  std::optional<double> hair_error_mm;
   std::string token_file;
   bool find_capacity = false, list = false;
   CapacityOptions capacity;
@@ -65,6 +66,9 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--room-size", g.room_size, "clients of a room; 0: all in one (0)")
       ->check(CLI::Range(0u, kClientCountMax));
   app.add_option("--observe", g.observe, "all, or a number of nearest; 0: itself alone (all)");
+  app.add_option("--hair-error", g.hair_error_mm,
+                 "frames of coefficients (the server needs --modes) with about this error of hair, mm; 0: of nodes (0)")
+      ->check(in_range(0, 1000));
   app.add_option("--require", g.requirements, "threshold FIGURE<NUMBER, or STAGE/FIGURE<NUMBER; < <= > >= ==; several")
       ->allow_extra_args(false);
   app.add_option("--lag-max-ms", o.lag_p99_max_ms, "the generator's own lag, p99, above which nothing counts (5)")
@@ -142,6 +146,7 @@ Result<Plan> make_plan(const Given& g) {
   if (!g.motions.empty()) plan.motions = g.motions;
   if (g.room_size) plan.room_size = *g.room_size;
   if (g.observe) plan.observe = *g.observe;
+  if (g.hair_error_mm) plan.hair_error_mm = *g.hair_error_mm;
   if (std::string fault = settle(plan); !fault.empty()) return Refusal(std::move(fault));
   return plan;
 }

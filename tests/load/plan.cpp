@@ -55,8 +55,12 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
   } else if (key == "observe") {
     if (!value.is_string()) return Refusal("is not a text");
     plan.observe = value.get<std::string>();
+  } else if (key == "hair_error_mm") {
+    if (!value.is_number()) return Refusal("is not a number");
+    plan.hair_error_mm = value.get<double>();
   } else {
-    return Refusal("unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, stages, require");
+    return Refusal(
+        "unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, hair_error_mm, stages, require");
   }
   return {};
 }
@@ -92,6 +96,7 @@ std::string settle(Plan& plan) {
   if (plan.grooms.empty() || plan.motions.empty()) return "a plan needs a groom and a motion";
   if (!(plan.pose_hz >= 1 && plan.pose_hz <= 1000)) return "pose_hz is not in 1 to 1000";
   if (!is_observe(plan.observe)) return "observe is neither 'all' nor a number of nearest characters";
+  if (!(plan.hair_error_mm >= 0 && plan.hair_error_mm <= 1000)) return "hair_error_mm is not in 0 to 1000";
   for (std::size_t i = 0; i < plan.stages.size(); ++i) {
     const bool calm_about =
         i > 0 && i + 1 < plan.stages.size() && !plan.stages[i - 1].attack && !plan.stages[i + 1].attack;
@@ -124,9 +129,15 @@ Result<Plan> parse_plan(std::string_view json) {
 std::string to_json_text(const Plan& plan) {
   std::vector<std::string> stages;
   for (const Stage& stage : plan.stages) stages.push_back(to_text(stage));
-  const Json json{{"seed", plan.seed},           {"pose_hz", plan.pose_hz},     {"grooms", plan.grooms},
-                  {"motions", plan.motions},     {"room_size", plan.room_size}, {"observe", plan.observe},
-                  {"stages", std::move(stages)}, {"require", plan.requirements}};
+  const Json json{{"seed", plan.seed},
+                  {"pose_hz", plan.pose_hz},
+                  {"grooms", plan.grooms},
+                  {"motions", plan.motions},
+                  {"room_size", plan.room_size},
+                  {"observe", plan.observe},
+                  {"hair_error_mm", plan.hair_error_mm},
+                  {"stages", std::move(stages)},
+                  {"require", plan.requirements}};
   return json.dump(1);
 }
 

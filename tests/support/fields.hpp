@@ -61,7 +61,7 @@ BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, tel
 BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses))
 BOOST_DESCRIBE_STRUCT(SetMaterial, (), (character, scale))
 BOOST_DESCRIBE_STRUCT(SetWind, (), (wind))
-BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, error_class, stride, velocities))
+BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, error_class, stride, velocities, error_m))
 BOOST_DESCRIBE_STRUCT(MemberImportance, (), (member, screen_height, in_view))
 BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))
 BOOST_DESCRIBE_STRUCT(RequestKeyframes, (), (members))
@@ -80,9 +80,10 @@ BOOST_DESCRIBE_STRUCT(RoomWind, (), (wind, session))
 BOOST_DESCRIBE_STRUCT(MemberLeft, (), (member))
 BOOST_DESCRIBE_STRUCT(CharacterRemoved, (), (character))
 BOOST_DESCRIBE_STRUCT(LevelRecord, (), (groom, level, geometry))
+BOOST_DESCRIBE_STRUCT(GroomBasis, (), (groom, basis))
 BOOST_DESCRIBE_STRUCT(Frame, (),
-                      (member, level, error_class, discontinuous, asleep, velocities, order, stride, step_stride,
-                       content))
+                      (member, level, error_class, discontinuous, asleep, velocities, coefficients, order, stride,
+                       step_stride, content))
 BOOST_DESCRIBE_STRUCT(FrameBatch, (), (tick, sample_time_ns, frames))
 BOOST_DESCRIBE_STRUCT(Error, (), (reason, character, groom, detail))
 BOOST_DESCRIBE_STRUCT(Goodbye, (), (reason, detail))

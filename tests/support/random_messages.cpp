@@ -82,6 +82,7 @@ Frame RandomMessages::frame(std::vector<std::uint8_t>& content) {
   f.order = static_cast<std::uint8_t>(integer(0, 3));
   f.stride = static_cast<std::uint8_t>(1 << integer(0, 2));
   f.step_stride = static_cast<std::uint8_t>(1 << integer(0, 2));
+  f.coefficients = f.order == 0 && !f.velocities && coin();
   content = bytes(integer(0, 300));
   f.content = content;
   return f;
@@ -132,6 +133,7 @@ Observe RandomMessages::observe() {
   o.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
   o.stride = 1u << integer(0, 2);
   o.velocities = coin();
+  if (coin()) o.error_m = static_cast<float>(real(0, 1));
   return o;
 }
 

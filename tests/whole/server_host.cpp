@@ -40,7 +40,7 @@ void ServerHost::start() {
         std::min(kBuild_ns + kBuildOfPoint_ns * static_cast<std::int64_t>(groom.points.size()), def.ns_max + kMs);
     measured_ns += building_ns_;
     server::LevelBuildDef quick = def;
-    quick.training = support::kQuickTraining;
+    if (quick.training) quick.training = support::kQuickTraining;
     return server::build_levels_here(quick, hash, file, groom, goes_on);
   };
   auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly);

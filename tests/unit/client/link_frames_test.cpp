@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "schema/wire/groom_file.hpp"
 #include "tests/unit/client/link_core_driver.hpp"
 
 namespace hairnet::link {
@@ -419,6 +420,101 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   EXPECT_NEAR(static_cast<double>(sink.decoded), 250, 25);
   EXPECT_EQ(sink.undecodable, 0u);
   EXPECT_EQ(d.core.counters().frames_received, 1000u);
+}
+
+// A basis of 12 modes over the small grid.
+wire::HairBasis small_basis() {
+  wire::HairBasis hair;
+  hair.geometry = small_grid();
+  hair.basis.node_count = 27;
+  for (int mode = 0; mode < 12; ++mode) {
+    hair.basis.deviation_m.push_back(0.1f / static_cast<float>(1 + mode));
+    hair.basis.unit.push_back(1e-3f);
+    for (int i = 0; i < 81; ++i)
+      hair.basis.modes.push_back(static_cast<std::int16_t>(std::lround(1000 * std::sin(0.1 * (mode + 1) * i))));
+  }
+  return hair;
+}
+
+class ReceivingCoefficients : public Receiving {
+ protected:
+  ReceivingCoefficients() { file_ = wire::encode_basis(hair_.geometry, hair_.basis), hash_ = wire::hash_groom(file_); }
+  void announce() { d.send(wire::GroomBasis{hash_of(2), hash_}); }
+  void send_basis(std::size_t offset = 0) {
+    d.send(wire::GroomData{
+        hash_, file_.size(), offset, {file_.begin() + static_cast<std::ptrdiff_t>(offset), file_.end()}});
+  }
+  void send_coefficients(std::uint64_t tick, const std::vector<float>& c, std::size_t count = 12) {
+    const codec::CoefficientCode code(hair_.basis.deviation_m);
+    codec::EncodedFrame coded;
+    codec::encode_frame(rigid_pose({Quat::Identity(), Vec3(1, 2, 3)}), &code, c, 1, coded);
+    const std::span<const std::uint8_t> content = coded.prefix(count);
+    wire::FrameBatch batch;
+    batch.tick = tick;
+    batch.frames.resize(1);
+    batch.frames[0].member = kOther;
+    batch.frames[0].level = LevelIndex::low;
+    batch.frames[0].coefficients = true;
+    batch.frames[0].content = content;
+    d.send(batch);
+  }
+  Frame only_frame() {
+    const std::vector<FrameBatch> batches = d.events<FrameBatch>();
+    EXPECT_EQ(batches.size(), 1u);
+    return batches.empty() || batches[0].frames.empty() ? Frame{} : batches[0].frames[0];
+  }
+  const wire::HairBasis hair_ = small_basis();
+  const std::vector<float> c_ = {0.1f, -0.05f, 0.02f, 0, 0, 0.01f, 0, 0, 0, 0, 0, 0.003f};
+  std::vector<std::uint8_t> file_;
+  wire::GroomHash hash_{};
+};
+
+TEST_F(ReceivingCoefficients, move_the_nodes_of_the_basis_once_it_is_here) {
+  announce();
+  const auto request = d.expect<wire::GroomRequest>();
+  EXPECT_EQ(request.hash, hash_);
+  send_coefficients(10, c_);
+  Frame frame = only_frame();  // until then hair is at rest
+  EXPECT_EQ(frame.level, LevelIndex::rigid);
+  EXPECT_NEAR(frame.pose.head().position.y(), 2, 1e-4);
+  send_basis();
+  send_coefficients(11, c_);
+  frame = only_frame();
+  EXPECT_EQ(frame.level, LevelIndex::high);
+  ASSERT_TRUE(frame.geometry);
+  std::vector<Vec3f> expected(27), got;
+  displacements_of(hair_.basis, c_, expected);
+  codec::dequantise_nodes(frame.displacements, frame.error_class, got);
+  ASSERT_EQ(got.size(), expected.size());
+  for (std::size_t n = 0; n < got.size(); ++n) EXPECT_LT((got[n] - expected[n]).norm(), 2e-3f);
+}
+
+TEST_F(ReceivingCoefficients, that_were_cut_off_are_a_coarser_hair) {
+  announce();
+  send_basis();
+  send_coefficients(10, c_, 3);
+  EXPECT_EQ(only_frame().level, LevelIndex::high);
+}
+
+TEST_F(ReceivingCoefficients, of_a_basis_that_is_announced_again_need_no_second_copy) {
+  announce();
+  d.take_all();
+  send_basis();
+  announce();
+  EXPECT_THAT(d.take_all(), testing::IsEmpty());
+}
+
+TEST_F(ReceivingCoefficients, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say_why) {
+  file_[file_.size() / 2] ^= 0x55;
+  hash_ = wire::hash_groom(file_);
+  announce();
+  send_basis();
+  const std::vector<wire::Error> errors = d.events<wire::Error>();
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_EQ(errors[0].groom, hash_of(2));
+  EXPECT_THAT(errors[0].detail, testing::HasSubstr("its basis cannot be used"));
+  send_coefficients(10, c_);
+  EXPECT_EQ(only_frame().level, LevelIndex::rigid);
 }
 
 TEST(LevelCatalog, cores_that_receive_the_same_record_share_one_copy) {

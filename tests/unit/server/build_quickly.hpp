@@ -5,11 +5,11 @@
 
 namespace hairnet::server {
 
-// build_levels_here with little training.
+// build_levels_here, with little training where modes are wanted.
 inline LevelBuild build_quickly(const LevelBuildDef& def, const wire::GroomHash& hash,
                                 std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
   LevelBuildDef quick = def;
-  quick.training = support::kQuickTraining;
+  if (quick.training) quick.training = support::kQuickTraining;
   return build_levels_here(quick, hash, file, groom, goes_on);
 }
 

@@ -29,7 +29,7 @@ class PollTest : public testing::Test {
   void start(Config config = {}) {
     config.workers = 2;
     server_.reset();
-    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_quickly);
+    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_);
     ASSERT_TRUE(created) << created.error();
     server_ = std::move(*created);
   }
@@ -54,6 +54,7 @@ class PollTest : public testing::Test {
     return client;
   }
 
+  BuildLevels build_ = build_quickly;
   Metrics metrics_;
   std::int64_t now_ns_ = kStart_ns;
   std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());

@@ -13,6 +13,8 @@ export interface CodedFrame {
   /** no frame will come before the character wakes */
   readonly asleep: boolean;
   readonly velocities: boolean;
+  /** the content has coefficients of the groom's basis instead of nodes */
+  readonly coefficients: boolean;
   /** 0 to 3: of the earlier frames that it refers to, `stride` ticks apart */
   readonly order: number;
   readonly stride: number;
@@ -60,8 +62,11 @@ export function decodeFrames(packed: Uint8Array): CodedFrame[] {
     const stepStride = (reference >> 4) & 3;
     if (level > LevelIndex.rigid) throw new HairnetError("invalid", `level ${level} does not exist`);
     if (errorClass > ErrorClass.oneMm) throw new HairnetError("invalid", "frame: no such error class");
-    if (stride === 3 || stepStride === 3 || reference >> 6 !== 0)
+    if (stride === 3 || stepStride === 3 || reference >> 7 !== 0)
       throw new HairnetError("invalid", "frame: no such stride");
+    const coefficients = (reference & 64) !== 0;
+    if (coefficients && ((head & 32) !== 0 || (reference & 3) !== 0))
+      throw new HairnetError("invalid", "frame: coefficients refer to no other frame");
     frames.push({
       member,
       level,
@@ -69,6 +74,7 @@ export function decodeFrames(packed: Uint8Array): CodedFrame[] {
       discontinuous: (head & 8) !== 0,
       asleep: (head & 16) !== 0,
       velocities: (head & 32) !== 0,
+      coefficients,
       order: reference & 3,
       stride: 1 << stride,
       stepStride: 1 << stepStride,

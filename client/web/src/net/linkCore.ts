@@ -333,6 +333,8 @@ export class LinkCore {
         const { groom, level } = message;
         return this.#push({ type: "levelReceived", groom, level, geometry: this.#members.addLevel(message) });
       }
+      case "groomBasis":
+        return; // nobody asks for coefficients yet
       case "groomData": {
         const fetched = this.#fetch.take(message);
         return fetched ? this.#push(fetched) : undefined;

@@ -2,7 +2,13 @@ import type { MemberImportance } from "../hair/hairSource";
 import { ErrorClass } from "../hair/level";
 import { ModerateAction, ObserveMode } from "../generated/enums";
 import * as fb from "./generated/messages";
-import { kMembersPerMessageMax, kObserveRadiusMaxM, kPositionMaxM, kScreenHeightMax } from "../generated/limits";
+import {
+  kMembersPerMessageMax,
+  kObserveErrorMaxM,
+  kObserveRadiusMaxM,
+  kPositionMaxM,
+  kScreenHeightMax,
+} from "../generated/limits";
 import {
   checkInteger,
   checkMember,
@@ -97,6 +103,8 @@ export interface Observe {
   readonly stride: number;
   /** of nodes, beside their displacements */
   readonly velocities: boolean;
+  /** above 0: frames carry coefficients; about the error of hair that is wanted where a head fills the screen, m */
+  readonly errorM: number;
 }
 const observe: ClientCodec<Observe> = {
   resent: "session",
@@ -111,6 +119,7 @@ const observe: ClientCodec<Observe> = {
     fb.Observe.addMode(to, message.mode);
     fb.Observe.addErrorClass(to, message.errorClass);
     fb.Observe.addVelocities(to, message.velocities);
+    fb.Observe.addErrorM(to, message.errorM);
     return fb.Observe.endObserve(to);
   },
   read(from) {
@@ -124,9 +133,10 @@ const observe: ClientCodec<Observe> = {
       errorClass: enumOf(from.errorClass(), ErrorClass.quarterMm, ErrorClass.oneMm, "error class"),
       stride: from.stride(),
       velocities: from.velocities(),
+      errorM: from.errorM(),
     };
   },
-  check({ mode, count, radiusM, from, members, errorClass, stride }) {
+  check({ mode, count, radiusM, from, members, errorClass, stride, errorM }) {
     checkInteger(mode, ObserveMode.all, ObserveMode.list, "observe mode");
     checkInteger(count, 0, 0xffffffff, "observed count");
     checkInteger(errorClass, ErrorClass.quarterMm, ErrorClass.oneMm, "error class");
@@ -134,6 +144,8 @@ const observe: ClientCodec<Observe> = {
     if (![1, 2, 4].includes(stride)) throw invalid("observe: stride is not 1, 2 or 4");
     if (!(radiusM >= 0 && radiusM <= kObserveRadiusMaxM))
       throw invalid(`observe: radius not in [0, ${kObserveRadiusMaxM}] m`);
+    if (!(errorM >= 0 && errorM <= kObserveErrorMaxM))
+      throw invalid(`observe: errorM not in [0, ${kObserveErrorMaxM}]`);
     const near = (x: number) => Math.abs(x) <= kPositionMaxM;
     if (from && !(from.length === 3 && from.every(near)))
       throw invalid("observe: the point it is measured from is not finite or too far away");

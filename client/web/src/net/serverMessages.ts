@@ -221,6 +221,16 @@ const levelRecord: MessageReader<LevelRecord> = {
   },
 };
 
+/** The hash of a groom's basis, a file to ask for. Comes before the groom's first frame with coefficients. */
+export interface GroomBasis {
+  readonly type: "groomBasis";
+  readonly groom: GroomHash;
+  readonly basis: GroomHash;
+}
+const groomBasis: MessageReader<GroomBasis> = {
+  read: (from) => ({ groom: hashOf(from.groom()), basis: hashOf(from.basis()) }),
+};
+
 export interface CodedFrameBatch {
   readonly type: "frameBatch";
   readonly tick: number;
@@ -271,6 +281,7 @@ type ServersAlone =
   | MemberLeft
   | RoomWind
   | LevelRecord
+  | GroomBasis
   | CodedFrameBatch
   | ErrorMessage;
 export type ServerMessage = ServersAlone | Goodbye;
@@ -288,6 +299,7 @@ export const serverReaders: { readonly [M in ServersAlone as M["type"]]: Message
   memberLeft,
   roomWind,
   levelRecord,
+  groomBasis,
   frameBatch,
   error,
 };

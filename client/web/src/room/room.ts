@@ -103,6 +103,7 @@ export class Room implements HairSource {
         errorClass: ErrorClass.halfMm,
         stride: 1,
         velocities: true,
+        errorM: 0,
       });
     });
   }

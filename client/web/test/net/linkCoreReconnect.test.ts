@@ -24,6 +24,7 @@ describe("link: coming back", () => {
       errorClass: ErrorClass.halfMm,
       stride: 1,
       velocities: true,
+      errorM: 0,
     });
     driver.sent();
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });

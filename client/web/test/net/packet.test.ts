@@ -229,6 +229,7 @@ describe("what a client may not say", () => {
         errorClass: 1,
         stride: 3,
         velocities: true,
+        errorM: 0,
       },
     ],
     ["a screen height below 0", { type: "reportImportance", members: [{ member: 1, screenHeight: -1, inView: true }] }],

@@ -33,6 +33,7 @@ export function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + 
     discontinuous: false,
     asleep: false,
     velocities: true,
+    coefficients: false,
     order: sequence.orders[n],
     stride: 1,
     stepStride: 2,

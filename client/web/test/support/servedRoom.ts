@@ -63,7 +63,14 @@ export class ServedRoom {
       discontinuous: false,
       asleep: true,
     };
-    const rest = { velocities: false, order: 0, stride: 1, stepStride: 1, content: rigidContent() };
+    const rest = {
+      velocities: false,
+      coefficients: false,
+      order: 0,
+      stride: 1,
+      stepStride: 1,
+      content: rigidContent(),
+    };
     this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
   }
 }

@@ -125,6 +125,11 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.LevelRecord.addLevel(to, message.level);
       return [fb.Body.LevelRecord, fb.LevelRecord.endLevelRecord(to)];
     }
+    case "groomBasis":
+      fb.GroomBasis.startGroomBasis(to);
+      fb.GroomBasis.addGroom(to, writeHash(to, message.groom));
+      fb.GroomBasis.addBasis(to, writeHash(to, message.basis));
+      return [fb.Body.GroomBasis, fb.GroomBasis.endGroomBasis(to)];
     case "frameBatch": {
       const frames = fb.FrameBatch.createFramesVector(to, packFrames(message.frames));
       fb.FrameBatch.startFrameBatch(to);
@@ -165,7 +170,7 @@ function packFrames(frames: readonly m.CodedFrame[]): Uint8Array {
     member = f.member;
     bytes.push(
       f.level | (f.discontinuous ? 8 : 0) | (f.asleep ? 16 : 0) | (f.velocities ? 32 : 0) | (f.errorClass << 6),
-      f.order | (Math.log2(f.stride) << 2) | (Math.log2(f.stepStride) << 4),
+      f.order | (Math.log2(f.stride) << 2) | (Math.log2(f.stepStride) << 4) | (f.coefficients ? 64 : 0),
     );
     varint(f.content.length);
     bytes.push(...f.content);

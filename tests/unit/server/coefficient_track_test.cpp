@@ -1,0 +1,85 @@
+#include "server/room/coefficient_track.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hairnet::server {
+namespace {
+
+constexpr double kTickLength_s = 1.0 / 30;
+
+// Two levels that see the same hair in other units.
+class CoefficientTrackTest : public testing::Test {
+ protected:
+  static ModeMap scaled(float factor) {
+    ModeMap::Matrix matrix = ModeMap::Matrix::Zero(3, 6);
+    for (Eigen::Index k = 0; k < 3; ++k) matrix(k, k) = factor;
+    return ModeMap(matrix);
+  }
+  static std::vector<Vec3f> hair(std::uint64_t tick) {
+    const float swing = 0.1f * std::sin(0.3f * static_cast<float>(tick));
+    return {Vec3f(swing, 0.5f * swing, 0.02f), Vec3f::Zero()};
+  }
+  std::vector<float> at(std::uint64_t tick, const ModeMap* map, bool discontinuous = false) {
+    const std::span<const float> c = track_.at(tick, kTickLength_s, map, hair(tick), 3, discontinuous);
+    return {c.begin(), c.end()};
+  }
+  const ModeMap fine_ = scaled(1), coarse_ = scaled(0.5f);
+  CoefficientTrack track_;
+};
+
+TEST_F(CoefficientTrackTest, are_those_of_the_level_while_it_stays) {
+  for (std::uint64_t tick = 5; tick < 20; ++tick) {
+    const std::vector<float> c = at(tick, &fine_);
+    EXPECT_FLOAT_EQ(c[0], hair(tick)[0].x());
+    EXPECT_FLOAT_EQ(c[1], hair(tick)[0].y());
+  }
+}
+
+TEST_F(CoefficientTrackTest, go_on_smoothly_when_the_level_changes_and_end_as_those_of_the_new_one) {
+  float last = 0, fastest = 0;
+  for (std::uint64_t tick = 1; tick <= 15; ++tick) {
+    const float now = at(tick, &fine_)[0];
+    if (tick > 1) fastest = std::max(fastest, std::abs(now - last));
+    last = now;
+  }
+  for (std::uint64_t tick = 16; tick <= 30; ++tick) {
+    const float now = at(tick, &coarse_)[0];
+    // The change itself would be half of 0.1 at once.
+    EXPECT_LT(std::abs(now - last), 1.5f * fastest) << tick;
+    last = now;
+  }
+  EXPECT_FLOAT_EQ(at(31, &coarse_)[0], 0.5f * hair(31)[0].x());
+}
+
+TEST_F(CoefficientTrackTest, jump_where_the_hair_does) {
+  at(4, &fine_);
+  at(5, &fine_);
+  EXPECT_FLOAT_EQ(at(6, &coarse_, true)[0], 0.5f * hair(6)[0].x());
+}
+
+TEST_F(CoefficientTrackTest, that_nobody_has_seen_for_a_while_do_not_fade) {
+  at(4, &fine_);
+  at(5, &fine_);
+  EXPECT_FLOAT_EQ(at(50, &coarse_)[0], 0.5f * hair(50)[0].x());
+}
+
+TEST_F(CoefficientTrackTest, fade_to_rest_when_the_lattice_goes) {
+  at(4, &fine_);
+  const float before = at(5, &fine_)[0];
+  const float first = at(6, nullptr)[0];
+  EXPECT_GT(std::abs(first), 0.5f * std::abs(before));
+  for (std::uint64_t tick = 7; tick <= 20; ++tick) at(tick, nullptr);
+  EXPECT_EQ(at(21, nullptr), std::vector<float>(3, 0.0f));
+}
+
+TEST_F(CoefficientTrackTest, can_be_asked_for_again_at_the_same_tick) {
+  at(4, &fine_);
+  const std::vector<float> once = at(5, &fine_);
+  EXPECT_EQ(at(5, &fine_), once);
+  EXPECT_LT(std::abs(at(6, &coarse_)[0] - once[0]), 0.05f);
+}
+
+}  // namespace
+}  // namespace hairnet::server
