@@ -24,9 +24,10 @@ static_assert(kHeadBits + (kBoneCount - 1) * kBoneBits <= 8 * kPoseBytesMax);
 const Vec3 kHeadJoint(0, 0, 0), kNeckJoint(0, -0.10, -0.02), kLeftJoint(0.03, -0.16, -0.01),
     kRightJoint(-0.03, -0.16, -0.01);
 
-// Rounds so that both ends have the same bits.
+// Rounds so that both ends have the same bits. Volatile: where g++ 12 vectorises this, it leaves the rounding out.
 double to_float_and_back(double x) {
-  return static_cast<double>(static_cast<float>(x));
+  const volatile float rounded = static_cast<float>(x);
+  return static_cast<double>(rounded);
 }
 
 Quat rounded(const Quat& q) {

@@ -14,6 +14,7 @@
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
 #include "tests/tools/web_messages.hpp"
+#include "tests/tools/web_modes.hpp"
 
 // Writes the results of the C++ libraries for packets, frames, grooms and hair, which the web client's tests must
 // reproduce; and reads the packets that those tests encoded.
@@ -111,13 +112,14 @@ int write_all(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   const std::vector<std::uint8_t> groom = whole_groom();
-  const bool done = write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
-                    write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
-                    write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
-                    write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
-                    write(folder, "root_blend.json", root_blend_cases()) &&
-                    write(folder, "playout.json", playout_cases()) && write(folder, "drawing.json", drawing_cases()) &&
-                    write(folder, "bob.groom", std::as_bytes(std::span(groom)));
+  const bool done =
+      write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
+      write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
+      write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
+      write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
+      write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&
+      write(folder, "drawing.json", drawing_cases()) && write(folder, "frame_code.json", frame_code_cases()) &&
+      write(folder, "basis.json", basis_cases()) && write(folder, "bob.groom", std::as_bytes(std::span(groom)));
   return done ? 0 : 1;
 }
 

@@ -1,10 +1,11 @@
-// Reads the numbers that the C++ renderer declares as `constexpr`, so that both renderers have the same ones:
+// Reads the numbers that C++ declares as `constexpr`, most of them its renderer's, so that both have the same ones:
 // `constexpr float kCellMin_m = 0.004f;` becomes `export const kCellMinM = 0.004;`. Expressions are left out.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
 const files = [
   "core/ffd/lattice.hpp",
+  "core/modes/basis.hpp",
   "client/render/body_geometry.cpp",
   "client/render/character_records.cpp",
   "client/render/character_records.hpp",
@@ -56,5 +57,5 @@ export function constantsOf(root) {
   const lines = [...constants].map(
     ([name, numbers]) => `export const ${name} = ${numbers}${numbers[0] === "[" ? " as const" : ""};\n`,
   );
-  return `// Made by scripts/constants.mjs of the C++ renderer's constants, which say what each is.\n${lines.join("")}`;
+  return `// Made by scripts/constants.mjs of C++ constants, which say what each is.\n${lines.join("")}`;
 }

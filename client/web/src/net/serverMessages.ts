@@ -1,4 +1,4 @@
-import { validateGeometry, type LevelGeometry } from "../hair/lattice";
+import type { LevelGeometry } from "../hair/lattice";
 import type { Appearance } from "../hair/appearance";
 import { LevelIndex } from "../hair/level";
 import { appearanceOf, tagOf } from "./appearanceCodec";
@@ -6,20 +6,10 @@ import type { Goodbye } from "./clientMessages";
 import { checkWind, windOf, type Wind } from "./roomMessages";
 import { GroomState, kErrorReasonLast, type ErrorReason } from "../generated/enums";
 import { decodeFrames, type CodedFrame } from "./frameBatch";
+import { readGeometry } from "./geometryTable";
 import type { GroomHash } from "./groomHash";
 import { kGroomBytesMax, kGroomChunkBytesMax, kTickRateMaxHz } from "../generated/limits";
-import {
-  enumOf,
-  hashOf,
-  invalid,
-  kUtf8,
-  levelOf,
-  secretOf,
-  textOf,
-  timeOf,
-  vectorOf,
-  type MessageReader,
-} from "./messageCodec";
+import { enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, type MessageReader } from "./messageCodec";
 
 // What a server says to its client. A message is its interface, its reader below it, and its name in `ServersAlone` and
 // `serverReaders` at the end. schema/PROTOCOL.md states bytes, states and reasons.
@@ -203,19 +193,7 @@ export interface LevelRecord {
 }
 const levelRecord: MessageReader<LevelRecord> = {
   read(from) {
-    const geometry = {
-      lattice: {
-        origin: new Float32Array(vectorOf(from.origin()!)),
-        spacing: new Float32Array(vectorOf(from.spacing()!)),
-        dims: [from.nodeCountX(), from.nodeCountY(), from.nodeCountZ()] as const,
-      },
-      activeNodes: from.activeNodesArray()!.slice(),
-      trimmedNodes: from.trimmedNodesArray()!.slice(),
-      trimmedBegin: from.trimmedBeginArray()!.slice(),
-      trimmedFrom: from.trimmedFromArray()!.slice(),
-      trimmedWeights: from.trimmedWeightsArray()!.slice(),
-    };
-    validateGeometry(geometry);
+    const geometry = readGeometry(from);
     const level: LevelIndex = enumOf(from.level(), LevelIndex.high, LevelIndex.ether, "level of a level record");
     return { groom: hashOf(from.groom()), level, geometry };
   },
