@@ -179,8 +179,8 @@ Pose code_pose(Coder coder) {
   set(Bone::head, coder.any_rotation(Bone::head), head, kHeadJoint);
   const Quat axes = pose.head().rotation;
 
-  const Quat trunk = rounded(coder.rotation(Bone::upper_trunk, axes));
-  const Quat neck = rounded(coder.rotation(Bone::neck, halfway(axes, trunk)));
+  const Quat trunk = coder.rotation(Bone::upper_trunk, axes);
+  const Quat neck = coder.rotation(Bone::neck, halfway(axes, trunk));
   set(Bone::neck, neck, coder.point(Bone::neck, kHeadJoint, axes, head, kBonePositionStep_m), kHeadJoint);
   const Vec3 neck_joint = pose[Bone::neck].point(kNeckJoint);
   set(Bone::upper_trunk, trunk, coder.point(Bone::upper_trunk, kNeckJoint, axes, neck_joint, kBonePositionStep_m),

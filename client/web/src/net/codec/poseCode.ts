@@ -41,8 +41,8 @@ const kUnturned: Rotation = [0, 0, 0, 1];
 export function decodePose(reader: BitReader, pose: Pose): boolean {
   const head = takePoint(reader, { point: kNowhere, axes: kUnturned, stepM: kHeadPositionStepM });
   const axes = setBone(pose, Bone.head, takeAnyRotation(reader), head, kHeadJoint);
-  const trunk = rounded(takeTurn(reader, axes));
-  const neck = rounded(takeTurn(reader, halfway(axes, trunk)));
+  const trunk = takeTurn(reader, axes);
+  const neck = takeTurn(reader, halfway(axes, trunk));
   const near = (point: Vector): Vector => takePoint(reader, { point, axes, stepM: kBonePositionStepM });
   setBone(pose, Bone.neck, neck, near(head), kHeadJoint);
   setBone(pose, Bone.upperTrunk, trunk, near(pointOf(pose, Bone.neck, kNeckJoint)), kNeckJoint);
