@@ -1,6 +1,6 @@
 #include "core/modes/snapshots.hpp"
 
-#include <algorithm>
+#include <cmath>
 
 #include "core/assert.hpp"
 #include "core/modes/training_motion.hpp"
@@ -24,7 +24,7 @@ Snapshots take_snapshots(const Groom& groom, const std::shared_ptr<const LevelSe
                          const ModeTraining& training, const std::function<bool(double)>& keep_going,
                          const ParallelFor& parallel_for) {
   const auto tick_count = static_cast<std::size_t>(training.duration_s / kTick_s);
-  const auto spacing = static_cast<std::size_t>(training.snapshot_s / kTick_s + 0.5);
+  const auto spacing = static_cast<std::size_t>(std::lround(training.snapshot_s / kTick_s));
   HAIRNET_ASSERT(training.motion_count > 0);
   HAIRNET_ASSERT(spacing > 0);
   WorldDef def;
