@@ -46,8 +46,8 @@ export class FrameDispatcher {
     const shown = this.#shown;
     shown.member = frame.member;
     shown.character = decoded.character;
-    shown.level = frame.level;
-    shown.errorClass = frame.errorClass;
+    shown.level = decoded.level;
+    shown.errorClass = decoded.errorClass;
     shown.discontinuous = decoded.discontinuous;
     shown.asleep = frame.asleep;
     shown.lastKnown = false;

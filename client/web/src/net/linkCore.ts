@@ -6,7 +6,7 @@ import { ClockEstimate } from "./clockEstimate";
 import { validatePoseSample } from "./characterMessages";
 import { kMessageMax, validateMessage } from "./clientMessages";
 import { EventQueue } from "./eventQueue";
-import type { FrameSink, LinkEvent } from "./events";
+import type { FrameSink, GroomFetched, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
 import { FrameDispatcher } from "./frameDispatcher";
 import { type Downloads, GroomFetch } from "./groomFetch";
@@ -334,10 +334,10 @@ export class LinkCore {
         return this.#push({ type: "levelReceived", groom, level, geometry: this.#members.addLevel(message) });
       }
       case "groomBasis":
-        return; // nobody asks for coefficients yet
+        return this.#onGroomBasis(message);
       case "groomData": {
         const fetched = this.#fetch.take(message);
-        return fetched ? this.#push(fetched) : undefined;
+        return fetched ? this.#onFetched(fetched) : undefined;
       }
       case "frameBatch":
         return this.#onFrameBatch(message, nowNs);
@@ -348,6 +348,20 @@ export class LinkCore {
       default:
         return this.#lose(GoodbyeReason.protocolError, "the server sent a message that only clients send", nowNs);
     }
+  }
+
+  #onGroomBasis(message: m.GroomBasis): void {
+    const request = this.#members.bases.announce(message) ? this.#fetch.request(message.basis) : null;
+    if (request) this.#enqueue(request);
+  }
+
+  #onFetched(fetched: GroomFetched): void {
+    const groom = this.#members.bases.groomOf(fetched.hash);
+    if (groom === null) return this.#push(fetched);
+    const fault = this.#members.bases.take(groom, fetched);
+    if (fault === "") return;
+    const detail = `its basis cannot be used: ${fault}`;
+    this.#push({ type: "error", reason: ErrorReason.groomInvalid, character: 0, groom, detail });
   }
 
   #hello(): m.Hello {
@@ -503,7 +517,7 @@ export class LinkCore {
       if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
       if (decoded.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
       if (decoded.outcome !== "decoded") continue;
-      if (decoded.character !== 0 && frame.level !== LevelIndex.rigid) {
+      if (decoded.character !== 0 && decoded.level !== LevelIndex.rigid) {
         // The server has a lattice of it.
         this.#lastKnown.drop(decoded.character);
         this.#requested.forgetState(decoded.character);

@@ -4,6 +4,7 @@ import { ErrorClass, LevelIndex, kStepsM } from "../hair/level";
 import type { Pose } from "../hair/pose";
 import { poseFault, rigidPose } from "../hair/pose";
 import { isSameAppearance, type Appearance } from "../hair/appearance";
+import { Bases, kBasisErrorClass } from "./bases";
 import { decodeFrame } from "./codec/decodeFrame";
 import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
 import type { GroomHash } from "./groomHash";
@@ -22,6 +23,7 @@ class HistoryEntry {
   tick = 0;
   level = LevelIndex.rigid;
   errorClass = ErrorClass.halfMm;
+  geometry: LevelGeometry | null = null;
   readonly integers = new FrameIntegers();
 }
 
@@ -67,6 +69,9 @@ export interface DecodedFrame {
   /** of a decoded frame; until the next frame of the member */
   integers: FrameIntegers | null;
   pose: Pose | null;
+  /** of the geometry; the finest for frames of coefficients */
+  level: LevelIndex;
+  errorClass: ErrorClass;
   /** of a decoded frame's level; null: rigid */
   geometry: LevelGeometry | null;
 }
@@ -76,6 +81,7 @@ export interface DecodedFrame {
  * decoded.
  */
 export class Members {
+  readonly bases = new Bases();
   readonly #members = new Map<number, Member>();
   readonly #catalog = new LevelCatalog();
   readonly #levels = new Map<string, KnownLevel>();
@@ -87,6 +93,8 @@ export class Members {
     character: 0,
     integers: null,
     pose: null,
+    level: LevelIndex.rigid,
+    errorClass: ErrorClass.halfMm,
     geometry: null,
   };
 
@@ -165,8 +173,7 @@ export class Members {
     if (!found) return null;
     const member = found[1];
     const last = member.history[member.newest];
-    const known = member.levels[last.level];
-    if (!last.valid || last.integers.nodes.length === 0 || !known) return null;
+    if (!last.valid || last.integers.nodes.length === 0 || !last.geometry) return null;
     return {
       groom: member.groom,
       errorClass: last.errorClass,
@@ -176,7 +183,7 @@ export class Members {
         displacements: last.integers.nodes.slice(),
         velocities: last.integers.velocities.slice(),
       },
-      geometry: known.geometry,
+      geometry: last.geometry,
     };
   }
 
@@ -224,6 +231,7 @@ export class Members {
   dropAll(): number[] {
     this.markAllUnconfirmed();
     this.#levels.clear();
+    this.bases.clear();
     return this.dropUnconfirmed();
   }
 
@@ -247,6 +255,35 @@ export class Members {
   }
 
   #decode(member: Member, frame: CodedFrame, tick: number, decoded: DecodedFrame): boolean {
+    const slot = (member.newest + 1) % kSlotCount;
+    const next = member.history[slot];
+    next.valid = false;
+    const isDecoded = frame.coefficients
+      ? this.#decodeCoefficients(member, frame, next)
+      : this.#decodeNodes(member, frame, tick, next);
+    if (!isDecoded || poseFault(member.pose)) return false;
+    next.valid = true;
+    next.tick = tick;
+    member.newest = slot;
+    decoded.integers = next.integers;
+    decoded.pose = member.pose;
+    decoded.level = next.level;
+    decoded.errorClass = next.errorClass;
+    decoded.geometry = next.geometry;
+    return true;
+  }
+
+  #decodeCoefficients(member: Member, frame: CodedFrame, entry: HistoryEntry): boolean {
+    const isRigid = frame.level === LevelIndex.rigid;
+    const geometry = this.bases.decode(member.groom, frame.content, isRigid, entry.integers, member.pose);
+    if (geometry === undefined) return false;
+    entry.level = geometry ? LevelIndex.high : LevelIndex.rigid;
+    entry.errorClass = kBasisErrorClass;
+    entry.geometry = geometry;
+    return true;
+  }
+
+  #decodeNodes(member: Member, frame: CodedFrame, tick: number, entry: HistoryEntry): boolean {
     const level = frame.level === LevelIndex.rigid ? null : this.#levelOf(member, frame.level);
     if (level === undefined) return false;
     const numbers = level ? 3 * level.geometry.activeNodes.length : 0;
@@ -258,21 +295,13 @@ export class Members {
       if (!past.valid || past.tick !== expected || past.integers.nodes.length !== numbers) return false;
       history.push(past.integers);
     }
-    const slot = (member.newest + 1) % kSlotCount;
-    const next = member.history[slot];
-    next.valid = false;
-    if (!decodeFrame(frame.content, history, frame.order, level?.neighbours ?? null, frame.velocities, next.integers))
+    const { integers } = entry;
+    if (!decodeFrame(frame.content, history, frame.order, level?.neighbours ?? null, frame.velocities, integers))
       return false;
-    dequantisePose(next.integers.bones, member.pose);
-    if (poseFault(member.pose)) return false;
-    next.valid = true;
-    next.tick = tick;
-    next.level = frame.level;
-    next.errorClass = frame.errorClass;
-    member.newest = slot;
-    decoded.integers = next.integers;
-    decoded.pose = member.pose;
-    decoded.geometry = level?.geometry ?? null;
+    dequantisePose(integers.bones, member.pose);
+    entry.level = frame.level;
+    entry.errorClass = frame.errorClass;
+    entry.geometry = level?.geometry ?? null;
     return true;
   }
 

@@ -2,7 +2,16 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import WebSocket from "ws";
-import { Link, LevelIndex, LatticeBlend, Playout, decodeGroom, rigidPose } from "../../src/index";
+import {
+  ErrorClass,
+  Link,
+  LevelIndex,
+  LatticeBlend,
+  ObserveMode,
+  Playout,
+  decodeGroom,
+  rigidPose,
+} from "../../src/index";
 import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
 import { addCharacter } from "../support/linkCoreDriver";
 import { Server, findServer } from "../support/server";
@@ -152,4 +161,59 @@ describe.skipIf(program === null)("with a server", () => {
       last = sample.pose.slice();
     }
   }
+});
+
+// Coefficients become nodes of one lattice, whatever the level.
+describe.skipIf(program === null)("with a server that finds modes", () => {
+  const server = new Server(program!, ["--modes", "on"]);
+  const clients: Client[] = [];
+  beforeAll(() => server.start());
+  afterAll(async () => {
+    for (const client of clients) client.stop();
+    await server.dispose();
+  });
+
+  it("frames of coefficients move hair, on every level and over a broken line", async () => {
+    const file = readFileSync(join(vectorFolder, "bob.groom"));
+    const client = new Client(server.port, "owner");
+    clients.push(client);
+    await client.link.connect();
+    const { core } = client.link;
+    const hash = core.offerGroom(file);
+    core.send(addCharacter(1, hash, LevelIndex.high));
+    core.send({
+      type: "observe",
+      mode: ObserveMode.all,
+      count: 0,
+      radiusM: 0,
+      from: null,
+      members: [],
+      errorClass: ErrorClass.halfMm,
+      stride: 1,
+      velocities: false,
+      errorM: 0.0005,
+    });
+    client.stream();
+    const moves = ({ frame }: { frame: Frame }) => frame.displacements.some((integer) => Math.abs(integer) > 8);
+    const isOfBasis = ({ frame }: { frame: Frame }) =>
+      frame.level === LevelIndex.high && frame.errorClass === ErrorClass.quarterMm;
+    const seen = () => client.frames.filter((each) => isOfBasis(each) && moves(each));
+    await until("hair moves", () => seen().length > 30);
+    const { geometry } = seen()[0].frame;
+    expect(geometry!.lattice.dims).toEqual([10, 10, 10]);
+
+    core.send({ type: "setLevel", character: 1, level: LevelIndex.low });
+    const before = client.frames.length;
+    await until("the low level moves it, too", () => client.frames.length > before + 60);
+    for (const each of client.frames.slice(before)) expect(isOfBasis(each)).toBe(true);
+
+    client.socket!.terminate();
+    await until("it comes back", () => client.of("connected").length === 2);
+    const after = client.frames.length;
+    await until("hair moves again", () => client.frames.slice(after).filter(moves).length > 30);
+    // The basis that was here is used again.
+    expect(client.frames.at(-1)!.frame.geometry).toBe(geometry);
+    expect(client.link.counters).toMatchObject({ framesUndecodable: 0 });
+    expect(client.of("error")).toEqual([]);
+  });
 });
