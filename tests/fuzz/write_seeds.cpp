@@ -6,6 +6,8 @@
 
 #include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
+#include "schema/codec/frame_code.hpp"
+#include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
 #include "schema/wire/messages.hpp"
@@ -141,16 +143,44 @@ void add_file_seeds(Folder& grooms, Folder& levels, Folder& recordings) {
   }
 }
 
+void add_mode_seeds(Folder& frames, Folder& bases) {
+  wire::RandomMessages random(5);
+  wire::HairBasis hair;
+  hair.geometry = random.geometry();
+  hair.basis.node_count = hair.geometry.active_nodes.size();
+  for (int k = 0; k < 64; ++k) {
+    hair.basis.deviation_m.push_back(0.2f / static_cast<float>(1 + k));
+    if (k >= 8) continue;
+    hair.basis.unit.push_back(1e-3f);
+    for (std::size_t i = 0; i < 3 * hair.basis.node_count; ++i)
+      hair.basis.modes.push_back(static_cast<std::int16_t>(random.integer(0, 2000)));
+  }
+  const codec::CoefficientCode code(hair.basis.deviation_m);
+  for (unsigned step = 0; step < codec::kStepCount; step += 3) {
+    std::vector<float> coefficients;
+    for (const float deviation : hair.basis.deviation_m)
+      coefficients.push_back(deviation * static_cast<float>(random.real(-1, 1)));
+    codec::EncodedFrame frame;
+    codec::encode_frame(random.pose(), &code, coefficients, step, frame);
+    frames.add(frame.bytes);
+  }
+  hair.basis.deviation_m.resize(8);
+  bases.add(wire::unpack(wire::encode_basis(hair.geometry, hair.basis), wire::kPackedBasis).value());
+}
+
 int write_seeds(const std::filesystem::path& root) {
   Folder codec(root / "frame_codec"), packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
   Folder tokens(root / "token"), links(root / "link_core");
+  Folder frames(root / "frame_code"), bases(root / "basis_file");
   add_codec_seeds(codec);
   add_packet_seeds(packets, streams);
   add_file_seeds(grooms, levels, recordings);
   add_token_seeds(tokens);
   add_link_seeds(links);
-  for (const Folder* folder : {&codec, &packets, &streams, &grooms, &levels, &recordings, &tokens, &links})
+  add_mode_seeds(frames, bases);
+  for (const Folder* folder :
+       {&codec, &packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases})
     if (folder->failed()) return 1;
   return 0;
 }
