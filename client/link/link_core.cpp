@@ -329,7 +329,7 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
     members_due_ns_ = now_ns + kMembersResendWait_ns;
   } else {
     tell_left(members_.drop_all());
-    bases_.clear();
+    for (const wire::GroomHash& file : members_.bases().clear()) fetch_.refuse(file);
   }
   resend_all(resumed);
 }
@@ -419,26 +419,18 @@ void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
   push(std::move(known));
 }
 
-// The same basis is announced again over each connection.
 void LinkCore::on(wire::GroomBasis& announced, std::int64_t) {
-  wire::GroomHash& known = bases_[announced.groom];
-  if (known == announced.basis) return;
-  known = announced.basis;
-  if (const auto request = fetch_.request(announced.basis)) enqueue(*request);
+  members_.bases().announce(announced);
 }
 
 void LinkCore::on(wire::GroomData& data, std::int64_t) {
   std::optional<GroomFetched> fetched = fetch_.take(data);
   if (!fetched) return;
-  const auto basis = std::ranges::find(bases_, fetched->hash, [](const auto& known) { return known.second; });
-  if (basis == bases_.end()) return push(std::move(*fetched));
-  std::string fault = std::move(fetched->fault);
-  if (fetched->bytes) {
-    Result<wire::HairBasis> decoded = wire::decode_basis(*fetched->bytes);
-    if (decoded) return members_.add_basis(basis->first, std::move(*decoded));
-    fault = decoded.error();
-  }
-  push(wire::Error{wire::ErrorReason::groom_invalid, 0, basis->first, "its basis cannot be used: " + fault});
+  const std::optional<wire::GroomHash> groom = members_.bases().groom_of(fetched->hash);
+  if (!groom) return push(std::move(*fetched));
+  std::string fault = members_.bases().take(*groom, *fetched);
+  if (!fault.empty())
+    push(wire::Error{wire::ErrorReason::groom_invalid, 0, *groom, "its basis cannot be used: " + fault});
 }
 
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
@@ -452,6 +444,7 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
     counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;
     if (decoded.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
       keyframes.members.push_back(frame.member);
+    if (decoded.wants_basis) request_groom(*decoded.wants_basis);
     if (decoded.outcome != Members::Outcome::unknown)
       dispatch({batch.tick, batch.sample_time_ns, frame, decoded}, events, now_ns);
   }
@@ -503,6 +496,7 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   const bool may_be_fetch =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
   const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
+  if (ends_fetch && members_.bases().groom_of(error.groom)) return;  // frames that need it ask again
   if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
     requested_.on_refused(error.groom);

@@ -181,7 +181,6 @@ class LinkCore {
   LastKnownHair last_known_;
   ImportanceReporter importance_;
   GroomFetch fetch_;
-  std::map<wire::GroomHash, wire::GroomHash> bases_;  // of grooms: the hash of the basis that was announced
   FrameSink* sink_ = nullptr;
   EventQueue events_;
   LinkCounters counters_;

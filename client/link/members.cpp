@@ -70,10 +70,6 @@ std::shared_ptr<const LevelGeometry> Members::add_level(wire::LevelRecord record
   return {known, &known->geometry};
 }
 
-void Members::add_basis(const wire::GroomHash& groom, wire::HairBasis basis) {
-  bases_[groom] = std::make_shared<const KnownBasis>(std::move(basis));
-}
-
 // Hashes the number, so that the choice does not depend on the order of arrival.
 bool Members::decodes(std::uint32_t number) const {
   if (decode_share_ >= 1) return true;
@@ -103,6 +99,7 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
     decoded.outcome = Outcome::skipped;
     return decoded;
   }
+  if (frame.coefficients) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
   if (decode(member, frame, tick, decoded)) {
     decoded.outcome = Outcome::decoded;
     member.discontinuity_pending = member.keyframe_asked = false;
@@ -137,8 +134,7 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
 // While the basis is on its way, the hair is shown at rest.
 bool Members::decode_coefficients(const Member& member, const wire::Frame& frame, HistoryEntry& entry,
                                   Pose& pose) const {
-  const auto found = bases_.find(member.groom);
-  const KnownBasis* basis = found == bases_.end() ? nullptr : found->second.get();
+  const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
   codec::DecodedFrame coded;
   if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, coded)) return false;
   pose = coded.pose;
@@ -147,7 +143,7 @@ bool Members::decode_coefficients(const Member& member, const wire::Frame& frame
   entry.integers.velocities.clear();
   entry.level = rigid ? LevelIndex::rigid : LevelIndex::high;
   entry.error_class = codec::ErrorClass::quarter_mm;
-  entry.geometry = rigid ? nullptr : std::shared_ptr<const LevelGeometry>(found->second, &basis->hair.geometry);
+  entry.geometry = rigid ? nullptr : std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry);
   if (rigid) return true;
   std::vector<Vec3f> displacements(basis->hair.basis.node_count);
   displacements_of(basis->hair.basis, coded.coefficients, displacements);
@@ -192,9 +188,9 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   HAIRNET_ASSERT(last.level != LevelIndex::rigid && last.geometry);
   // The server may have sent another geometry, or another basis, after the frame.
   const std::shared_ptr<const KnownLevel>& level = member.levels[static_cast<std::size_t>(last.level)];
-  const auto basis = bases_.find(member.groom);
-  const bool is_current = (level && &level->geometry == last.geometry.get()) ||
-                          (basis != bases_.end() && &basis->second->hair.geometry == last.geometry.get());
+  const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
+  const bool is_current =
+      (level && &level->geometry == last.geometry.get()) || (basis && &basis->hair.geometry == last.geometry.get());
   if (!is_current) return std::nullopt;
   return HairSnapshot{member.groom,
                       last.error_class,
@@ -237,7 +233,6 @@ std::vector<std::uint32_t> Members::drop_unconfirmed() {
 std::vector<std::uint32_t> Members::drop_all() {
   mark_all_unconfirmed();
   levels_.clear();
-  bases_.clear();
   return drop_unconfirmed();
 }
 

@@ -10,12 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "client/link/bases.hpp"
 #include "client/link/last_known_hair.hpp"
 #include "client/link/level_catalog.hpp"
 #include "core/assert.hpp"
-#include "schema/codec/frame_code.hpp"
 #include "schema/codec/frame_codec.hpp"
-#include "schema/wire/basis_file.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -40,8 +39,7 @@ class Members {
   bool leave(std::uint32_t member);
   void remove_own(std::uint32_t character);  // if there is such a character
   std::shared_ptr<const LevelGeometry> add_level(wire::LevelRecord record);
-  // Frames of the groom that carry coefficients can be decoded from now on.
-  void add_basis(const wire::GroomHash& groom, wire::HairBasis basis);
+  Bases& bases() { return bases_; }
 
   enum class Outcome : std::uint8_t {
     decoded,
@@ -53,6 +51,7 @@ class Members {
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
     bool wants_keyframe = false;
+    std::optional<wire::GroomHash> wants_basis;      // the file of a basis that the frame lacks
     bool discontinuous = false;                      // the frame's own mark, or that of an earlier undecodable frame
     std::uint32_t character = 0;                     // this client's own number; 0: another client's character
     const codec::FrameIntegers* integers = nullptr;  // of a decoded frame; valid until the next frame of the member
@@ -82,12 +81,6 @@ class Members {
  private:
   // Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
   static constexpr std::size_t kSlotCount = codec::kHistoryMax + 1;
-  // The data for decoding coefficients of a groom.
-  struct KnownBasis {
-    explicit KnownBasis(wire::HairBasis b) : hair(std::move(b)), code(hair.basis.deviation_m) {}
-    wire::HairBasis hair;
-    codec::CoefficientCode code;
-  };
   struct HistoryEntry {
     bool valid = false;
     std::uint64_t tick = 0;
@@ -124,7 +117,7 @@ class Members {
   double decode_share_;
   std::unordered_map<std::uint32_t, Member> members_;
   std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const KnownLevel>> levels_;
-  std::map<wire::GroomHash, std::shared_ptr<const KnownBasis>> bases_;  // by groom
+  Bases bases_;
 };
 
 }  // namespace hairnet::link

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/assert.hpp"
+#include "core/geometry/rounded_to_float.hpp"
 
 namespace hairnet {
 namespace {
@@ -11,10 +12,6 @@ namespace {
 constexpr double kTeleportSpeed_m_per_s = 25;
 constexpr double kTeleportTurn_deg_per_s = 2500;
 constexpr double kUnitTolerance = 1e-3;
-
-double to_float(double x) {
-  return static_cast<double>(static_cast<float>(x));
-}
 
 }  // namespace
 
@@ -42,8 +39,8 @@ bool is_valid(const Pose& pose) {
 Pose rounded_to_wire(const Pose& pose) {
   Pose out;
   for (std::size_t i = 0; i < kBoneCount; ++i) {
-    out.bones[i].rotation.coeffs() = pose.bones[i].rotation.coeffs().unaryExpr(&to_float);
-    out.bones[i].position = pose.bones[i].position.unaryExpr(&to_float);
+    out.bones[i].rotation.coeffs() = pose.bones[i].rotation.coeffs().unaryExpr(&rounded_to_float);
+    out.bones[i].position = pose.bones[i].position.unaryExpr(&rounded_to_float);
   }
   return out;
 }

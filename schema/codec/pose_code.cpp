@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/assert.hpp"
+#include "core/geometry/rounded_to_float.hpp"
 #include "schema/codec/golomb.hpp"
 #include "schema/limits.hpp"
 
@@ -24,16 +25,10 @@ static_assert(kHeadBits + (kBoneCount - 1) * kBoneBits <= 8 * kPoseBytesMax);
 const Vec3 kHeadJoint(0, 0, 0), kNeckJoint(0, -0.10, -0.02), kLeftJoint(0.03, -0.16, -0.01),
     kRightJoint(-0.03, -0.16, -0.01);
 
-// Rounds so that both ends have the same bits. Volatile: where g++ 12 vectorises this, it leaves the rounding out.
-double to_float_and_back(double x) {
-  const volatile float rounded = static_cast<float>(x);
-  return static_cast<double>(rounded);
-}
-
 Quat rounded(const Quat& q) {
   const Quat unit = q.normalized();
-  return {to_float_and_back(unit.w()), to_float_and_back(unit.x()), to_float_and_back(unit.y()),
-          to_float_and_back(unit.z())};
+  return {rounded_to_float(unit.w()), rounded_to_float(unit.x()), rounded_to_float(unit.y()),
+          rounded_to_float(unit.z())};
 }
 
 Integers to_integers(const Vec3& x, double step) {
@@ -172,8 +167,7 @@ Pose code_pose(Coder coder) {
   const auto set = [&pose](Bone bone, const Quat& rotation, const Vec3& point, const Vec3& joint) {
     const Quat q = rounded(rotation);
     const Vec3 position = point - q * joint;
-    pose[bone] = {q,
-                  {to_float_and_back(position.x()), to_float_and_back(position.y()), to_float_and_back(position.z())}};
+    pose[bone] = {q, {rounded_to_float(position.x()), rounded_to_float(position.y()), rounded_to_float(position.z())}};
   };
   const Vec3 head = coder.point(Bone::head, kHeadJoint, Quat::Identity(), Vec3::Zero(), kHeadPositionStep_m);
   set(Bone::head, coder.any_rotation(Bone::head), head, kHeadJoint);

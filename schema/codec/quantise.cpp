@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/assert.hpp"
+#include "core/geometry/rounded_to_float.hpp"
 #include "schema/codec/frame_codec.hpp"
 #include "schema/limits.hpp"
 
@@ -60,15 +61,12 @@ Quaternion quantise_rotation(const Quat& rotation) {
   return out;
 }
 
-double as_float(double x) {
-  return static_cast<double>(static_cast<float>(x));
-}
-
 Quat dequantise_rotation(const std::int32_t* integers) {
   const Quat q(integers[3], integers[0], integers[1], integers[2]);
   const double norm = std::sqrt(q.x() * q.x() + q.y() * q.y() + q.z() * q.z() + q.w() * q.w());
   if (!(norm > 0)) return Quat::Identity();
-  return Quat(as_float(q.w() / norm), as_float(q.x() / norm), as_float(q.y() / norm), as_float(q.z() / norm));
+  return Quat(rounded_to_float(q.w() / norm), rounded_to_float(q.x() / norm), rounded_to_float(q.y() / norm),
+              rounded_to_float(q.z() / norm));
 }
 
 // Finds integers whose rotation quantises to the same integers again: rounding leaves a length that is not exactly 1,
@@ -105,7 +103,8 @@ void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& o
     HAIRNET_ASSERT(position.cwiseAbs().maxCoeff() <= wire::kPositionMax_m);
     for (int c = 0; c < 3; ++c) {
       // Far from the origin a float is coarser than a step.
-      const double steps = as_float(to_integer(position[c] / kPositionStep_m) * kPositionStep_m) / kPositionStep_m;
+      const double steps =
+          rounded_to_float(to_integer(position[c] / kPositionStep_m) * kPositionStep_m) / kPositionStep_m;
       integers[c] = to_integer(steps);
     }
     const Quaternion rotation = settled(quantise_rotation(side < 0 ? Quat(-q.w(), -q.x(), -q.y(), -q.z()) : q));
@@ -117,7 +116,7 @@ Pose dequantise_pose(const FrameIntegers& integers) {
   Pose pose;
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     const std::int32_t* from = integers.bones.data() + kIntegersPerBone * bone;
-    for (int c = 0; c < 3; ++c) pose.bones[bone].position[c] = as_float(from[c] * kPositionStep_m);
+    for (int c = 0; c < 3; ++c) pose.bones[bone].position[c] = rounded_to_float(from[c] * kPositionStep_m);
     pose.bones[bone].rotation = dequantise_rotation(from + 3);
   }
   HAIRNET_VALIDATE(is_valid(pose));  // for any integers

@@ -10,7 +10,7 @@
 #include "core/assert.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/parallel_for.hpp"
-#include "schema/codec/frame_code.hpp"
+#include "schema/codec/coefficient_frame.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/simulation.hpp"
 #include "server/tick/tick_counters.hpp"

@@ -16,7 +16,7 @@
 #include "core/modes/hair_metric.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/world/world.hpp"
-#include "schema/codec/frame_code.hpp"
+#include "schema/codec/coefficient_frame.hpp"
 #include "tests/fidelity/depth_in_skin.hpp"
 #include "tests/fidelity/strand_sample.hpp"
 #include "tests/fidelity/write_json.hpp"

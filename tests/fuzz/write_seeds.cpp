@@ -6,7 +6,7 @@
 
 #include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
-#include "schema/codec/frame_code.hpp"
+#include "schema/codec/coefficient_frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
@@ -172,7 +172,7 @@ int write_seeds(const std::filesystem::path& root) {
   Folder codec(root / "frame_codec"), packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
   Folder tokens(root / "token"), links(root / "link_core");
-  Folder frames(root / "frame_code"), bases(root / "basis_file");
+  Folder frames(root / "coefficient_frame"), bases(root / "basis_file");
   add_codec_seeds(codec);
   add_packet_seeds(packets, streams);
   add_file_seeds(grooms, levels, recordings);

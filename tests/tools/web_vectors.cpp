@@ -118,7 +118,7 @@ int write_all(const std::filesystem::path& folder) {
       write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
       write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
       write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&
-      write(folder, "drawing.json", drawing_cases()) && write(folder, "frame_code.json", frame_code_cases()) &&
+      write(folder, "drawing.json", drawing_cases()) && write(folder, "coefficient_frame.json", frame_code_cases()) &&
       write(folder, "basis.json", basis_cases()) && write(folder, "bob.groom", std::as_bytes(std::span(groom)));
   return done ? 0 : 1;
 }

@@ -444,6 +444,14 @@ class ReceivingCoefficients : public Receiving {
     d.send(wire::GroomData{
         hash_, file_.size(), offset, {file_.begin() + static_cast<std::ptrdiff_t>(offset), file_.end()}});
   }
+  // Announces the basis, lets a frame ask for it, and sends it.
+  void fetch() {
+    announce();
+    send_coefficients(10, c_);
+    d.take_all();
+    d.events<FrameBatch>();
+    send_basis();
+  }
   void send_coefficients(std::uint64_t tick, const std::vector<float>& c, std::size_t count = 12) {
     const codec::CoefficientCode code(hair_.basis.deviation_m);
     codec::EncodedFrame coded;
@@ -471,10 +479,9 @@ class ReceivingCoefficients : public Receiving {
 
 TEST_F(ReceivingCoefficients, move_the_nodes_of_the_basis_once_it_is_here) {
   announce();
-  const auto request = d.expect<wire::GroomRequest>();
-  EXPECT_EQ(request.hash, hash_);
   send_coefficients(10, c_);
   Frame frame = only_frame();  // until then hair is at rest
+  EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_);
   EXPECT_EQ(frame.level, LevelIndex::rigid);
   EXPECT_NEAR(frame.pose.head().position.y(), 2, 1e-4);
   send_basis();
@@ -490,31 +497,54 @@ TEST_F(ReceivingCoefficients, move_the_nodes_of_the_basis_once_it_is_here) {
 }
 
 TEST_F(ReceivingCoefficients, that_were_cut_off_are_a_coarser_hair) {
-  announce();
-  send_basis();
-  send_coefficients(10, c_, 3);
+  fetch();
+  send_coefficients(11, c_, 3);
   EXPECT_EQ(only_frame().level, LevelIndex::high);
 }
 
 TEST_F(ReceivingCoefficients, of_a_basis_that_is_announced_again_need_no_second_copy) {
+  fetch();
   announce();
-  d.take_all();
-  send_basis();
-  announce();
+  send_coefficients(11, c_);
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
+  EXPECT_EQ(only_frame().level, LevelIndex::high);
 }
 
-TEST_F(ReceivingCoefficients, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say_why) {
+TEST_F(ReceivingCoefficients, ask_again_for_a_basis_that_was_refused_but_not_at_once) {
+  announce();
+  send_coefficients(10, c_);
+  d.take_all();
+  d.send(wire::Error{wire::ErrorReason::limit_exceeded, 0, hash_, "too many grooms are asked for at once"});
+  EXPECT_THAT(d.events<wire::Error>(), testing::IsEmpty());
+  send_coefficients(11, c_);
+  EXPECT_THAT(d.take_all(), testing::IsEmpty());
+  d.pass(2500 * kMs);
+  d.take_all();
+  send_coefficients(12, c_);
+  EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_);
+}
+
+TEST_F(ReceivingCoefficients, are_not_decoded_with_an_older_basis) {
+  fetch();
+  d.send(wire::GroomBasis{hash_of(2), hash_of(77)});
+  send_coefficients(11, c_);
+  EXPECT_EQ(only_frame().level, LevelIndex::rigid);
+  EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_of(77));
+}
+
+TEST_F(ReceivingCoefficients, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say_why_once) {
   file_[file_.size() / 2] ^= 0x55;
   hash_ = wire::hash_groom(file_);
-  announce();
-  send_basis();
+  fetch();
   const std::vector<wire::Error> errors = d.events<wire::Error>();
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_EQ(errors[0].groom, hash_of(2));
   EXPECT_THAT(errors[0].detail, testing::HasSubstr("its basis cannot be used"));
-  send_coefficients(10, c_);
+  d.pass(5000 * kMs);
+  d.take_all();
+  send_coefficients(11, c_);
   EXPECT_EQ(only_frame().level, LevelIndex::rigid);
+  EXPECT_THAT(d.take_all(), testing::IsEmpty());
 }
 
 TEST(LevelCatalog, cores_that_receive_the_same_record_share_one_copy) {

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "core/ffd/deform.hpp"
-#include "schema/codec/frame_code.hpp"
+#include "schema/codec/coefficient_frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 

@@ -5,7 +5,7 @@ import type { LevelGeometry } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
 import { decodeBasis, type HairBasis } from "./basisFile";
 import { CoefficientCode } from "./codec/coefficientCode";
-import { decodeFrameCode } from "./codec/frameCode";
+import { decodeCoefficientFrame } from "./codec/coefficientFrame";
 import type { FrameIntegers } from "./codec/frameIntegers";
 import type { GroomFetched } from "./events";
 import type { GroomHash } from "./groomHash";
@@ -14,41 +14,65 @@ import type { GroomBasis } from "./messages";
 /** The error class of nodes that come from coefficients. */
 export const kBasisErrorClass = ErrorClass.quarterMm;
 
+// Between two requests for one basis: a server that sends too much already refuses.
+const kAskAgainNs = 2e9;
+
 interface KnownBasis extends HairBasis {
   readonly code: CoefficientCode;
   /** room for one frame */
   readonly displacements: Float32Array;
 }
 
+interface Entry {
+  readonly file: GroomHash;
+  basis: KnownBasis | null;
+  isUnusable: boolean;
+  askedNs: number;
+}
+
 /** The bases of grooms, as the server announced them and as they have arrived; they turn coefficients into nodes. */
 export class Bases {
-  /** hashes of the files, by groom */
-  readonly #announced = new Map<GroomHash, GroomHash>();
-  readonly #known = new Map<GroomHash, KnownBasis>();
+  /** by groom */
+  readonly #entries = new Map<GroomHash, Entry>();
 
-  /** Whether its file is to be fetched: the same basis is announced again over each connection. */
-  announce({ groom, basis }: GroomBasis): boolean {
-    if (this.#announced.get(groom) === basis) return false;
-    this.#announced.set(groom, basis);
-    return true;
+  /**
+   * The server announces the same basis again over each connection. Another one replaces the basis that is here: its
+   * coefficients mean other shapes.
+   */
+  announce({ groom, basis }: GroomBasis): void {
+    if (this.#entries.get(groom)?.file === basis) return;
+    this.#entries.set(groom, { file: basis, basis: null, isUnusable: false, askedNs: -Infinity });
+  }
+
+  /**
+   * The file to ask for, once a frame needs it; null while the basis is here, cannot be used, was not announced, or was
+   * asked for a moment ago.
+   */
+  wanted(groom: GroomHash, nowNs: number): GroomHash | null {
+    const entry = this.#entries.get(groom);
+    if (!entry || entry.basis || entry.isUnusable || nowNs - entry.askedNs < kAskAgainNs) return null;
+    entry.askedNs = nowNs;
+    return entry.file;
   }
 
   /** The groom whose basis the file of this hash is; null: of none. */
   groomOf(file: GroomHash): GroomHash | null {
-    for (const [groom, basis] of this.#announced) if (basis === file) return groom;
+    for (const [groom, entry] of this.#entries) if (entry.file === file) return groom;
     return null;
   }
 
-  /** Returns why the basis cannot be used; empty: it can. */
+  /** Takes the file of an announced basis. Returns why it cannot be used; empty: it can. */
   take(groom: GroomHash, { bytes, fault }: GroomFetched): string {
     if (!bytes) return fault;
+    const entry = this.#entries.get(groom)!;
     try {
       const { geometry, basis } = decodeBasis(bytes);
       const displacements = new Float32Array(3 * basis.nodeCount);
-      this.#known.set(groom, { geometry, basis, code: new CoefficientCode(basis.deviationM), displacements });
+      entry.basis = { geometry, basis, code: new CoefficientCode(basis.deviationM), displacements };
       return "";
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
+      entry.isUnusable = true;
       return error.message;
     }
   }
@@ -64,8 +88,8 @@ export class Bases {
     integers: FrameIntegers,
     pose: Pose,
   ): LevelGeometry | null | undefined {
-    const known = this.#known.get(groom);
-    const coded = decodeFrameCode(content, known?.code ?? null);
+    const known = this.#entries.get(groom)?.basis;
+    const coded = decodeCoefficientFrame(content, known?.code ?? null);
     if (!coded) return undefined;
     pose.set(coded.pose);
     if (!known || isRigid) {
@@ -80,8 +104,10 @@ export class Bases {
     return known.geometry;
   }
 
-  clear(): void {
-    this.#announced.clear();
-    this.#known.clear();
+  /** The session is lost. Returns the files that were announced. */
+  clear(): GroomHash[] {
+    const files = [...this.#entries.values()].map((entry) => entry.file);
+    this.#entries.clear();
+    return files;
   }
 }

@@ -334,7 +334,7 @@ export class LinkCore {
         return this.#push({ type: "levelReceived", groom, level, geometry: this.#members.addLevel(message) });
       }
       case "groomBasis":
-        return this.#onGroomBasis(message);
+        return this.#members.bases.announce(message);
       case "groomData": {
         const fetched = this.#fetch.take(message);
         return fetched ? this.#onFetched(fetched) : undefined;
@@ -348,11 +348,6 @@ export class LinkCore {
       default:
         return this.#lose(GoodbyeReason.protocolError, "the server sent a message that only clients send", nowNs);
     }
-  }
-
-  #onGroomBasis(message: m.GroomBasis): void {
-    const request = this.#members.bases.announce(message) ? this.#fetch.request(message.basis) : null;
-    if (request) this.#enqueue(request);
   }
 
   #onFetched(fetched: GroomFetched): void {
@@ -454,6 +449,7 @@ export class LinkCore {
       this.#membersDueNs = nowNs + kMembersResendWaitNs;
     } else {
       this.#tellLeft(this.#members.dropAll());
+      for (const file of this.#members.bases.clear()) this.#fetch.refuse(file);
     }
     this.#resendAll(resumed);
   }
@@ -516,6 +512,7 @@ export class LinkCore {
       if (decoded.outcome === "unknown") ++this.#counters.framesUnknown;
       if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
       if (decoded.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
+      if (decoded.wantsBasis) this.requestGroom(decoded.wantsBasis);
       if (decoded.outcome !== "decoded") continue;
       if (decoded.character !== 0 && decoded.level !== LevelIndex.rigid) {
         // The server has a lattice of it.
@@ -533,6 +530,7 @@ export class LinkCore {
     const { reason, groom, character } = error;
     const mayBeFetch = reason === ErrorReason.groomUnavailable || reason === ErrorReason.limitExceeded;
     const endsFetch = mayBeFetch && groom !== null && this.#fetch.refuse(groom);
+    if (endsFetch && this.#members.bases.groomOf(groom) !== null) return; // frames that need it ask again
     if (!endsFetch && groom !== null && endsUpload(error)) {
       this.#uploads.drop(groom);
       this.#requested.onRefused(groom);

@@ -62,6 +62,8 @@ export interface DecodedFrame {
    */
   outcome: "decoded" | "undecodable" | "unknown";
   wantsKeyframe: boolean;
+  /** the file of a basis that the frame lacks */
+  wantsBasis: GroomHash | null;
   /** the frame's own, or that of an undecodable one before it */
   discontinuous: boolean;
   /** this client's number; 0: another client's character */
@@ -89,6 +91,7 @@ export class Members {
   readonly #decoded: DecodedFrame = {
     outcome: "unknown",
     wantsKeyframe: false,
+    wantsBasis: null,
     discontinuous: false,
     character: 0,
     integers: null,
@@ -147,6 +150,7 @@ export class Members {
     const decoded = this.#decoded;
     decoded.outcome = "unknown";
     decoded.wantsKeyframe = decoded.discontinuous = false;
+    decoded.wantsBasis = null;
     decoded.character = 0;
     decoded.integers = decoded.pose = decoded.geometry = null;
     const member = this.#members.get(frame.member);
@@ -154,6 +158,7 @@ export class Members {
     member.lastTick = tick;
     decoded.character = member.isOwn ? member.character : 0;
     decoded.discontinuous = frame.discontinuous || member.discontinuityPending;
+    if (frame.coefficients) decoded.wantsBasis = this.bases.wanted(member.groom, nowNs);
     if (this.#decode(member, frame, tick, decoded)) {
       decoded.outcome = "decoded";
       member.discontinuityPending = member.keyframeAsked = false;
@@ -231,7 +236,6 @@ export class Members {
   dropAll(): number[] {
     this.markAllUnconfirmed();
     this.#levels.clear();
-    this.bases.clear();
     return this.dropUnconfirmed();
   }
 

@@ -106,6 +106,19 @@ export interface Observe {
   /** above 0: frames carry coefficients; about the error of hair that is wanted where a head fills the screen, m */
   readonly errorM: number;
 }
+/** Every frame of all members, as frames of nodes with their velocities. */
+export const kObserveAll: Observe = {
+  type: "observe",
+  mode: ObserveMode.all,
+  count: 0,
+  radiusM: 0,
+  from: null,
+  members: [],
+  errorClass: ErrorClass.halfMm,
+  stride: 1,
+  velocities: true,
+  errorM: 0,
+};
 const observe: ClientCodec<Observe> = {
   resent: "session",
   write(to, message) {

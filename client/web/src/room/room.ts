@@ -1,7 +1,7 @@
 import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
 import { HairnetError } from "../hair/hairnetError";
-import { ErrorClass, LevelIndex } from "../hair/level";
+import { LevelIndex } from "../hair/level";
 import { Link, type LinkOptions } from "../net/link";
 import { validateMessage } from "../net/clientMessages";
 import type { LinkEvent } from "../net/events";
@@ -10,7 +10,8 @@ import { isFinal } from "../net/finalGoodbye";
 import type { Downloads } from "../net/groomFetch";
 import { hashGroom } from "../net/groomHash";
 import type { LinkCounters } from "../net/linkCoreOptions";
-import { ErrorReason, GroomState, type ModerateAction, ObserveMode, type Wind } from "../net/messages";
+import { ErrorReason, GroomState, type ModerateAction, type Wind } from "../net/messages";
+import { kObserveAll } from "../net/roomMessages";
 import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
@@ -93,18 +94,7 @@ export class Room implements HairSource {
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
       });
-      core.send({
-        type: "observe",
-        mode: ObserveMode.all,
-        count: 0,
-        radiusM: 0,
-        from: null,
-        members: [],
-        errorClass: ErrorClass.halfMm,
-        stride: 1,
-        velocities: true,
-        errorM: 0,
-      });
+      core.send(kObserveAll);
     });
   }
 

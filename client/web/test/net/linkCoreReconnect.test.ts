@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
-import { ErrorClass, LevelIndex } from "../../src/hair/level";
+import { LevelIndex } from "../../src/hair/level";
 import type * as m from "../../src/net/messages";
 import { ErrorReason, GoodbyeReason, GroomState, ModerateAction, ObserveMode } from "../../src/net/messages";
+import { kObserveAll } from "../../src/net/roomMessages";
 import { LinkCoreDriver, addCharacter, kSecond } from "../support/linkCoreDriver";
 import { batch, framesOf, geometry, groom, joined, record, sequence } from "../support/memberFrames";
 import { rigidContent } from "../support/rigidContent";
@@ -14,18 +15,7 @@ describe("link: coming back", () => {
     driver.join();
     const hash = driver.core.offerGroom(file);
     driver.core.send(addCharacter(7, hash, LevelIndex.low));
-    driver.core.send({
-      type: "observe",
-      mode: ObserveMode.nearest,
-      count: 5,
-      radiusM: 0,
-      from: null,
-      members: [],
-      errorClass: ErrorClass.halfMm,
-      stride: 1,
-      velocities: true,
-      errorM: 0,
-    });
+    driver.core.send({ ...kObserveAll, mode: ObserveMode.nearest, count: 5 });
     driver.sent();
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
     driver.tell({ type: "characterAdded", character: 7, groom: hash, level: LevelIndex.rigid, member: 300 });

@@ -7,12 +7,12 @@ import {
   Link,
   LevelIndex,
   LatticeBlend,
-  ObserveMode,
   Playout,
   decodeGroom,
   rigidPose,
 } from "../../src/index";
 import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
+import { kObserveAll } from "../../src/net/roomMessages";
 import { addCharacter } from "../support/linkCoreDriver";
 import { Server, findServer } from "../support/server";
 import { until } from "../support/until";
@@ -181,18 +181,7 @@ describe.skipIf(program === null)("with a server that finds modes", () => {
     const { core } = client.link;
     const hash = core.offerGroom(file);
     core.send(addCharacter(1, hash, LevelIndex.high));
-    core.send({
-      type: "observe",
-      mode: ObserveMode.all,
-      count: 0,
-      radiusM: 0,
-      from: null,
-      members: [],
-      errorClass: ErrorClass.halfMm,
-      stride: 1,
-      velocities: false,
-      errorM: 0.0005,
-    });
+    core.send({ ...kObserveAll, errorM: 0.0005 });
     client.stream();
     const moves = ({ frame }: { frame: Frame }) => frame.displacements.some((integer) => Math.abs(integer) > 8);
     const isOfBasis = ({ frame }: { frame: Frame }) =>

@@ -4,7 +4,7 @@
 
 #include "core/pose/complete_pose.hpp"
 #include "core/random.hpp"
-#include "schema/codec/frame_code.hpp"
+#include "schema/codec/coefficient_frame.hpp"
 #include "schema/codec/pose_code.hpp"
 #include "schema/limits.hpp"
 

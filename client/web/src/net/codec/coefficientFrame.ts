@@ -17,7 +17,7 @@ export interface DecodedFrame {
  * coefficients. A frame refers to no other, and any prefix with the whole pose is a frame with fewer coefficients.
  * `code`: null when the groom's basis is not known; then only the pose is decoded.
  */
-export function decodeFrameCode(bytes: Uint8Array, code: CoefficientCode | null): DecodedFrame | null {
+export function decodeCoefficientFrame(bytes: Uint8Array, code: CoefficientCode | null): DecodedFrame | null {
   reader.reset(bytes);
   const pose = new Float64Array(kPoseNumbers);
   if (!decodePose(reader, pose) || reader.isBeyondEnd()) return null;

@@ -1,4 +1,4 @@
-#include "schema/codec/frame_code.hpp"
+#include "schema/codec/coefficient_frame.hpp"
 
 #include <algorithm>
 

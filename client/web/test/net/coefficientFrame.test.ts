@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { poseFault } from "../../src/hair/pose";
 import { CoefficientCode } from "../../src/net/codec/coefficientCode";
-import { decodeFrameCode, type DecodedFrame } from "../../src/net/codec/frameCode";
+import { decodeCoefficientFrame, type DecodedFrame } from "../../src/net/codec/coefficientFrame";
 import { fromHex, furthest, seeded, vectors } from "../support/vectors";
 
 interface FrameVector {
@@ -18,7 +18,7 @@ interface Vectors {
   spoilt: FrameVector[];
 }
 
-const { deviations, frames, spoilt } = vectors<Vectors>("frame_code.json");
+const { deviations, frames, spoilt } = vectors<Vectors>("coefficient_frame.json");
 const codes = deviations.map((each) => new CoefficientCode(Float32Array.from(each)));
 const kPrefixBytes = 5;
 const kUsual = frames.filter((each) => each.code === 0 && each.decoded!.coefficients.some((c) => c !== 0));
@@ -34,7 +34,7 @@ describe("frames of coefficients", () => {
   it("decodes every frame of the C++ encoder to the same pose and coefficients, bit for bit", () => {
     frames.forEach((each, n) => {
       expect(each.decoded).not.toBeNull();
-      expectSame(decodeFrameCode(fromHex(each.bytes), codes[each.code]), each.decoded, `frame ${n}`);
+      expectSame(decodeCoefficientFrame(fromHex(each.bytes), codes[each.code]), each.decoded, `frame ${n}`);
     });
   });
 
@@ -48,7 +48,7 @@ describe("frames of coefficients", () => {
         const { pose, coefficients } = each.decoded!;
         const first = coefficients.map((c, k) => (k < count ? c : 0));
         const want = count < 0 ? null : { pose, coefficients: first };
-        expectSame(decodeFrameCode(bytes.subarray(0, i * kPrefixBytes), codes[each.code]), want, name);
+        expectSame(decodeCoefficientFrame(bytes.subarray(0, i * kPrefixBytes), codes[each.code]), want, name);
       });
     });
     expect(refused).toBeGreaterThan(frames.length);
@@ -56,7 +56,7 @@ describe("frames of coefficients", () => {
 
   it("refuses the spoilt bytes that C++ refuses, and decodes the others to the same", () => {
     spoilt.forEach((each, n) => {
-      expectSame(decodeFrameCode(fromHex(each.bytes), codes[each.code]), each.decoded, `spoilt ${n}`);
+      expectSame(decodeCoefficientFrame(fromHex(each.bytes), codes[each.code]), each.decoded, `spoilt ${n}`);
     });
     const refused = spoilt.filter((each) => each.decoded === null).length;
     expect(refused).toBeGreaterThan(500);
@@ -70,8 +70,8 @@ describe("frames of coefficients", () => {
       const { pose, coefficients } = each.decoded!;
       let count = 0;
       for (let size = 0; size <= bytes.length; ++size) {
-        const got = decodeFrameCode(bytes.subarray(0, size), codes[0]);
-        expect(got === null).toBe(decodeFrameCode(bytes.subarray(0, size), null) === null);
+        const got = decodeCoefficientFrame(bytes.subarray(0, size), codes[0]);
+        expect(got === null).toBe(decodeCoefficientFrame(bytes.subarray(0, size), null) === null);
         if (!got) {
           expect(count).toBe(0);
           continue;
@@ -87,17 +87,17 @@ describe("frames of coefficients", () => {
   it("refuses bytes that are left over, and bits that are set after the last coefficient", () => {
     for (const each of kUsual) {
       const bytes = fromHex(each.bytes);
-      expect(decodeFrameCode(Uint8Array.of(...bytes, 0), codes[0])).toBeNull();
+      expect(decodeCoefficientFrame(Uint8Array.of(...bytes, 0), codes[0])).toBeNull();
     }
     const last = kUsual.find((each) => fromHex(each.bytes).at(-1)! < 0x80)!;
     const bytes = fromHex(last.bytes);
     bytes[bytes.length - 1] |= 0x80;
-    expect(decodeFrameCode(bytes, codes[0])).toBeNull();
+    expect(decodeCoefficientFrame(bytes, codes[0])).toBeNull();
   });
 
   it("decodes the pose alone without a basis, whatever follows it", () => {
     for (const each of frames) {
-      const got = decodeFrameCode(fromHex(each.bytes), null)!;
+      const got = decodeCoefficientFrame(fromHex(each.bytes), null)!;
       expect(furthest(got.pose, each.decoded!.pose)).toBe(0);
       expect(got.coefficients.length).toBe(0);
     }
@@ -109,7 +109,7 @@ describe("frames of coefficients", () => {
     for (let n = 0; n < 20_000; ++n) {
       const bytes = Uint8Array.from({ length: random() * 200 }, () => random() * 256);
       if (n % 2 === 0 && bytes.length > 0) bytes[0] &= 0xe7; // a head that is near
-      const got = decodeFrameCode(bytes, codes[0]);
+      const got = decodeCoefficientFrame(bytes, codes[0]);
       if (!got) {
         ++refused;
         continue;
