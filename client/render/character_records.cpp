@@ -59,13 +59,15 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   texels[4] = {detail.follow_hair_count, kStray_m, static_cast<float>(layers), 0};
 }
 
-bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
+bool moves_hair(const LatticeLayer& layer) {
   if (layer.geometry == nullptr || layer.grid_displacements.empty() || layer.weight == 0) return false;
   HAIRNET_ASSERT(layer.grid_displacements.size() == layer.geometry->lattice.node_count());
-  if (!std::isfinite(layer.weight)) return false;
-  for (const Vec3f& u : layer.grid_displacements) {
-    if (!u.allFinite()) return false;
-  }
+  return std::isfinite(layer.weight) &&
+         std::ranges::all_of(layer.grid_displacements, [](const Vec3f& u) { return u.allFinite(); });
+}
+
+bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
+  if (!moves_hair(layer)) return false;
   const Lattice& lattice = layer.geometry->lattice;
   texels[0] = with(lattice.origin, layer.weight);
   texels[1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(lattices_.size()));

@@ -8,6 +8,9 @@
 
 namespace hairnet::render {
 
+// Whether the layer can be drawn and has a weight.
+bool moves_hair(const LatticeLayer& layer);
+
 // The two textures that character.glsl reads, as floats: one row of records for each character, and the nodes of
 // lattices.
 class CharacterRecords {

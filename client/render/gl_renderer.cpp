@@ -43,7 +43,7 @@ class GlRenderer final : public Renderer {
     // The detail of a small picture depends on its own pixels, not on the samples behind them.
     Look own = look;
     own.quality /= static_cast<float>(gl_->target.supersample());
-    gl_->stage->draw(characters, camera, own, gl_->target.large_width(), gl_->target.large_height(), true);
+    gl_->stage->draw(characters, camera, own, gl_->target.large_width(), gl_->target.large_height(), true, {});
     Image image = resolve();
     if (glGetError() != GL_NO_ERROR) return Refusal("OpenGL ES ran out of memory or failed while drawing");
     return image;

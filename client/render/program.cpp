@@ -43,7 +43,13 @@ void bind_samplers(GLuint program) {
                                                          {"placed_points", kPlacedPointsUnit},
                                                          {"density", kDensityUnit},
                                                          {"light_depth_now", kLightDepthNowUnit},
-                                                         {"light_depth_rest", kLightDepthRestUnit}};
+                                                         {"light_depth_rest", kLightDepthRestUnit},
+                                                         {"current", kCurrentUnit},
+                                                         {"depth", kDepthUnit},
+                                                         {"history", kHistoryUnit},
+                                                         {"history_count", kHistoryCountUnit},
+                                                         {"average", kHistoryUnit},
+                                                         {"swing", kSwingUnit}};
   for (const auto& [name, unit] : kSamplers) glUniform1i(glGetUniformLocation(program, name), unit);
 }
 

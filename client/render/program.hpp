@@ -16,7 +16,8 @@ namespace hairnet::render {
 // Texture units of the shaders' samplers.
 inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
                        kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7, kDensityUnit = 8,
-                       kLightDepthNowUnit = 9, kLightDepthRestUnit = 10;
+                       kLightDepthNowUnit = 9, kLightDepthRestUnit = 10, kCurrentUnit = 11, kDepthUnit = 12,
+                       kHistoryUnit = 13, kHistoryCountUnit = 14, kSwingUnit = 15;
 
 // A linked pair of shaders. Its context must be current at every use.
 class Program {
@@ -37,8 +38,12 @@ class Program {
   void set(const char* uniform, std::span<const Vec3f> v) const {
     glUniform3fv(at(uniform), static_cast<GLsizei>(v.size()), v.data()->data());
   }
-  void set(const char* uniform, const Eigen::Matrix4f& m) const {
-    glUniformMatrix4fv(at(uniform), 1, GL_FALSE, m.data());
+  void set(const char* uniform, std::span<const float> v) const {
+    glUniform1fv(at(uniform), static_cast<GLsizei>(v.size()), v.data());
+  }
+  void set(const char* uniform, const Eigen::Matrix4f& m) const { set(uniform, std::span(&m, 1)); }
+  void set(const char* uniform, std::span<const Eigen::Matrix4f> m) const {
+    glUniformMatrix4fv(at(uniform), static_cast<GLsizei>(m.size()), GL_FALSE, m.data()->data());
   }
 
  private:

@@ -47,4 +47,11 @@ Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m)
   return m;
 }
 
+Mat4f shifted(const Mat4f& projection, float shift_x, float shift_y) {
+  Mat4f m = projection;
+  m.row(0) += 2 * shift_x * projection.row(3);
+  m.row(1) += 2 * shift_y * projection.row(3);
+  return m;
+}
+
 }  // namespace hairnet::render

@@ -16,4 +16,7 @@ Eigen::Matrix3d view_rotation(const Camera& camera);
 // View to clip space, near and far in m along the view.
 Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m);
 
+// The projection whose picture is shifted by a share of its size.
+Mat4f shifted(const Mat4f& projection, float shift_x, float shift_y);
+
 }  // namespace hairnet::render

@@ -81,7 +81,13 @@ struct Appearance {
   const ShownCharacter* character;
   DrawDetail detail;
   std::size_t list;  // of strands
+  float head_px;
 };
+
+// Of a ball about the head that contains the hair in motion, too.
+float ball_radius_m(const GroomBuffers& groom) {
+  return 1.3f * groom.radius_m() + 0.1f;
+}
 
 bool is_far(const GroomBuffers& groom, const Appearance& one) {
   return one.detail.cards >= 1 && !groom.far_cards().empty();
@@ -119,10 +125,11 @@ class GlStage final : public Stage {
   }
 
   void draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width, int height,
-            bool target_is_srgb) override;
+            bool target_is_srgb, const Sampling& sampling) override;
 
   [[nodiscard]] const StageStatistics& statistics() const override { return statistics_; }
   [[nodiscard]] DepthRange depth_range() const override { return depth_range_; }
+  [[nodiscard]] std::span<const MovingCharacter> drawn_characters() const override { return drawn_characters_; }
 
  private:
   struct View {
@@ -134,6 +141,7 @@ class GlStage final : public Stage {
     Mat4f projection;
     LightRig rig;
     float samples;  // for each pixel of the target
+    Sampling sampling;
   };
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
                                                                  const Look& look) const;
@@ -158,6 +166,7 @@ class GlStage final : public Stage {
   std::size_t densities_ = 0;   // grids of density in the picture
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
+  std::vector<MovingCharacter> drawn_characters_;
   StageStatistics statistics_;
   DepthRange depth_range_;
 };
@@ -175,7 +184,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
     const GroomBuffers& groom = *grooms_[character.groom];
     const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
     if (!(at.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) continue;
-    const double radius = 1.3 * static_cast<double>(groom.radius_m()) + 0.1, depth = -at.z();
+    const double radius = static_cast<double>(ball_radius_m(groom)), depth = -at.z();
     if (depth < -radius || std::abs(at.y()) > depth * spread + radius * side_y ||
         std::abs(at.x()) > depth * spread * static_cast<double>(view.aspect) + radius * side_x)
       continue;
@@ -184,7 +193,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
     const float head_px = kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
     const DrawDetail detail =
         character.detail.value_or(detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
-    by_groom[character.groom].push_back({&character, detail, groom.list_for(detail.tolerance_m)});
+    by_groom[character.groom].push_back({&character, detail, groom.list_for(detail.tolerance_m), head_px});
   }
   for (auto& shown : by_groom) {
     std::ranges::stable_sort(shown, [](const Appearance& a, const Appearance& b) {
@@ -196,7 +205,8 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
   const float near_m =
       std::clamp(static_cast<float>(nearest) * 0.99f, std::max(kNearMin_m, far_m * 1e-4f), 0.99f * far_m);
   view.range = {near_m, far_m};
-  view.projection = perspective(view.camera, view.aspect, near_m, far_m);
+  view.projection =
+      shifted(perspective(view.camera, view.aspect, near_m, far_m), view.sampling.shift_x, view.sampling.shift_y);
   return by_groom;
 }
 
@@ -217,6 +227,7 @@ void GlStage::set_scene(const Program& program, const View& view, const Look& lo
   program.set("exposure", look.exposure);
   program.set("encode_srgb", srgb ? 0.0f : 1.0f);
   program.set("samples", view.samples);
+  program.set("dither_seed", view.sampling.dither_seed);
   program.set("copies", 1);
 }
 
@@ -246,6 +257,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 // Removes the characters from `by_groom` that do not fit into the rows of the textures.
 void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
   records_.clear();
+  drawn_characters_.clear();
   statistics_ = {};
   point_rows_ = densities_ = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
@@ -262,6 +274,8 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
       records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
+      drawn_characters_.push_back(
+          {one.character->id, one.character->pose.head(), one.character->layers, ball_radius_m(*groom), one.head_px});
       point_rows_ += rows;
     }
   }
@@ -374,10 +388,11 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
 }
 
 void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width,
-                   int height, bool target_is_srgb) {
+                   int height, bool target_is_srgb, const Sampling& sampling) {
   if (width < 1 || height < 1) return;
   View view{};
   view.camera = mended(wanted);
+  view.sampling = sampling;
   view.rig = studio_lights(view.camera);
   GLint samples = 0;
   glGetIntegerv(GL_SAMPLES, &samples);

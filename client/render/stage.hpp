@@ -9,6 +9,7 @@
 
 #include "client/render/camera.hpp"
 #include "client/render/draw_detail.hpp"
+#include "client/render/hair_motion.hpp"
 #include "core/ffd/lattice.hpp"
 #include "core/groom/groom.hpp"
 #include "core/pose/pose.hpp"
@@ -27,6 +28,7 @@ struct ShownCharacter {
   float roughness = 77.0f / 255;     // of the hair, 0 to 1: its highlights are wider
   std::optional<DrawDetail> detail;  // none: chosen by its size on the screen
   bool body_shown = true;
+  std::uint64_t id = 0;  // by which a Picture follows its motion; 0: it does not
 };
 
 // The light and background of a picture. The lights turn with the camera: key above its left, fill at its right, rim
@@ -37,8 +39,14 @@ struct Look {
   float quality = 1;  // factor on the detail that the screen size determines: strands, points; 0.1 ... 4
 };
 
+// What differs between the pictures of an average (Picture).
+struct Sampling {
+  float shift_x = 0, shift_y = 0;  // of the picture, as a share of its size
+  int dither_seed = 0;             // of the random numbers that turn coverage into samples
+};
+
 struct StageStatistics {
-  std::size_t draw_calls = 0, strands = 0, cards = 0, vertices = 0;  // of the last draw()
+  std::size_t draw_calls = 0, strands = 0, cards = 0, vertices = 0;
   std::size_t left_out = 0;                          // characters that did not fit into the GPU's textures
   std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms; of one character
   std::size_t point_bytes = 0;                       // on the GPU: points of the drawn strands
@@ -58,9 +66,11 @@ class Stage {
   // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a
   // pixel. Leaves out characters whose pose is not finite or over 10 km away.
   virtual void draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
-                    int height, bool target_is_srgb) = 0;
+                    int height, bool target_is_srgb, const Sampling& sampling) = 0;
+  // The next three are of the last draw(); the characters' layers are those that it was given.
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
-  [[nodiscard]] virtual DepthRange depth_range() const = 0;  // of the depth buffer after the last draw()
+  [[nodiscard]] virtual DepthRange depth_range() const = 0;
+  [[nodiscard]] virtual std::span<const MovingCharacter> drawn_characters() const = 0;
 };
 
 }  // namespace hairnet::render

@@ -10,6 +10,7 @@
 #include "client/render/egl_context.hpp"
 #include "client/render/gl_objects.hpp"
 #include "client/render/groom_geometry.hpp"
+#include "client/render/picture.hpp"
 #include "client/render/picture_target.hpp"
 #include "client/render/projection.hpp"
 
@@ -122,7 +123,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   const Eigen::Matrix4f to_clip =
       render::perspective(camera, static_cast<float>(width_px) / static_cast<float>(height_px), 0.1f, 10) * view;
 
-  const double empty_ms = fastest_ms([&] { (*stage)->draw({}, camera, {}, width_px, height_px, true); });
+  const double empty_ms = fastest_ms([&] { (*stage)->draw({}, camera, {}, width_px, height_px, true, {}); });
   const double lines_ms = fastest_ms([&] { lines.draw(to_clip); });
   std::printf("%s, %zu strands, %zu points, %d x %d pixels of 4 samples; background alone %.1f ms (taken off below)\n",
               style.name.c_str(), geometry.strand_count, geometry.strand_points.rest.size(), width_px, height_px,
@@ -150,7 +151,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
     const auto layers = character.layers;
     if (&way == &ways[2]) character.layers = {};
     const double ms = fastest_ms([&] {
-                        (*stage)->draw({&character, 1}, camera, {}, width_px, height_px, true);
+                        (*stage)->draw({&character, 1}, camera, {}, width_px, height_px, true, {});
                       }) -
                       empty_ms;
     character.layers = layers;
@@ -159,6 +160,20 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
     std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(cards ? s.cards : s.strands) / ms,
                 cards ? "cards " : "strands", ms / lines_ms);
   }
+  Result<render::Picture> picture = render::Picture::build();
+  if (!picture) return Refusal(picture.error());
+  character.detail.reset();
+  character.body_shown = true;
+  character.id = 1;
+  target.begin_large();
+  const double single_ms = fastest_ms([&] {
+    (*stage)->draw({&character, 1}, camera, {}, width_px, height_px, false, {});
+  });
+  const double averaged_ms = fastest_ms([&] {
+    picture->draw(**stage, {&character, 1}, camera, {}, width_px, height_px);
+  });
+  std::printf("a window's picture of all of it: %.1f ms; averaged with those before it: %.1f ms\n", single_ms,
+              averaged_ms);
   const render::StageStatistics& s = (*stage)->statistics();
   std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level, %.1f MB of strands' points\n",
               1e-6 * static_cast<double>(s.groom_bytes), s.character_bytes, 1e-6 * static_cast<double>(s.point_bytes));

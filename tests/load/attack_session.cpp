@@ -1,5 +1,7 @@
 #include "tests/load/attack_session.hpp"
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -21,7 +23,10 @@ AttackSession::AttackSession(const AttackContext& context, std::uint32_t host, S
       observes_(attack_.observe_hz),
       winds_(attack_.wind_hz),
       churn_(attack_.churn_hz),
-      reads_(attack_.read_bytes_per_s > 0 ? kReads_hz : 0) {}
+      appearances_(attack_.appearance_hz),
+      bad_appearances_(attack_.bad_appearance_hz),
+      reads_(attack_.read_bytes_per_s > 0 ? kReads_hz : 0),
+      random_(host) {}
 
 void AttackSession::begin(std::int64_t now_ns) {
   welcomed_ = false;
@@ -81,6 +86,47 @@ void AttackSession::proceed(std::int64_t now_ns) {
     else
       send(wire::RemoveCharacter{first_++}, now_ns);
   }
+  while (connection().unsent_bytes() < kSessionUnsentBytesMax && appearances_.take(now_ns)) set_appearance(now_ns);
+  while (bad_appearances_.take(now_ns)) send_bad_appearance(now_ns);
+}
+
+void AttackSession::set_appearance(std::int64_t now_ns) {
+  wire::SetAppearance set;
+  set.character = first_ + turn_++ % attack_.characters;
+  set.tag = random_tag(wire::kTagBytesMax);
+  set.appearance.emplace();
+  set.appearance->roughness = static_cast<std::uint8_t>(random_.next());
+  count("appearances");
+  send(std::move(set), now_ns);
+}
+
+void AttackSession::send_bad_appearance(std::int64_t now_ns) {
+  constexpr std::uint32_t kDamagedEvery = 256;  // such a packet ends the session
+  count("bad_appearances");
+  const std::uint32_t turn = turn_++;
+  if (turn % kDamagedEvery == kDamagedEvery - 1) {
+    std::vector<std::uint8_t> packet =
+        wire::encode_packet({now_ns, wire::SetAppearance{first_, random_tag(wire::kTagBytesMax), wire::Appearance{}}});
+    for (std::size_t i = 4; i < packet.size(); ++i) packet[i] ^= static_cast<std::uint8_t>(random_.next());
+    return connection().send(packet);
+  }
+  std::string too_long = random_tag(wire::kTagBytesMax + 1 + turn % 4096);
+  if (turn % 3 == 0)
+    send(wire::AddCharacter{end_, context_->groom, LevelIndex::high, {}, std::move(too_long), {}}, now_ns);
+  else if (turn % 3 == 1)
+    send(wire::SetAppearance{first_, std::move(too_long), wire::Appearance{}}, now_ns);
+  else
+    send(wire::SetAppearance{end_ + turn, random_tag(wire::kTagBytesMax), wire::Appearance{}}, now_ns);
+}
+
+std::string AttackSession::random_tag(std::size_t bytes) {
+  std::string tag;
+  while (tag.size() < bytes) {
+    const auto eight = std::bit_cast<std::array<char, 8>>(random_.next());
+    tag.append(eight.data(), eight.size());
+  }
+  tag.resize(bytes);
+  return tag;
 }
 
 // Heads in rows, all turning from side to side.

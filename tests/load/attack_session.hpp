@@ -3,11 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "core/random.hpp"
 #include "tests/load/attacker.hpp"
 
 namespace hairnet::load {
 
-// What a session does. It keeps to the protocol, and does too much of it.
+// What a session does. It keeps to the protocol and does too much of it, except with bad appearances.
 struct SessionAttack {
   enum class Stay : std::uint8_t { stays, resumes, leaves };  // after its welcome; one that resumes does so at once
   std::string room;
@@ -20,6 +21,8 @@ struct SessionAttack {
   double wind_hz = 0;                // SetWind
   bool wind_varies = true;           // whether the winds differ
   double churn_hz = 0;               // characters are added and removed in turn
+  double appearance_hz = 0;          // SetAppearance of its characters in turn, with tags of any bytes
+  double bad_appearance_hz = 0;      // AddCharacter and SetAppearance that a server must refuse
   std::size_t read_bytes_per_s = 0;  // 0: all
 };
 
@@ -32,10 +35,14 @@ class AttackSession final : public Attacker {
   void proceed(std::int64_t now_ns) override;
   void hear(const wire::Message& message, std::int64_t now_ns) override;
   void add_character(std::int64_t now_ns);
+  void set_appearance(std::int64_t now_ns);
+  void send_bad_appearance(std::int64_t now_ns);
+  [[nodiscard]] std::string random_tag(std::size_t bytes);
   void send_poses(std::int64_t captured_ns, std::int64_t now_ns);
 
   SessionAttack attack_;
-  Rate poses_, observes_, winds_, churn_, reads_;
+  Rate poses_, observes_, winds_, churn_, appearances_, bad_appearances_, reads_;
+  Random random_;
   bool welcomed_ = false;
   std::uint64_t session_ = 0;
   wire::SessionSecret secret_{};

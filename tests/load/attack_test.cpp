@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <set>
 
 #include "schema/channel/packet_splitter.hpp"
 #include "schema/wire/groom_file.hpp"
@@ -154,6 +155,51 @@ TEST_F(AttackTest, observer_reads_little_and_churn_adds_and_removes) {
   EXPECT_EQ(wire_.readable, 100u);
   EXPECT_THAT(wire_.all<wire::AddCharacter>(), SizeIs(2 + 5));
   EXPECT_THAT(wire_.all<wire::RemoveCharacter>(), SizeIs(4));
+}
+
+TEST_F(AttackTest, appearances_change_in_turn_within_the_protocol) {
+  SessionAttack attack;
+  attack.characters = 3;
+  attack.appearance_hz = 30;
+  AttackSession session(context_, 9, attack);
+  welcome(session);
+  for (int i = 0; i < 10; ++i) session.act(2 * kSecond_ns + i * kSecond_ns / 10);
+  const auto set = wire_.all<wire::SetAppearance>();
+  EXPECT_NEAR(static_cast<double>(set.size()), 30, 3);
+  std::set<std::uint32_t> characters;
+  std::set<std::string> tags;
+  for (const wire::SetAppearance& one : set) {
+    characters.insert(one.character);
+    tags.insert(one.tag);
+  }
+  EXPECT_EQ(characters, (std::set<std::uint32_t>{1, 2, 3}));
+  EXPECT_EQ(tags.size(), set.size());
+  EXPECT_EQ(events_["appearances"], set.size());
+}
+
+TEST_F(AttackTest, bad_appearances_are_what_a_server_must_refuse) {
+  SessionAttack attack;
+  attack.characters = 1;
+  attack.bad_appearance_hz = 1000;
+  AttackSession session(context_, 9, attack);
+  welcome(session);
+  const std::size_t good_bytes = wire_.sent.size();
+  for (int i = 0; i < 10; ++i) session.act(2 * kSecond_ns + i * kSecond_ns / 10);
+  std::map<wire::DecodeError, int> errors;
+  channel::PacketSplitter splitter(wire::kPacketBytesMax);
+  splitter.feed(std::span(wire_.sent).subspan(good_bytes), [&](std::span<const std::uint8_t> packet) {
+    const wire::DecodedPacket decoded = wire::decode_packet(packet);
+    ++errors[decoded.error];
+    const auto* set = std::get_if<wire::SetAppearance>(&decoded.envelope.message);
+    if (set && decoded.error == wire::DecodeError::none) {
+      EXPECT_GT(set->character, 1u);
+    }
+  });
+  EXPECT_GT(errors[wire::DecodeError::none], 200);     // of characters that it does not have
+  EXPECT_GT(errors[wire::DecodeError::invalid], 400);  // tags of too many bytes
+  errors.erase(wire::DecodeError::none);
+  errors.erase(wire::DecodeError::invalid);
+  EXPECT_FALSE(errors.empty());  // damaged
 }
 
 TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {

@@ -74,6 +74,21 @@ void add_offers(Cast& cast) {
   cast.add_uploads(1, 8, make_rubbish(256u << 10));
 }
 
+void add_appearances(Cast& cast, SessionAttack session) {
+  session.characters = 64;
+  session.appearance_hz = 900;  // about as many as the server takes
+  for (int room = 0; room < 4; ++room) {
+    session.room = "load-" + std::to_string(room);
+    cast.add_persons(1, session);
+  }
+  session.appearance_hz = 30'000;
+  cast.add_persons(1, session);
+  session.characters = 1;
+  session.appearance_hz = 0;
+  session.bad_appearance_hz = 500;
+  cast.add_persons(2, session);
+}
+
 }  // namespace
 
 const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
@@ -91,7 +106,10 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "40 clients in 40 rooms with 51 moving characters each",
       "3 clients with 1024 characters each ask for the nearest members 93 times a second",
       "2 clients set the wind 30 times a second in rooms of 128 characters: the same one, and others",
-      "one client sends 184 000 poses a second"};
+      "one client sends 184 000 poses a second",
+      "in the witnesses' rooms: 4 clients change tags and appearances of 64 characters 900 times a second, one "
+      "30 000 times, and 2 send tags of too many bytes, changes of characters that are not theirs, and damaged "
+      "packets"};
   return meanings;
 }
 
@@ -169,6 +187,9 @@ std::vector<std::unique_ptr<Attacker>> make_attackers(Attack attack, const Attac
       session.characters = 1024;
       session.pose_hz = 180;
       cast.add<AttackSession>(1, session);
+      break;
+    case Attack::appearances:
+      add_appearances(cast, session);
       break;
   }
   return cast.take();

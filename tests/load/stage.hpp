@@ -36,11 +36,12 @@ enum class Attack : std::uint8_t {
   rooms,
   observe,
   wind,
-  poses
+  poses,
+  appearances
 };
-inline constexpr std::array<std::string_view, 13> kAttackNames{"zigzag",  "body",   "big",      "resume", "offers",
-                                                               "silent",  "hellos", "prologue", "churn",  "rooms",
-                                                               "observe", "wind",   "poses"};
+inline constexpr std::array<std::string_view, 14> kAttackNames{"zigzag",  "body",   "big",      "resume",     "offers",
+                                                               "silent",  "hellos", "prologue", "churn",      "rooms",
+                                                               "observe", "wind",   "poses",    "appearances"};
 
 // So many, or so large a share of the well-behaved clients.
 struct Headcount {

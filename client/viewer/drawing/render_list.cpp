@@ -23,6 +23,7 @@ std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedC
   shown_.clear();
   for (const ViewedCharacter& character : viewed) {
     render::ShownCharacter shown;
+    shown.id = character.id;
     shown.groom = number_of(character.groom);
     shown.pose = character.pose;
     shown.layers = character.layers;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client/render/overlay.hpp"
+#include "client/render/picture.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
 #include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/drawing/framing.hpp"
@@ -55,9 +56,10 @@ MouseInput mouse_now(double pixels_per_point) {
 
 // The GPU data; must be destroyed before the window, which owns the context.
 struct Drawer {
-  Drawer(std::unique_ptr<render::Stage> s, std::unique_ptr<render::Overlay> o)
-      : stage(std::move(s)), overlay(std::move(o)), render_list(*stage) {}
+  Drawer(std::unique_ptr<render::Stage> s, render::Picture p, std::unique_ptr<render::Overlay> o)
+      : stage(std::move(s)), picture(std::move(p)), overlay(std::move(o)), render_list(*stage) {}
   std::unique_ptr<render::Stage> stage;
+  render::Picture picture;
   std::unique_ptr<render::Overlay> overlay;
   RenderList render_list;
   render::Drawing drawing;
@@ -66,9 +68,11 @@ struct Drawer {
   static Result<std::unique_ptr<Drawer>> create() {
     Result<std::unique_ptr<render::Stage>> stage = render::Stage::create();
     if (!stage) return Refusal(stage.error());
+    Result<render::Picture> picture = render::Picture::build();
+    if (!picture) return Refusal(picture.error());
     Result<std::unique_ptr<render::Overlay>> overlay = render::Overlay::create();
     if (!overlay) return Refusal(overlay.error());
-    return std::make_unique<Drawer>(std::move(*stage), std::move(*overlay));
+    return std::make_unique<Drawer>(std::move(*stage), std::move(*picture), std::move(*overlay));
   }
 };
 
@@ -130,6 +134,7 @@ class ViewerWindow {
     // Ticks and characters are numbered from the beginning again.
     if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
     world.remove_all();
+    drawer_.picture.cut();
     for (LocalCharacter& character : *characters) world.add(std::move(character));
     state_.chosen.reset();
     state_.frame_wanted = true;
@@ -155,9 +160,11 @@ class ViewerWindow {
     const std::int64_t began_ns = channel::monotonic_ns();
     drawer_.render_list.set_colour(state_.overlays.levels ? colour_of_level : nullptr);
     const render::Camera camera = state_.camera.camera();
-    drawer_.stage->draw(drawer_.render_list.show(viewed), camera, adaptive_look(elapsed_s), width, height, false);
+    drawer_.picture.draw(*drawer_.stage, drawer_.render_list.show(viewed), camera, adaptive_look(elapsed_s), width,
+                         height);
     drawer_.drawing.clear();
     draw_overlays(state_.overlays, viewed, state_.chosen, drawer_.drawing);
+    if (!drawer_.drawing.empty()) drawer_.picture.copy_depths();
     drawer_.overlay->draw(drawer_.drawing, camera, drawer_.stage->depth_range(), width, height);
     state_.timings.draw_ms.add(static_cast<float>(ms_since(began_ns)));
     keep_picture(now_ns, width, height);

@@ -179,7 +179,7 @@ export class Picture {
     const before = this.#before;
     // Without a picture before, everything was outside of it.
     if (before) all.to_clip_before.value.multiplyMatrices(before.sceneToClip, fromCamera);
-    else all.to_clip_before.value.makeScale(0, 0, 0);
+    else all.to_clip_before.value.elements.fill(0);
     all.moving_count.value = 0;
     if (!before || !motion) return;
     const motions = motion.motions();

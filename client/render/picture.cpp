@@ -1,0 +1,236 @@
+#include "client/render/picture.hpp"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "client/render/projection.hpp"
+
+namespace hairnet::render {
+namespace {
+
+constexpr GLsizei kSamples = 4;  // the minimum of OpenGL ES 3
+constexpr int kPlaces = 32;      // pictures after which the places of the samples repeat
+// A camera that turns or moves further than this between two pictures shows something else: the average ends.
+constexpr double kCut_rad = 0.6, kCut_m = 1;
+
+void make_texture(Texture& texture, GLint unit, GLenum format, GLint filter, int width, int height) {
+  texture = Texture();  // storage is immutable: a new size needs a new name
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
+  for (const GLenum which : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    glTexParameteri(GL_TEXTURE_2D, which, filter);
+  for (const GLenum which : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+    glTexParameteri(GL_TEXTURE_2D, which, GL_CLAMP_TO_EDGE);
+}
+
+void make_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
+  glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, kSamples, format, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer.name());
+}
+
+void attach(GLenum attachment, const Texture& texture) {
+  glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.name(), 0);
+}
+
+bool is_complete() {
+  return glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+}
+
+void bind(GLint unit, GLenum kind, const Texture& texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(kind, texture.name());
+}
+
+bool is_cut(const Camera& before, const Camera& now) {
+  const Vec3 forward_before = (before.target - before.eye).normalized(), forward = (now.target - now.eye).normalized();
+  return forward_before.dot(forward) < std::cos(kCut_rad) || (now.eye - before.eye).norm() > kCut_m;
+}
+
+Eigen::Matrix4d transform(const Eigen::Matrix3d& rotation, const Vec3& position) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = rotation;
+  m.topRightCorner<3, 1>() = position;
+  return m;
+}
+
+// From head space.
+Eigen::Matrix4d transform(const RigidTransform& head, const Vec3& origin) {
+  return transform(head.rotation.toRotationMatrix(), head.position - origin);
+}
+
+float radical_inverse(int n, int base) {
+  float inverse = 0, digit = 1 / static_cast<float>(base);
+  for (int left = n; left > 0; left /= base, digit /= static_cast<float>(base))
+    inverse += digit * static_cast<float>(left % base);
+  return inverse;
+}
+
+}  // namespace
+
+std::array<float, 2> place_of(int number) {
+  const int n = number % kPlaces + 1;
+  return {radical_inverse(n, 2) - 0.5f, radical_inverse(n, 3) - 0.5f};
+}
+
+Result<Picture> Picture::build() {
+  Result<Program> accumulate = Program::build("screen.vert", "accumulate.frag");
+  if (!accumulate) return Refusal(accumulate.error());
+  Result<Program> present = Program::build("screen.vert", "present.frag");
+  if (!present) return Refusal(present.error());
+  Result<Program> depths = Program::build("screen.vert", "depths.frag");
+  if (!depths) return Refusal(depths.error());
+  return Picture(std::move(*accumulate), std::move(*present), std::move(*depths));
+}
+
+void Picture::cut() {
+  before_.reset();
+  motion_.forget();
+  number_ = 0;
+}
+
+// Returns false when the GPU cannot; then it tries again when the size changes.
+bool Picture::resize(int width, int height) {
+  if (width == width_ && height == height_) return has_targets_;
+  cut();
+  width_ = width;
+  height_ = height;
+  while (glGetError() != GL_NO_ERROR) {  // errors of others
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
+  make_samples(colour_samples_, GL_RGBA8, GL_COLOR_ATTACHMENT0, width, height);
+  make_samples(depth_samples_, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT, width, height);
+  has_targets_ = is_complete();
+  make_texture(current_, kCurrentUnit, GL_RGBA8, GL_NEAREST, width, height);
+  make_texture(depth_, kDepthUnit, GL_DEPTH_COMPONENT24, GL_NEAREST, width, height);
+  glBindFramebuffer(GL_FRAMEBUFFER, current_target_.name());
+  attach(GL_COLOR_ATTACHMENT0, current_);
+  attach(GL_DEPTH_ATTACHMENT, depth_);
+  has_targets_ = has_targets_ && is_complete();
+  for (Average* average : {&next_, &last_}) {
+    make_texture(average->colour, kHistoryUnit, GL_RGBA16F, GL_LINEAR, width, height);
+    make_texture(average->count, kHistoryCountUnit, GL_R16F, GL_NEAREST, width, height);
+    glBindFramebuffer(GL_FRAMEBUFFER, average->target.name());
+    attach(GL_COLOR_ATTACHMENT0, average->colour);
+    attach(GL_COLOR_ATTACHMENT1, average->count);
+    constexpr std::array<GLenum, 2> kBoth{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glDrawBuffers(2, kBoth.data());
+    has_targets_ = has_targets_ && is_complete();
+  }
+  while (glGetError() != GL_NO_ERROR) has_targets_ = false;
+  return has_targets_;
+}
+
+void Picture::draw(Stage& stage, std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look,
+                   int width, int height) {
+  if (width < 1 || height < 1) return;
+  GLint screen = 0;
+  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &screen);
+  if (!resize(width, height)) {
+    glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(screen));
+    stage.draw(characters, wanted, look, width, height, false, {});
+    return;
+  }
+  const Camera camera = mended(wanted);
+  if (before_ && is_cut(before_->camera, camera)) cut();
+  // Several samples already spread over the pixel; together with their shifts they cover it evenly.
+  const auto [x_px, y_px] = place_of(number_);
+  const Sampling sampling{0.5f * x_px / static_cast<float>(width), 0.5f * y_px / static_cast<float>(height), number_};
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
+  stage.draw(characters, camera, look, width, height, false, sampling);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_target_.name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, current_target_.name());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+
+  const float aspect = static_cast<float>(width) / static_cast<float>(height);
+  const DepthRange range = stage.depth_range();
+  const CameraBefore now{camera, perspective(camera, aspect, range.near_m, range.far_m).cast<double>() *
+                                     transform(view_rotation(camera), Vec3::Zero())};
+  accumulate_.use();
+  set_uniforms(stage, now, sampling);
+  bind(kCurrentUnit, GL_TEXTURE_2D, current_);
+  bind(kDepthUnit, GL_TEXTURE_2D, depth_);
+  bind(kHistoryUnit, GL_TEXTURE_2D, last_.colour);
+  bind(kHistoryCountUnit, GL_TEXTURE_2D, last_.count);
+  bind(kSwingUnit, GL_TEXTURE_3D, swing_);
+  glDisable(GL_DEPTH_TEST);
+  glBindFramebuffer(GL_FRAMEBUFFER, next_.target.name());
+  draw_screen();
+  present_.use();
+  bind(kHistoryUnit, GL_TEXTURE_2D, next_.colour);
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(screen));
+  draw_screen();
+  glActiveTexture(GL_TEXTURE0);
+  std::swap(next_, last_);
+  before_ = now;
+  ++number_;
+}
+
+// Scene space has the camera as its origin, where floats are precise.
+void Picture::set_uniforms(const Stage& stage, const CameraBefore& now, const Sampling& sampling) {
+  const Vec3& eye = now.camera.eye;
+  Eigen::Matrix4d shift = Eigen::Matrix4d::Identity();
+  shift(0, 3) = 2 * static_cast<double>(sampling.shift_x);
+  shift(1, 3) = 2 * static_cast<double>(sampling.shift_y);
+  accumulate_.set("jitter", sampling.shift_x, sampling.shift_y);
+  accumulate_.set("to_scene", Mat4f((shift * now.to_clip).inverse().cast<float>()));
+  // Without a picture before, everything was outside of it.
+  Eigen::Matrix4d to_clip_before = Eigen::Matrix4d::Zero();
+  if (before_) to_clip_before = before_->to_clip * transform(Eigen::Matrix3d::Identity(), eye - before_->camera.eye);
+  accumulate_.set("to_clip_before", Mat4f(to_clip_before.cast<float>()));
+
+  const std::vector<HairMotion::Motion> motions = motion_.motions(stage.drawn_characters());
+  std::vector<Mat4f> to_head, head_to_clip_before;
+  std::vector<float> radius_m;
+  for (const HairMotion::Motion& one : motions) {
+    to_head.emplace_back(transform(one.head, eye).inverse().cast<float>());
+    head_to_clip_before.emplace_back(
+        (before_->to_clip * transform(one.head_before, before_->camera.eye)).cast<float>());
+    radius_m.push_back(one.ball_radius_m);
+  }
+  accumulate_.set("moving_count", static_cast<int>(motions.size()));
+  if (motions.empty()) return;
+  accumulate_.set("to_head", std::span<const Mat4f>(to_head));
+  accumulate_.set("head_to_clip_before", std::span<const Mat4f>(head_to_clip_before));
+  accumulate_.set("radius_m", std::span<const float>(radius_m));
+  fill_swing();
+}
+
+void Picture::fill_swing() {
+  constexpr auto kSide = static_cast<GLsizei>(HairMotion::kSwingNodes);
+  constexpr auto kDepth = static_cast<GLsizei>(HairMotion::kSwingNodes * HairMotion::kMovingMax);
+  bind(kSwingUnit, GL_TEXTURE_3D, swing_);
+  if (!std::exchange(has_swing_, true)) {
+    glTexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA16F, kSide, kSide, kDepth);
+    for (const GLenum which : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+      glTexParameteri(GL_TEXTURE_3D, which, GL_LINEAR);
+    for (const GLenum which : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+      glTexParameteri(GL_TEXTURE_3D, which, GL_CLAMP_TO_EDGE);
+  }
+  glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, kSide, kSide, kDepth, GL_RGBA, GL_FLOAT, motion_.swing().data());
+}
+
+void Picture::draw_screen() const {
+  glViewport(0, 0, width_, height_);
+  glBindVertexArray(nothing_.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindVertexArray(0);
+}
+
+void Picture::copy_depths() const {
+  if (!has_targets_) return;  // the stage has drawn them
+  depths_.use();
+  bind(kDepthUnit, GL_TEXTURE_2D, depth_);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_ALWAYS);
+  draw_screen();
+  glDepthFunc(GL_LESS);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glActiveTexture(GL_TEXTURE0);
+}
+
+}  // namespace hairnet::render

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "client/render/gl_objects.hpp"
+#include "client/render/hair_motion.hpp"
+#include "client/render/program.hpp"
+#include "client/render/stage.hpp"
+
+namespace hairnet::render {
+
+// Draws without grain, for a window: `draw` replaces Stage::draw. Each picture is drawn a little aside of the one
+// before, and is added to the average of those before it, which follows the motion of the camera, of heads and of their
+// hair (client/shaders/accumulate.frag). Where the GPU cannot draw half floats it draws as the stage does. One thread;
+// the context in which it was made must be current at every call, also at its destruction.
+class Picture {
+ public:
+  static Result<Picture> build();
+
+  // Draws to the bound framebuffer, which stores colours as they are.
+  void draw(Stage& stage, std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
+            int height);
+  // Copies the depths of the last picture to the bound framebuffer, for what is drawn over it.
+  void copy_depths() const;
+  // Forgets all pictures before: the next one shows nothing of them. A jump of the camera does this by itself.
+  void cut();
+  [[nodiscard]] int pictures() const { return number_; }  // since the last cut
+
+ private:
+  // The camera of the last picture.
+  struct CameraBefore {
+    Camera camera;
+    Eigen::Matrix4d to_clip;  // from axes of the world, the camera as origin
+  };
+  Picture(Program accumulate, Program present, Program depths)
+      : accumulate_(std::move(accumulate)), present_(std::move(present)), depths_(std::move(depths)) {}
+  bool resize(int width, int height);
+  void set_uniforms(const Stage& stage, const CameraBefore& now, const Sampling& sampling);
+  void fill_swing();
+  void draw_screen() const;
+
+  Program accumulate_, present_, depths_;
+  Renderbuffer colour_samples_, depth_samples_;
+  Texture current_, depth_, swing_;
+  Framebuffer samples_target_, current_target_;
+  struct Average {
+    Texture colour, count;
+    Framebuffer target;
+  };
+  Average next_, last_;
+  VertexArray nothing_;  // for the single triangle over the screen
+  HairMotion motion_;
+  std::optional<CameraBefore> before_;
+  int width_ = 0, height_ = 0, number_ = 0;
+  bool has_targets_ = false, has_swing_ = false;
+};
+
+// Where picture `number` has its samples, px from their usual places, -0.5 to 0.5: Halton's sequence of bases 2 and 3.
+std::array<float, 2> place_of(int number);
+
+}  // namespace hairnet::render
