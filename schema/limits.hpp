@@ -10,14 +10,14 @@
 // each: write one plain number a line.
 namespace hairnet::wire {
 
-inline constexpr std::uint16_t kProtocolVersion = 3;
+inline constexpr std::uint16_t kProtocolVersion = 4;
 inline constexpr std::size_t kPacketBytesMax = 4'194'304;
 inline constexpr std::size_t kPacketBytesMin = 16;            // prefix, root, identifier, an empty table
 inline constexpr std::size_t kPacketOverheadBytesMax = 4096;  // of any packet, beside poses, frames, geometry or chunk
 inline constexpr std::size_t kGroomChunkBytesMax = 262'144;
 inline constexpr std::size_t kGroomBytesMax = 268'435'456;
 inline constexpr std::size_t kPosesPerBatchMax = 4096;
-inline constexpr std::size_t kMembersPerMessageMax = 4096;     // of Observe, ReportImportance, RequestKeyframes
+inline constexpr std::size_t kMembersPerMessageMax = 4096;     // of Observe, ReportImportance
 inline constexpr std::size_t kHairStateIntegersMax = 786'432;  // of the largest lattice
 inline constexpr std::size_t kRoomNameBytesMax = 64;
 inline constexpr std::size_t kTokenBytesMax = 4096;

@@ -9,7 +9,7 @@
 namespace hairnet {
 
 struct FrameTrace::Files {
-  NpyWriter frames, quanta, poses, displacements;
+  NpyWriter frames, poses, displacements;
   std::string folder;
   std::int64_t displacement_count = 0;
 };
@@ -19,14 +19,13 @@ Result<FrameTrace> FrameTrace::create(const std::string& folder) {
   std::filesystem::create_directories(folder, error);
   if (error) return Refusal(folder + ": cannot be made: " + error.message());
   auto frames = NpyWriter::create(folder + "/frames.npy", NpyType::int64, {8});
-  auto quanta = NpyWriter::create(folder + "/quanta.npy", NpyType::float32, {});
   auto poses = NpyWriter::create(folder + "/poses.npy", NpyType::float32, {kBoneCount, 7});
   auto displacements = NpyWriter::create(folder + "/displacements.npy", NpyType::float32, {3});
-  for (const auto* file : {&frames, &quanta, &poses, &displacements}) {
+  for (const auto* file : {&frames, &poses, &displacements}) {
     if (!*file) return Refusal(folder + ": " + file->error());
   }
-  return FrameTrace(std::make_unique<Files>(
-      Files{std::move(*frames), std::move(*quanta), std::move(*poses), std::move(*displacements), folder, 0}));
+  return FrameTrace(
+      std::make_unique<Files>(Files{std::move(*frames), std::move(*poses), std::move(*displacements), folder, 0}));
 }
 
 FrameTrace::FrameTrace(std::unique_ptr<Files> files) : files_(std::move(files)) {}
@@ -45,7 +44,6 @@ void FrameTrace::add(const TracedFrame& frame) {
                                         frame.asleep ? 1 : 0,
                                         frame.step_stride};
   files_->frames.append(row);
-  files_->quanta.append(std::span(&frame.quantum_m, 1));
   std::array<float, 7 * kBoneCount> pose{};
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     const RigidTransform& bone = frame.pose.bones[b];
@@ -60,7 +58,7 @@ void FrameTrace::add(const TracedFrame& frame) {
 }
 
 Result<void> FrameTrace::finish() {
-  for (NpyWriter* file : {&files_->frames, &files_->quanta, &files_->poses, &files_->displacements}) {
+  for (NpyWriter* file : {&files_->frames, &files_->poses, &files_->displacements}) {
     if (const Result<void> finished = file->finish(); !finished)
       return Refusal(files_->folder + ": " + finished.error());
   }

@@ -13,14 +13,14 @@ namespace hairnet {
 
 struct TracedFrame {
   std::uint64_t tick = 0;
-  std::uint64_t character = 0;  // session << 32 | client's number
-  LevelIndex level = LevelIndex::rigid;
+  std::uint64_t character = 0;           // session << 32 | client's number
+  LevelIndex level = LevelIndex::rigid;  // that was stepped
   bool discontinuous = false;
   bool asleep = false;
-  float quantum_m = 0;  // 0 = not quantised
   Pose pose;
-  std::span<const Vec3f> displacement;  // active order, head space, m
-  int step_stride = 1;                  // ticks from one step to the next
+  std::span<const Vec3f>
+      displacement;     // of the level, or of the finest where frames came from a server; active order, head space, m
+  int step_stride = 1;  // ticks from one step to the next
 };
 
 // A folder of arrays with one row a frame; the README describes them.

@@ -11,18 +11,11 @@ namespace {
 
 std::size_t bytes_of(const FrameBatch& batch) {
   std::size_t bytes = sizeof(Event);
-  for (const Frame& frame : batch.frames)
-    bytes += sizeof frame + (frame.displacements.size() + frame.velocities.size()) * sizeof(std::int16_t);
+  for (const Frame& frame : batch.frames) bytes += sizeof frame + frame.coefficients.size() * sizeof(float);
   return bytes;
 }
 
 std::size_t bytes_of(const Event& event) {
-  if (const auto* known = std::get_if<LevelReceived>(&event)) {
-    HAIRNET_ASSERT(known->geometry);
-    const LevelGeometry& g = *known->geometry;
-    return sizeof(Event) + 4 * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
-                                g.trimmed_from.size() + g.trimmed_weights.size());
-  }
   const auto* fetched = std::get_if<GroomFetched>(&event);
   return sizeof(Event) + wire::kTextBytesMax + (fetched && fetched->bytes ? fetched->bytes->size() : 0);
 }

@@ -28,12 +28,6 @@ struct Disconnected {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
 };
-// The lattice geometry of one level of a groom. Frames of that level cannot be decoded before it arrives.
-struct LevelReceived {
-  wire::GroomHash groom{};
-  LevelIndex level = LevelIndex::high;
-  std::shared_ptr<const LevelGeometry> geometry;
-};
 // A requested groom: its file's bytes, for wire::decode_groom; or null, and the reason in one line.
 struct GroomFetched {
   wire::GroomHash hash{};
@@ -43,6 +37,6 @@ struct GroomFetched {
 // What a link reports to its caller, in order.
 using Event = std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded,
                            wire::CharacterRemoved, wire::MemberJoined, wire::MemberChanged, wire::MemberLeft,
-                           wire::RoomWind, LevelReceived, FrameBatch, GroomFetched, wire::Error>;
+                           wire::RoomWind, FrameBatch, GroomFetched, wire::Error>;
 
 }  // namespace hairnet::link

@@ -12,9 +12,7 @@ constexpr std::int64_t kLatticeWait_ns = 1'000'000'000;
 }  // namespace
 
 void LastKnownHair::keep(std::uint32_t character, HairSnapshot hair) {
-  HAIRNET_ASSERT(hair.geometry);
-  HAIRNET_ASSERT(hair.state.level != LevelIndex::rigid);
-  HAIRNET_ASSERT(hair.state.displacements.size() == 3 * hair.geometry->active_nodes.size());
+  HAIRNET_ASSERT(hair.basis);
   last_known_[character] = {std::move(hair), kNever_ns};
 }
 

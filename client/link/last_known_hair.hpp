@@ -4,26 +4,26 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <vector>
 
-#include "core/levels/level.hpp"
-#include "schema/codec/frame_codec.hpp"
+#include "client/link/basis_catalog.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
 
-// The lattice of one frame.
+// The hair of one frame.
 struct HairSnapshot {
   wire::GroomHash groom{};
-  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
-  wire::HairState state;
-  std::shared_ptr<const LevelGeometry> geometry;
+  std::shared_ptr<const KnownBasis> basis;
+  std::vector<float> coefficients;
+  wire::HairState state;  // the same, for the server
 };
 
 // The last known hair of this client's own characters, stored when the connection was lost. A new server has no lattice
 // until it has the groom, so it sends rigid frames at first. The link shows this hair instead. One thread.
 class LastKnownHair {
  public:
-  // Asserts that the hair fits its geometry.
+  // Asserts that the hair has a basis.
   void keep(std::uint32_t character, HairSnapshot hair);
   void drop(std::uint32_t character) { last_known_.erase(character); }
   void drop_of(const wire::GroomHash& groom);

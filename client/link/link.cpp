@@ -246,6 +246,10 @@ LinkCounters Link::counters() const {
   return impl_->with_core([](const LinkCore& core) { return core.counters(); });
 }
 
+std::shared_ptr<const Skin> Link::skin_of(const wire::GroomHash& groom) const {
+  return impl_->with_core([&](const LinkCore& core) { return core.skin_of(groom); });
+}
+
 void Link::close() {
   impl_->leave();
 }

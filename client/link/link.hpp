@@ -12,6 +12,7 @@
 #include "client/link/link_core.hpp"
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"
+#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet::link {
 
@@ -65,6 +66,8 @@ class Link {
   // Converts a time of the server's clock to that of now_ns(). Requires a connection.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
+  // Drawn hair must be kept out of it (SkinPush). Null until frames of coefficients have brought the groom's basis.
+  [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const;
   // Says goodbye and ends the link; Disconnected is the last event.
   void close();
 

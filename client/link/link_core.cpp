@@ -65,7 +65,7 @@ LinkCore::LinkCore(LinkCoreOptions options)
       splitter_(wire::kPacketBytesMax),
       uploads_(kChunkBytes),
       upload_scheduler_(kChunkBytes),
-      members_(options_.catalog ? options_.catalog : std::make_shared<LevelCatalog>(), options_.decode_share) {}
+      members_(options_.catalog ? options_.catalog : std::make_shared<BasisCatalog>(), options_.decode_share) {}
 
 // Holds between two calls from outside.
 void LinkCore::check_invariants() const {
@@ -413,12 +413,6 @@ void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
   if (members_.leave(left.member)) push(left);
 }
 
-void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
-  LevelReceived known{record.groom, record.level, {}};
-  known.geometry = members_.add_level(std::move(record));
-  push(std::move(known));
-}
-
 void LinkCore::on(wire::GroomBasis& announced, std::int64_t) {
   members_.bases().announce(announced);
 }
@@ -428,7 +422,7 @@ void LinkCore::on(wire::GroomData& data, std::int64_t) {
   if (!fetched) return;
   const std::optional<wire::GroomHash> groom = members_.bases().groom_of(fetched->hash);
   if (!groom) return push(std::move(*fetched));
-  std::string fault = members_.bases().take(*groom, *fetched);
+  std::string fault = members_.bases().take(*fetched);
   if (!fault.empty())
     push(wire::Error{wire::ErrorReason::groom_invalid, 0, *groom, "its basis cannot be used: " + fault});
 }
@@ -436,59 +430,50 @@ void LinkCore::on(wire::GroomData& data, std::int64_t) {
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
   FrameBatch events{batch.tick, batch.sample_time_ns, {}};
   if (!sink_) events.frames.reserve(batch.frames.size());
-  wire::RequestKeyframes keyframes;
   for (const wire::Frame& frame : batch.frames) {
-    const Members::DecodedFrame decoded = members_.decode_frame(frame, batch.tick, now_ns);
+    const Members::DecodedFrame decoded = members_.decode_frame(frame, batch.tick, batch.sample_time_ns, now_ns);
     ++counters_.frames_received;
     counters_.frames_unknown += decoded.outcome == Members::Outcome::unknown;
     counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;
-    if (decoded.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
-      keyframes.members.push_back(frame.member);
     if (decoded.wants_basis) request_groom(*decoded.wants_basis);
     if (decoded.outcome != Members::Outcome::unknown)
       dispatch({batch.tick, batch.sample_time_ns, frame, decoded}, events, now_ns);
   }
-  if (!keyframes.members.empty()) enqueue(std::move(keyframes));
   if (!events.frames.empty()) push(std::move(events));
 }
 
 void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns) {
   const auto& [tick, sample_time_ns, frame, decoded] = received;
   HAIRNET_ASSERT(welcome_);
-  HAIRNET_ASSERT(!decoded.integers || decoded.outcome == Members::Outcome::decoded);
-  if (decoded.character != 0 && decoded.integers && decoded.level != LevelIndex::rigid) {  // the server simulates it
+  HAIRNET_ASSERT((decoded.pose != nullptr) == (decoded.outcome == Members::Outcome::decoded));
+  if (decoded.character != 0 && decoded.basis) {  // the server simulates it
     last_known_.drop(decoded.character);
     requested_.forget_state(decoded.character);
   }
   if (sink_) {
     sink_->on_frame(received);
-  } else if (decoded.integers) {
+  } else if (decoded.pose) {
     Frame& out = events.frames.emplace_back();
     out.member = frame.member;
     out.character = decoded.character;
-    out.level = decoded.level;
-    out.error_class = decoded.error_class;
+    out.level = frame.level;
     out.discontinuous = decoded.discontinuous;
     out.asleep = frame.asleep;
     out.step_stride = frame.step_stride;
     out.step_s = static_cast<float>(frame.step_stride) / static_cast<float>(welcome_->tick_rate_hz);
-    out.pose = decoded.pose;
-    out.displacements = decoded.integers->nodes;
-    out.velocities = decoded.integers->velocities;
-    out.geometry = decoded.geometry;
+    out.pose = *decoded.pose;
+    out.coefficients.assign(decoded.coefficients.begin(), decoded.coefficients.end());
+    out.basis = decoded.basis;
     if (out.character != 0) show_last_known(out, now_ns);
   }
 }
 
 void LinkCore::show_last_known(Frame& frame, std::int64_t now_ns) {
-  if (frame.level != LevelIndex::rigid) return;
+  if (frame.basis) return;
   if (const HairSnapshot* hair = last_known_.of(frame.character, now_ns)) {
     frame.last_known = true;
-    frame.level = hair->state.level;
-    frame.error_class = hair->error_class;
-    frame.displacements = hair->state.displacements;
-    frame.geometry = hair->geometry;
-    HAIRNET_ASSERT(frame.velocities.empty());
+    frame.coefficients = hair->coefficients;
+    frame.basis = hair->basis;
   }
 }
 

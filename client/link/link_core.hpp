@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "client/link/backoff.hpp"
+#include "client/link/basis_catalog.hpp"
 #include "client/link/event_queue.hpp"
 #include "client/link/events.hpp"
 #include "client/link/groom_fetch.hpp"
 #include "client/link/importance_reporter.hpp"
 #include "client/link/last_known_hair.hpp"
-#include "client/link/level_catalog.hpp"
 #include "client/link/members.hpp"
 #include "client/link/requested_state.hpp"
 #include "client/link/send_queue.hpp"
@@ -37,7 +37,7 @@ struct LinkCoreOptions {
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
   double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
-  std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
+  std::shared_ptr<BasisCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
 };
 
 // What has happened since the start.
@@ -114,6 +114,9 @@ class LinkCore {
   // Converts a time of the server's clock to ours. Returns it unchanged while no server's clock is known.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
+  [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const {
+    return members_.bases().skin_of(groom);
+  }
 
   // The connection's side.
 
@@ -144,7 +147,6 @@ class LinkCore {
   void on(wire::MemberLeft& left, std::int64_t now_ns);
   void on(wire::RoomWind& wind, std::int64_t now_ns);
   void on(wire::GroomBasis& announced, std::int64_t now_ns);
-  void on(wire::LevelRecord& record, std::int64_t now_ns);
   void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);
   void on(wire::Error& error, std::int64_t now_ns);

@@ -1,12 +1,18 @@
 #include "client/link/members.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
 
 namespace hairnet::link {
 namespace {
 
-// Between two requests for a keyframe of one member: the answer takes a round trip.
-constexpr std::int64_t kKeyframeWait_ns = 500'000'000;
+constexpr float kStateStep_m = 0.25e-3f;
+constexpr std::int64_t kVelocityOver_ns_max = 250'000'000;
+
+std::int16_t to_integer(float value, float unit) {
+  return static_cast<std::int16_t>(std::clamp(std::nearbyint(value / unit), -32767.0f, 32767.0f));
+}
 
 }  // namespace
 
@@ -59,17 +65,6 @@ void Members::remove_own(std::uint32_t character) {
   std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; });
 }
 
-std::shared_ptr<const LevelGeometry> Members::add_level(wire::LevelRecord record) {
-  HAIRNET_ASSERT(record.level != LevelIndex::rigid);
-  const std::pair key{record.groom, record.level};
-  std::shared_ptr<const KnownLevel> known = catalog_->keep(std::move(record));
-  levels_[key] = known;
-  for (auto& [number, member] : members_) {
-    if (member.groom == key.first) member.levels[static_cast<std::size_t>(key.second)] = known;
-  }
-  return {known, &known->geometry};
-}
-
 // Hashes the number, so that the choice does not depend on the order of arrival.
 bool Members::decodes(std::uint32_t number) const {
   if (decode_share_ >= 1) return true;
@@ -77,16 +72,8 @@ bool Members::decodes(std::uint32_t number) const {
   return static_cast<double>(mixed) < decode_share_ * 4294967296.0;
 }
 
-const KnownLevel* Members::level_of(Member& member, LevelIndex level) const {
-  HAIRNET_ASSERT(static_cast<std::size_t>(level) < member.levels.size());
-  std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(level)];
-  if (!known) {
-    if (const auto found = levels_.find({member.groom, level}); found != levels_.end()) known = found->second;
-  }
-  return known.get();
-}
-
-Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns) {
+Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
+                                            std::int64_t now_ns) {
   DecodedFrame decoded;
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return decoded;
@@ -99,111 +86,59 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
     decoded.outcome = Outcome::skipped;
     return decoded;
   }
-  if (frame.coefficients) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
-  if (decode(member, frame, tick, decoded)) {
-    decoded.outcome = Outcome::decoded;
-    member.discontinuity_pending = member.keyframe_asked = false;
+  const bool is_rigid = frame.level == LevelIndex::rigid;
+  if (!is_rigid) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
+  const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
+  Moment& moment = member.newest;
+  std::swap(member.before, moment);
+  moment.basis = nullptr;
+  if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, moment.decoded) ||
+      wire::validate_pose(moment.decoded.pose) != wire::PoseRefusal::none) {
+    decoded.outcome = Outcome::undecodable;
+    member.discontinuity_pending = decoded.discontinuous;
     return decoded;
   }
-  decoded.outcome = Outcome::undecodable;
-  member.discontinuity_pending = decoded.discontinuous;
-  decoded.wants_keyframe = !member.keyframe_asked || now_ns - member.keyframe_asked_ns >= kKeyframeWait_ns;
-  if (decoded.wants_keyframe) member.keyframe_asked_ns = now_ns;
-  member.keyframe_asked = true;
+  moment.sample_time_ns = sample_time_ns;
+  if (!is_rigid) moment.basis = basis;
+  if (decoded.discontinuous) member.before.basis = nullptr;
+  member.discontinuity_pending = false;
+  decoded.outcome = Outcome::decoded;
+  decoded.pose = &moment.decoded.pose;
+  decoded.basis = moment.basis;
+  if (decoded.basis) decoded.coefficients = moment.decoded.coefficients;
   return decoded;
-}
-
-bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& decoded) const {
-  const std::size_t slot = (member.newest + 1) % kSlotCount;
-  HistoryEntry& next = member.history[slot];
-  next.valid = false;
-  const bool is_decoded = frame.coefficients ? decode_coefficients(member, frame, next, decoded.pose)
-                                             : decode_nodes(member, frame, tick, next, decoded.pose);
-  if (!is_decoded || wire::validate_pose(decoded.pose) != wire::PoseRefusal::none) return false;
-  HAIRNET_ASSERT(next.integers.nodes.size() == (next.geometry ? 3 * next.geometry->active_nodes.size() : 0));
-  next.valid = true;
-  next.tick = tick;
-  member.newest = slot;
-  decoded.integers = &next.integers;
-  decoded.level = next.level;
-  decoded.error_class = next.error_class;
-  decoded.geometry = next.geometry;
-  return true;
-}
-
-// While the basis is on its way, the hair is shown at rest.
-bool Members::decode_coefficients(const Member& member, const wire::Frame& frame, HistoryEntry& entry,
-                                  Pose& pose) const {
-  const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
-  codec::DecodedFrame coded;
-  if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, coded)) return false;
-  pose = coded.pose;
-  const bool rigid = !basis || frame.level == LevelIndex::rigid;
-  entry.integers.nodes.clear();
-  entry.integers.velocities.clear();
-  entry.level = rigid ? LevelIndex::rigid : LevelIndex::high;
-  entry.error_class = codec::ErrorClass::quarter_mm;
-  entry.geometry = rigid ? nullptr : std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry);
-  if (rigid) return true;
-  std::vector<Vec3f> displacements(basis->hair.basis.node_count);
-  displacements_of(basis->hair.basis, coded.coefficients, displacements);
-  codec::quantise_nodes(displacements, entry.error_class, entry.integers.nodes);
-  return true;
-}
-
-bool Members::decode_nodes(Member& member, const wire::Frame& frame, std::uint64_t tick, HistoryEntry& entry,
-                           Pose& pose) const {
-  const bool rigid = frame.level == LevelIndex::rigid;
-  const KnownLevel* level = rigid ? nullptr : level_of(member, frame.level);
-  if (!rigid && !level) return false;
-  const std::size_t integer_count = rigid ? 0 : 3 * level->geometry.active_nodes.size();
-  HAIRNET_ASSERT(frame.order <= codec::kHistoryMax);
-  HAIRNET_ASSERT(wire::is_stride(frame.stride));
-  std::array<const codec::FrameIntegers*, codec::kHistoryMax> history{};
-  for (std::size_t k = 0; k < frame.order; ++k) {
-    const HistoryEntry& past = member.history[(member.newest + kSlotCount - k) % kSlotCount];
-    if (!past.valid || past.tick != tick - (k + 1) * frame.stride || past.integers.nodes.size() != integer_count)
-      return false;
-    history[k] = &past.integers;
-  }
-  if (!codec::decode_frame(frame.content, codec::History(history.data(), frame.order),
-                           level ? &level->neighbours : nullptr, frame.velocities, entry.integers))
-    return false;
-  HAIRNET_ASSERT(entry.integers.velocities.size() == (frame.velocities ? integer_count : 0));
-  pose = codec::dequantise_pose(entry.integers);
-  entry.level = frame.level;
-  entry.error_class = frame.error_class;
-  entry.geometry = nullptr;
-  if (level) entry.geometry = {member.levels[static_cast<std::size_t>(frame.level)], &level->geometry};
-  return true;
 }
 
 std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   const auto found = std::find_if(members_.begin(), members_.end(),
                                   [&](const auto& m) { return m.second.own && m.second.character == character; });
   if (found == members_.end()) return std::nullopt;
-  const Member& member = found->second;
-  const HistoryEntry& last = member.history[member.newest];
-  if (!last.valid || last.integers.nodes.empty()) return std::nullopt;
-  HAIRNET_ASSERT(last.level != LevelIndex::rigid && last.geometry);
-  // The server may have sent another geometry, or another basis, after the frame.
-  const std::shared_ptr<const KnownLevel>& level = member.levels[static_cast<std::size_t>(last.level)];
-  const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
-  const bool is_current =
-      (level && &level->geometry == last.geometry.get()) || (basis && &basis->hair.geometry == last.geometry.get());
-  if (!is_current) return std::nullopt;
-  return HairSnapshot{member.groom,
-                      last.error_class,
-                      {last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
-                       last.integers.velocities},
-                      last.geometry};
+  const auto& [newest, before] = std::tie(found->second.newest, found->second.before);
+  if (!newest.basis || newest.basis != bases_.of(found->second.groom)) return std::nullopt;
+  const LevelGeometry& geometry = newest.basis->hair.geometry;
+  HairSnapshot hair{found->second.groom, newest.basis, newest.decoded.coefficients, {}};
+  hair.state.step_m = kStateStep_m;
+  std::vector<Vec3f> now(geometry.active_nodes.size()), past(now.size());
+  hairnet::displacements_of(newest.basis->hair.basis, newest.decoded.coefficients, now);
+  for (const Vec3f& d : now) {
+    for (const float x : d) hair.state.displacements.push_back(to_integer(x, kStateStep_m));
+  }
+  const std::int64_t elapsed_ns = newest.sample_time_ns - before.sample_time_ns;
+  if (before.basis != newest.basis || elapsed_ns <= 0 || elapsed_ns > kVelocityOver_ns_max) return hair;
+  hairnet::displacements_of(before.basis->hair.basis, before.decoded.coefficients, past);
+  const RigidTransform &head = newest.decoded.pose.head(), &head_before = before.decoded.pose.head();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const Vec3f rest = geometry.lattice.node(geometry.active_nodes[i]);
+    const Vec3 moved = head.point((rest + now[i]).cast<double>()) - head_before.point((rest + past[i]).cast<double>());
+    const Vec3 velocity = head.rotation.conjugate() * moved / (1e-9 * static_cast<double>(elapsed_ns));
+    for (const double x : velocity)
+      hair.state.velocities.push_back(to_integer(static_cast<float>(x), wire::kVelocityStepsPer_s * kStateStep_m));
+  }
+  return hair;
 }
 
 void Members::forget_frames() {
-  for (auto& [number, member] : members_) {
-    for (HistoryEntry& past : member.history) past.valid = false;
-    member.keyframe_asked = false;
-  }
+  for (auto& [number, member] : members_) member.newest.basis = member.before.basis = nullptr;
 }
 
 void Members::mark_all_unconfirmed() {
@@ -232,7 +167,6 @@ std::vector<std::uint32_t> Members::drop_unconfirmed() {
 
 std::vector<std::uint32_t> Members::drop_all() {
   mark_all_unconfirmed();
-  levels_.clear();
   return drop_unconfirmed();
 }
 

@@ -14,26 +14,16 @@ constexpr std::size_t kFramesMax = 256;   // stored while no caller samples
 constexpr std::size_t kArrivalsMax = 60;  // two seconds at 30 Hz
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
 constexpr std::int64_t kFreeze_ns = 100'000'000;
-constexpr std::int64_t kCubic_ns_max = 250'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
 // notice.
 constexpr double kSlewMax = 0.1;
 
-// The same rotation with the quaternion's sign for which it is less than half a turn.
-Quat nearer(const Quat& q) {
-  return q.w() < 0 ? Quat(-q.coeffs()) : q;
+float at(const std::vector<float>& coefficients, std::size_t k) {
+  return k < coefficients.size() ? coefficients[k] : 0;
 }
 
 }  // namespace
-
-// Over a long gap the end velocities no longer describe the motion between, so the cubic is not used.
-bool Playout::is_cubic(const BufferedFrame& from, const BufferedFrame& to) {
-  const std::size_t count = to.displacement.size();
-  return count > 0 && to.velocity.size() == count && from.velocity.size() == count &&
-         from.displacement.size() == count && to.geometry && to.geometry->active_nodes.size() == count &&
-         to.time_ns - from.time_ns <= kCubic_ns_max;
-}
 
 // The buffered frames are in order of time, no two at the same.
 void Playout::check_invariants() const {
@@ -44,10 +34,7 @@ void Playout::check_invariants() const {
 }
 
 void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
-  HAIRNET_ASSERT(frame.displacements.size() % 3 == 0);
-  HAIRNET_ASSERT(frame.velocities.empty() || frame.velocities.size() == frame.displacements.size());
-  HAIRNET_ASSERT(!frame.geometry || frame.displacements.empty() ||
-                 frame.displacements.size() == 3 * frame.geometry->active_nodes.size());
+  HAIRNET_ASSERT(frame.coefficients.size() <= (frame.basis ? frame.basis->code.mode_count() : 0));
   record_arrival(sample_time_ns, arrival_time_ns);
   const auto after = std::find_if(frames_.begin(), frames_.end(),
                                   [&](const BufferedFrame& buffered) { return buffered.time_ns >= sample_time_ns; });
@@ -60,12 +47,16 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
   if (started_ && !frames_.empty() && frames_.back().time_ns < shown_.time_ns) {
     frames_.clear();
     frames_.push_back(shown_);
+    before_.reset();
   }
-  BufferedFrame buffered{sample_time_ns, frame.discontinuous, frame.asleep, frame.pose, frame.level, {}, {}, 0,
-                         frame.geometry};
-  buffered.step_ns = std::llround(1e9 * double{frame.step_s});
-  codec::dequantise_nodes(frame.displacements, frame.error_class, buffered.displacement);
-  codec::dequantise_velocities(frame.velocities, frame.error_class, buffered.velocity);
+  BufferedFrame buffered{sample_time_ns,
+                         frame.discontinuous,
+                         frame.asleep,
+                         frame.pose,
+                         frame.level,
+                         frame.coefficients,
+                         std::llround(1e9 * double{frame.step_s}),
+                         frame.basis};
   const auto place = std::find_if(frames_.begin(), frames_.end(),
                                   [&](const BufferedFrame& other) { return other.time_ns > sample_time_ns; });
   frames_.insert(place, std::move(buffered));
@@ -79,9 +70,8 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
 void Playout::freeze() {
   if (frames_.empty()) return;
   BufferedFrame& last = frames_.back();
-  HAIRNET_ASSERT(!started_ || shown_.time_ns < last.time_ns || shown_.displacement.size() == last.displacement.size());
   // the shown state may already be easing
-  if (started_ && shown_.time_ns >= last.time_ns) last.displacement = shown_.displacement;
+  if (started_ && shown_.time_ns >= last.time_ns) last.coefficients = shown_.coefficients;
   last.asleep = true;
 }
 
@@ -103,9 +93,9 @@ std::int64_t Playout::target_delay_ns() const {
   }
   std::int64_t interval = kIntervalDefault_ns;
   if (!intervals.empty()) {
-    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-    std::nth_element(intervals.begin(), middle, intervals.end());
-    interval = *middle;
+    const auto most_of = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
+    std::nth_element(intervals.begin(), most_of, intervals.end());
+    interval = *most_of;
   }
   interval = std::max(interval, frames_.back().step_ns);
   return least + interval + std::max(interval / 2, most - least);
@@ -137,78 +127,53 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
   if (frames_.empty()) return {};
   advance(render_time_ns);
   const std::int64_t now = shown_.time_ns;
-  while (frames_.size() > 1 && frames_[1].time_ns <= now) frames_.pop_front();
+  while (frames_.size() > 1 && frames_[1].time_ns <= now) {
+    before_ = std::move(frames_.front());
+    frames_.pop_front();
+  }
   if (now <= frames_[0].time_ns || frames_.size() == 1)
     show_last(frames_[0]);
   else
     show_between(frames_[0], frames_[1]);
   check_invariants();
-  HAIRNET_ASSERT(shown_.displacement.empty() || !shown_.geometry ||
-                 shown_.displacement.size() == shown_.geometry->active_nodes.size());
-  return {true, shown_.pose, shown_.level, shown_.displacement, now, shown_.geometry};
+  displacement_.resize(shown_.basis ? shown_.basis->hair.basis.node_count : 0);
+  if (!shown_.basis) return {true, shown_.pose, shown_.level, {}, now, nullptr};
+  hairnet::displacements_of(shown_.basis->hair.basis, shown_.coefficients, displacement_);
+  return {true, shown_.pose, shown_.level, displacement_, now, {shown_.basis, &shown_.basis->hair.geometry}};
 }
 
+bool Playout::are_joined(const BufferedFrame& from, const BufferedFrame& to) {
+  return !to.discontinuous && (from.basis == to.basis || !from.basis || !to.basis);
+}
+
+// With h_0 and h the durations before and after `from`, and d_0 and d the slopes of the straight lines, the parabola is
+//
+//   c(s) = c_from + s (c_to - c_from) + s (s - 1) h^2 (d - d_0) / (h_0 + h).
 void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
   HAIRNET_ASSERT(from.time_ns < to.time_ns);
   HAIRNET_ASSERT(shown_.time_ns > from.time_ns && shown_.time_ns < to.time_ns);
-  shown_.level = from.level;
-  const bool joined =
-      !to.discontinuous && to.level == from.level &&
-      (to.displacement.size() == from.displacement.size() || to.displacement.empty() || from.displacement.empty());
-  if (!joined) {
+  if (!are_joined(from, to)) {
     shown_.pose = from.pose;
-    shown_.displacement = from.displacement;
-    shown_.geometry = from.geometry;
+    shown_.level = from.level;
+    shown_.coefficients = from.coefficients;
+    shown_.basis = from.basis;
     return;
   }
-  const double s = static_cast<double>(shown_.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
+  const auto h_ns = static_cast<double>(to.time_ns - from.time_ns);
+  const double s = static_cast<double>(shown_.time_ns - from.time_ns) / h_ns;
   shown_.pose = interpolate(from.pose, to.pose, s);
-  shown_.geometry = to.displacement.empty() ? from.geometry : to.geometry;
-  if (is_cubic(from, to)) return show_cubic(from, to, s);
-  // An empty frame is a lattice at rest.
-  shown_.displacement.assign(std::max(from.displacement.size(), to.displacement.size()), Vec3f::Zero());
-  for (std::size_t i = 0; i < from.displacement.size(); ++i)
-    shown_.displacement[i] += static_cast<float>(1 - s) * from.displacement[i];
-  for (std::size_t i = 0; i < to.displacement.size(); ++i)
-    shown_.displacement[i] += static_cast<float>(s) * to.displacement[i];
-}
-
-// Let x = p^0 + d be the node in the head's axes, w the head's angular velocity in these axes, and t the head's
-// position. Then
-//
-//   p' = t' + R (w x x + d').
-//
-// Both w and t' are constant while `interpolate` moves the head, so d' follows from the node's velocity R^-1 p' in the
-// frame. That velocity is the mean over the step that ended with the frame; half a step's change gives the velocity at
-// the frame's moment.
-void Playout::show_cubic(const BufferedFrame& from, const BufferedFrame& to, double s) {
-  HAIRNET_ASSERT(is_cubic(from, to));
-  HAIRNET_ASSERT(s >= 0 && s <= 1);
-  const double duration_s = 1e-9 * static_cast<double>(to.time_ns - from.time_ns);
-  const RigidTransform &a = from.pose.head(), &b = to.pose.head();
-  const Quat turn = nearer(a.rotation.conjugate() * b.rotation);  // from the axes of `to` into those of `from`
-  const Eigen::AngleAxisd angle(turn);
-  const Vec3f spin = (angle.axis() * angle.angle() / duration_s).cast<float>();
-  const Vec3 drift = (b.position - a.position) / duration_s;
-  const Vec3f drift_a = (a.rotation.conjugate() * drift).cast<float>();
-  const Vec3f drift_b = (b.rotation.conjugate() * drift).cast<float>();
-  const Eigen::Matrix3f turned = turn.toRotationMatrix().cast<float>(), back = turned.transpose();
-  const double step_s = std::min(duration_s, 1e-9 * static_cast<double>(to.step_ns));
-  const auto half_step = static_cast<float>(step_s / duration_s / 2);
-
-  const double s2 = s * s, s3 = s2 * s;
-  const auto at_from = static_cast<float>(2 * s3 - 3 * s2 + 1), at_to = static_cast<float>(3 * s2 - 2 * s3);
-  const auto slope_from = static_cast<float>((s3 - 2 * s2 + s) * duration_s);
-  const auto slope_to = static_cast<float>((s3 - s2) * duration_s);
-  const LevelGeometry& geometry = *to.geometry;
-  shown_.displacement.resize(to.displacement.size());
-  for (std::size_t i = 0; i < to.displacement.size(); ++i) {
-    const Vec3f rest = geometry.lattice.node(geometry.active_nodes[i]);
-    const Vec3f &d_from = from.displacement[i], &d_to = to.displacement[i];
-    const Vec3f &v_from = from.velocity[i], &v_to = to.velocity[i];
-    const Vec3f rate_from = v_from + half_step * (turned * v_to - v_from) - drift_a - spin.cross(Vec3f(rest + d_from));
-    const Vec3f rate_to = v_to + half_step * (v_to - back * v_from) - drift_b - spin.cross(Vec3f(rest + d_to));
-    shown_.displacement[i] = at_from * d_from + at_to * d_to + slope_from * rate_from + slope_to * rate_to;
+  shown_.level = to.level;
+  shown_.basis = to.basis ? to.basis : from.basis;
+  const bool has_before = before_ && before_->time_ns < from.time_ns && are_joined(*before_, from);
+  const double h0_ns = has_before ? static_cast<double>(from.time_ns - before_->time_ns) : h_ns;
+  const auto ahead = static_cast<float>(s), ratio = static_cast<float>(h_ns / h0_ns);
+  const auto bend = static_cast<float>(s * (s - 1) * h_ns / (h0_ns + h_ns));
+  std::vector<float>& shown = shown_.coefficients;
+  shown.resize(std::max(from.coefficients.size(), to.coefficients.size()));
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const float start = at(from.coefficients, k), step = at(to.coefficients, k) - start;
+    shown[k] = start + ahead * step;
+    if (has_before) shown[k] += bend * (step - ratio * (start - at(before_->coefficients, k)));
   }
 }
 
@@ -218,9 +183,9 @@ void Playout::show_last(const BufferedFrame& last) {
   const float left = last.asleep ? 1 : static_cast<float>(1 - eased);
   shown_.pose = last.pose;
   shown_.level = last.level;
-  shown_.displacement = last.displacement;
-  shown_.geometry = last.geometry;
-  for (Vec3f& d : shown_.displacement) d *= left;
+  shown_.coefficients = last.coefficients;
+  shown_.basis = last.basis;
+  for (float& c : shown_.coefficients) c *= left;
 }
 
 }  // namespace hairnet::link

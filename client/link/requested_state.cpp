@@ -53,7 +53,6 @@ void RequestedState::set_level(const wire::SetLevel& wanted) {
 }
 
 void RequestedState::remember(std::uint32_t character, wire::HairState state) {
-  HAIRNET_ASSERT(state.level != LevelIndex::rigid);
   HAIRNET_ASSERT(wire::validate(state).empty());
   if (Character* known = find(character)) known->added.state = std::move(state);
 }

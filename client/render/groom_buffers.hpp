@@ -2,6 +2,7 @@
 
 #include "client/render/gl_objects.hpp"
 #include "client/render/groom_geometry.hpp"
+#include "client/render/skin_texture.hpp"
 
 namespace hairnet::render {
 
@@ -28,6 +29,8 @@ class GroomBuffers {
 
   // Binds the strands' points for StrandDeformPass to the texture units kRestPointsUnit and kRestArcsUnit.
   void bind_points() const;
+  [[nodiscard]] const SkinTexture& skin() const { return skin_; }
+  SkinTexture& skin() { return skin_; }
   // The number of rows of kPointRow points in the first `strand_count` strands.
   [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
   // The points of the first `strand_count` strands.
@@ -52,7 +55,7 @@ class GroomBuffers {
   [[nodiscard]] std::size_t index_count(std::size_t list, std::size_t strand_count) const {
     return lists_[list].end[strand_count];
   }
-  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  [[nodiscard]] std::size_t bytes() const { return bytes_ + skin_.bytes(); }
 
  private:
   struct List {
@@ -68,6 +71,7 @@ class GroomBuffers {
   void upload(GLenum target, const Buffer& buffer, const std::vector<T>& values);
 
   Texture rest_points_, rest_arcs_;
+  SkinTexture skin_;
   std::vector<std::uint32_t> point_end_;  // StrandPoints::end
   Buffer strand_vertices_, card_vertices_, far_card_vertices_, fabric_vertices_, body_vertices_;
   std::vector<List> lists_;

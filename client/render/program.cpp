@@ -49,7 +49,8 @@ void bind_samplers(GLuint program) {
                                                          {"history", kHistoryUnit},
                                                          {"history_count", kHistoryCountUnit},
                                                          {"average", kHistoryUnit},
-                                                         {"swing", kSwingUnit}};
+                                                         {"swing", kSwingUnit},
+                                                         {"skin_nodes", kSkinNodesUnit}};
   for (const auto& [name, unit] : kSamplers) glUniform1i(glGetUniformLocation(program, name), unit);
 }
 

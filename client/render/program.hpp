@@ -17,7 +17,7 @@ namespace hairnet::render {
 inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
                        kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7, kDensityUnit = 8,
                        kLightDepthNowUnit = 9, kLightDepthRestUnit = 10, kCurrentUnit = 11, kDepthUnit = 12,
-                       kHistoryUnit = 13, kHistoryCountUnit = 14, kSwingUnit = 15;
+                       kHistoryUnit = 13, kHistoryCountUnit = 14, kSwingUnit = 15, kSkinNodesUnit = 16;
 
 // A linked pair of shaders. Its context must be current at every use.
 class Program {
@@ -37,6 +37,9 @@ class Program {
   void set(const char* uniform, float x, float y) const { glUniform2f(at(uniform), x, y); }
   void set(const char* uniform, std::span<const Vec3f> v) const {
     glUniform3fv(at(uniform), static_cast<GLsizei>(v.size()), v.data()->data());
+  }
+  void set(const char* uniform, std::span<const Eigen::Vector4f> v) const {
+    glUniform4fv(at(uniform), static_cast<GLsizei>(v.size()), v.data()->data());
   }
   void set(const char* uniform, std::span<const float> v) const {
     glUniform1fv(at(uniform), static_cast<GLsizei>(v.size()), v.data());

@@ -124,6 +124,10 @@ class GlStage final : public Stage {
     if (groom < grooms_.size()) grooms_[groom].reset();
   }
 
+  void set_skin(std::size_t groom, const SkinPush& skin) override {
+    if (groom < grooms_.size() && grooms_[groom]) grooms_[groom]->skin().fill(skin);
+  }
+
   void draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width, int height,
             bool target_is_srgb, const Sampling& sampling) override;
 
@@ -368,8 +372,11 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
   draw_all(programs_.body, groom.body());
   glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+  programs_.fabric.use();
+  groom.skin().use(programs_.fabric);
   draw_all(programs_.fabric, groom.fabric());
   programs_.card.use();
+  groom.skin().use(programs_.card);
   programs_.card.set("far_cards", 0.0f);
   programs_.card.set("waviness", 0.0f);
   draw_all(programs_.card, groom.cards());

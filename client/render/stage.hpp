@@ -11,6 +11,7 @@
 #include "client/render/draw_detail.hpp"
 #include "client/render/hair_motion.hpp"
 #include "core/ffd/lattice.hpp"
+#include "core/ffd/skin_push.hpp"
 #include "core/groom/groom.hpp"
 #include "core/pose/pose.hpp"
 #include "core/result.hpp"
@@ -62,6 +63,8 @@ class Stage {
   // Prepares the groom and uploads it to the GPU. Returns its number in this stage.
   virtual std::size_t add_groom(const Groom& groom) = 0;
   virtual void remove_groom(std::size_t groom) = 0;
+  // From now on the groom's hair is kept out of this skin; until then it lies where its lattice says.
+  virtual void set_skin(std::size_t groom, const SkinPush& skin) = 0;
 
   // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a
   // pixel. Leaves out characters whose pose is not finite or over 10 km away.

@@ -37,6 +37,8 @@ void StrandDeformPass::place(const GroomBuffers& groom, std::size_t first_record
   groom.bind_points();
   glViewport(0, 0, static_cast<GLsizei>(kPointRow), static_cast<GLsizei>(rows_));
   glBindVertexArray(nothing_.name());
+  deform_.use();
+  groom.skin().use(deform_);
   run(deform_, deformed_, first_record, characters);
   glActiveTexture(GL_TEXTURE0 + kDeformedPointsUnit);
   glBindTexture(GL_TEXTURE_2D, deformed_.texture.name());

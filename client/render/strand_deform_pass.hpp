@@ -7,9 +7,10 @@
 
 namespace hairnet::render {
 
-// Places the points of strands before the strands are drawn: deforms them, and limits every strand to its length at
-// rest (StrandLengths in shaders). Two passes write textures of points; client/shaders/strand_points.glsl has their
-// layout. Each drawn vertex then reads its point, so FFD runs once a point, not once a vertex and follow hair.
+// Places the points of strands before the strands are drawn: deforms them, pushes them out of the skin, and limits
+// every strand to its length at rest (SkinPush and StrandLengths in shaders). Two passes write textures of points;
+// client/shaders/strand_points.glsl has their layout. Each drawn vertex then reads its point, so FFD runs once a point,
+// not once a vertex and follow hair.
 class StrandDeformPass {
  public:
   static constexpr std::size_t kPointRow = 1024;  // points in a row

@@ -1,5 +1,6 @@
 #include "scene.glsl"
 #include "character.glsl"
+#include "skin_push.glsl"
 #include "ffd.glsl"
 #include "hair_light.glsl"
 #include "density.glsl"

@@ -1,5 +1,6 @@
 #include "scene.glsl"
 #include "character.glsl"
+#include "skin_push.glsl"
 #include "ffd.glsl"
 
 // Points of a groom as the other shaders move them, for reading back.

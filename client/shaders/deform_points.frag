@@ -1,9 +1,10 @@
 #include "scene.glsl"
 #include "character.glsl"
+#include "skin_push.glsl"
 #include "ffd.glsl"
 #include "strand_points.glsl"
 
-// The first of two passes over the points of strands: FFD.
+// The first of two passes over the points of strands: FFD, and the push out of the skin.
 flat in int row;
 uniform highp sampler2D rest_points;  // of the groom: head space, m; delta
 out uvec4 point;
@@ -25,6 +26,8 @@ void main() {
   vec4 rest = texelFetch(rest_points, at, 0);
   vec3 u;
   mat3 slope;
-  displace(load_character(row), rest.xyz, u, slope);
-  point = texel_with(StrandPoint(rest.xyz + rest.w * u, rotation_in(mat3(1.0) + rest.w * slope)));
+  Character character = load_character(row);
+  displace(character, rest.xyz, u, slope);
+  vec3 position = push_out(character, rest, rest.xyz + rest.w * u);
+  point = texel_with(StrandPoint(position, rotation_in(mat3(1.0) + rest.w * slope)));
 }

@@ -1,5 +1,6 @@
 #include "scene.glsl"
 #include "character.glsl"
+#include "skin_push.glsl"
 #include "ffd.glsl"
 
 // Cloth and threads in the hair. A thread is a ribbon that faces the camera, lit as a round cord.

@@ -63,10 +63,10 @@ void displace(Character character, vec3 x, out vec3 u, out mat3 slope) {
   }
 }
 
-// A groom's point after the FFD, head space.
+// A groom's point after the FFD and the push out of the skin, head space.
 struct HairPoint {
   vec3 position;
-  vec3 tangent;  // d(position) / ds, s the arc length at rest: t + delta J t + (d delta / ds) u; not of unit length
+  vec3 tangent;  // of the FFD alone, along s, the arc length at rest: t + delta J t + (d delta / ds) u; not of unit length
   mat3 frame;    // transforms small things at the point: 1 + delta J
 };
 
@@ -76,5 +76,5 @@ HairPoint deform(Character character, vec4 rest, vec4 direction) {
   mat3 slope;
   displace(character, rest.xyz, u, slope);
   mat3 frame = mat3(1.0) + rest.w * slope;
-  return HairPoint(rest.xyz + rest.w * u, frame * direction.xyz + direction.w * u, frame);
+  return HairPoint(push_out(character, rest, rest.xyz + rest.w * u), frame * direction.xyz + direction.w * u, frame);
 }

@@ -9,7 +9,7 @@
 #include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/hair_sample.hpp"
-#include "core/levels/skin_distance_field.hpp"
+#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet {
 namespace {

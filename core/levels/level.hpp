@@ -9,7 +9,7 @@
 
 #include "core/ffd/lattice.hpp"
 #include "core/groom/material.hpp"
-#include "core/pose/pose.hpp"
+#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet {
 
@@ -41,17 +41,6 @@ struct Stiffeners {
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
-
-// The skin that follows one bone: the signed distance to it (negative inside) on a grid, in head space at rest. The
-// paper sums metaballs instead (3.3); the force law is still the metaballs' (contact.hpp).
-struct SkinDistanceField {
-  Bone bone = Bone::head;
-  Vec3f origin = Vec3f::Zero();      // of node (0, 0, 0), m
-  float cell_m = 0;                  // between two nodes
-  std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2
-  std::vector<float> distance;       // m; node (i, j, k) has index i + nx (j + ny k)
-};
-using Skin = std::vector<SkinDistanceField>;  // at most one a bone
 
 // Contact energy is U when a point is this much nearer to the skin than its limit (contact.hpp).
 inline constexpr double kContactDepth_m = 0.05;

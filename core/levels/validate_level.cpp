@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "core/levels/level.hpp"
 
@@ -12,9 +11,6 @@ namespace {
 // Far larger than any built value, and far below values at which the solver's sums overflow.
 constexpr float kMax = 1e9f;
 constexpr float kWeightMax = 1e3f;
-constexpr float kSkinCellMin_m = 1e-4f;
-constexpr int kSkinNodesMax = 1 << 20;  // of one grid
-static_assert(kSkinNodesMax <= 1 << std::numeric_limits<float>::digits, "an entry's number is exact in float");
 // The rounding error allowed in sums that are exact by construction.
 constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;
@@ -93,24 +89,6 @@ std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const
   return {};
 }
 
-std::string validate_skin(const Skin& skin) {
-  std::array<bool, kBoneCount> is_met{};
-  for (const SkinDistanceField& field : skin) {
-    const auto bone = static_cast<std::size_t>(field.bone);
-    if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
-    if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kMax) return "skin: an origin is not finite";
-    if (!within(field.cell_m, kSkinCellMin_m)) return "skin: a cell without size";
-    std::size_t count = 1;
-    for (const int nodes : field.dims) {
-      if (nodes < 2 || nodes > kSkinNodesMax) return "skin: a grid of no or too many nodes";
-      count *= static_cast<std::size_t>(nodes);
-    }
-    if (count > kSkinNodesMax || field.distance.size() != count) return "skin: counts disagree";
-    if (!all_within(field.distance, -kMax)) return "skin: a distance is not finite";
-  }
-  return {};
-}
-
 // Whether `begin` has the offsets of `runs` runs, from 0 on, and the end of the last one.
 bool is_offsets(const std::vector<std::uint32_t>& begin, std::size_t runs, std::size_t end) {
   return begin.size() == runs + 1 && begin.front() == 0 && begin.back() == end && std::ranges::is_sorted(begin);
@@ -152,7 +130,7 @@ std::string validate(const Level& level) {
   if (level.springs.count() + level.attachments.count() > std::numeric_limits<std::uint16_t>::max())
     return "stiffeners: more than have an index";
   if (!level.skin) return "no skin";
-  if (std::string fault = validate_skin(*level.skin); !fault.empty()) return fault;
+  if (std::string fault = validate(*level.skin); !fault.empty()) return fault;
   return validate_contacts(level);
 }
 

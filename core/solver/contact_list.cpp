@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/assert.hpp"
-#include "core/levels/skin_distance_field.hpp"
+#include "core/skin/skin_distance_field.hpp"
 #include "core/solver/contact.hpp"
 #include "core/solver/node_terms.hpp"
 

@@ -23,7 +23,7 @@ struct Skin {
   using Vector = typename Lanes::Vector;
   using L = Lanes;
 
-  // skin_distance() of core/levels/skin_distance_field.hpp, with the gradient scaled to unit length.
+  // skin_distance() of core/skin/skin_distance_field.hpp, with the gradient scaled to unit length.
   struct SkinSample {
     Real distance;
     Vector normal;

@@ -44,18 +44,77 @@ void read_planes(std::span<const std::uint8_t> planes, Basis& basis) {
   });
 }
 
+// Calls visit(node, what the nodes before it say) for each node in order; `bytes` of the nodes before must be there.
+void in_order_of_grid(const std::array<int, 3>& dims, const std::vector<std::uint8_t>& bytes, const auto& visit) {
+  const std::array<int, 3> stride{1, dims[0], dims[0] * dims[1]};
+  int node = 0;
+  for (int k = 0; k < dims[2]; ++k) {
+    for (int j = 0; j < dims[1]; ++j) {
+      for (int i = 0; i < dims[0]; ++i, ++node) {
+        const auto back = [&](int x, int y, int z) {
+          if (i < x || j < y || k < z) return 0;
+          return static_cast<int>(bytes[static_cast<std::size_t>(node - x - y * stride[1] - z * stride[2])]);
+        };
+        visit(static_cast<std::size_t>(node), back(1, 0, 0) + back(0, 1, 0) + back(0, 0, 1) - back(1, 1, 0) -
+                                                  back(1, 0, 1) - back(0, 1, 1) + back(1, 1, 1));
+      }
+    }
+  }
+}
+
+flatbuffers::Offset<fb::BoneSkin> write(FlatBufferBuilder& to, const SkinDistanceField& field) {
+  std::vector<std::uint8_t> bytes, less;
+  for (const float distance_m : field.distance) bytes.push_back(skin_byte(distance_m));
+  in_order_of_grid(field.dims, bytes, [&](std::size_t node, int before) {
+    less.push_back(static_cast<std::uint8_t>(bytes[node] - before));
+  });
+  const fb::Vec3 origin = to_flatbuffer(field.origin);
+  const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(field.dims[axis]); };
+  return fb::CreateBoneSkinDirect(to, static_cast<std::uint8_t>(field.bone), &origin, field.cell_m, dims(0), dims(1),
+                                  dims(2), &less);
+}
+
+// Returns an empty string when it is valid, else one line.
+std::string read_skin(const flatbuffers::Vector<flatbuffers::Offset<fb::BoneSkin>>& in, Skin& skin) {
+  for (const fb::BoneSkin* part : in) {
+    SkinDistanceField& field = skin.emplace_back();
+    field.bone = static_cast<Bone>(part->bone());
+    field.origin = from_flatbuffer(*part->origin());
+    field.cell_m = part->cell_m();
+    std::uint64_t count = 1;
+    const std::array<std::uint32_t, 3> dims{part->node_count_x(), part->node_count_y(), part->node_count_z()};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (dims[axis] > part->bytes()->size()) return "skin: counts disagree";
+      field.dims[axis] = static_cast<int>(dims[axis]);
+      count *= dims[axis];
+      if (count > part->bytes()->size()) return "skin: counts disagree";
+    }
+    if (count != part->bytes()->size()) return "skin: counts disagree";
+    std::vector<std::uint8_t> bytes(part->bytes()->begin(), part->bytes()->end());
+    in_order_of_grid(field.dims, bytes, [&](std::size_t node, int before) {
+      bytes[node] = static_cast<std::uint8_t>(bytes[node] + before);
+      field.distance.push_back(distance_of_skin_byte(bytes[node]));
+    });
+  }
+  return validate(skin);
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basis& basis) {
+std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basis& basis, const Skin& skin) {
   HAIRNET_ASSERT(validate(basis).empty());
+  HAIRNET_ASSERT(validate(skin).empty());
   HAIRNET_ASSERT(geometry.active_nodes.size() == basis.node_count);
   FlatBufferBuilder to(std::size_t{1} << 16);
   const fb::Vec3 origin = to_flatbuffer(geometry.lattice.origin), spacing = to_flatbuffer(geometry.lattice.spacing);
   const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(geometry.lattice.dims[axis]); };
   const std::vector<std::uint8_t> planes = planes_of(basis);
-  const auto root = fb::CreateHairBasisDirect(to, &origin, &spacing, dims(0), dims(1), dims(2), &geometry.active_nodes,
-                                              &geometry.trimmed_nodes, &geometry.trimmed_begin, &geometry.trimmed_from,
-                                              &geometry.trimmed_weights, &basis.deviation_m, &basis.unit, &planes);
+  std::vector<flatbuffers::Offset<fb::BoneSkin>> fields;
+  for (const SkinDistanceField& field : skin) fields.push_back(write(to, field));
+  const auto root =
+      fb::CreateHairBasisDirect(to, &origin, &spacing, dims(0), dims(1), dims(2), &geometry.active_nodes,
+                                &geometry.trimmed_nodes, &geometry.trimmed_begin, &geometry.trimmed_from,
+                                &geometry.trimmed_weights, &basis.deviation_m, &basis.unit, &planes, &fields);
   return pack(finish(to, root, fb::HairBasisIdentifier()), kPackedBasis);
 }
 
@@ -75,6 +134,7 @@ Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes) {
     return Refusal("a basis whose modes have another number of nodes");
   read_planes(span_of(root->mode_planes()), basis);
   if (std::string fault = validate(basis); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string fault = read_skin(*root->skin(), out.skin); !fault.empty()) return Refusal(std::move(fault));
   return out;
 }
 

@@ -7,18 +7,21 @@
 #include "core/ffd/lattice.hpp"
 #include "core/modes/basis.hpp"
 #include "core/result.hpp"
+#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet::wire {
 
-// What a client needs to draw the hair of a groom from coefficients: the finest level's lattice and its modes.
+// What a client needs to draw the hair of a groom from coefficients: the finest level's lattice and its modes, and the
+// skin to keep it out of.
 struct HairBasis {
   LevelGeometry geometry;
   Basis basis;
+  Skin skin;  // distances as their bytes say
 };
 
-// A file, which clients download by its hash as they do grooms. Deterministic for one version of zlib. Both parts must
-// pass validate(), and have the same active nodes.
-std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basis& basis);
+// A file, which clients download by its hash as they do grooms. Deterministic for one version of zlib. All parts must
+// pass validate(); geometry and basis have the same active nodes.
+std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basis& basis, const Skin& skin);
 // Any bytes: a valid basis, or a refusal of one line.
 Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes);
 

@@ -19,7 +19,7 @@ Fault read(const fb::Hello& in, Hello& out) {
   out.session = in.session();
   if (in.secret()) out.secret = from_flatbuffer(*in.secret());
   out.message_max = in.message_max();
-  constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::Moderate);  // every client of this version knows these
+  constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::GroomBasis);  // every client of this version knows these
   if (out.message_max < kLeast) return "hello: message_max is below " + std::to_string(kLeast);
   Fault fault = read_text(in.client_name(), "client name", out.client_name);
   if (fault.empty()) fault = read_text(in.room(), "room", out.room);
@@ -55,9 +55,7 @@ Fault read(const fb::GroomChunk& in, GroomChunk& out) {
 Offset<fb::AddCharacter> write(FlatBufferBuilder& to, const AddCharacter& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
   Offset<fb::HairState> state;
-  if (m.state)
-    state = fb::CreateHairStateDirect(to, &m.state->displacements, &m.state->velocities, m.state->step_m,
-                                      static_cast<fb::LevelIndex>(m.state->level));
+  if (m.state) state = fb::CreateHairStateDirect(to, &m.state->displacements, &m.state->velocities, m.state->step_m);
   const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
   const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
   return fb::CreateAddCharacter(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), state, tag,
@@ -74,7 +72,7 @@ Fault read_state(const fb::HairState& in, HairState& out) {
   out.step_m = in.step_m();
   from_flatbuffer(*in.displacements(), out.displacements);
   from_flatbuffer(*in.velocities(), out.velocities);
-  return read_enum(in.level(), "level of a hair state", out.level, LevelIndex::high, LevelIndex::ether);
+  return {};
 }
 
 }  // namespace
@@ -180,8 +178,7 @@ Fault read(const fb::SetWind& in, SetWind& out) {
 Offset<fb::Observe> write(FlatBufferBuilder& to, const Observe& m) {
   const fb::Vec3 from = m.from ? to_flatbuffer(*m.from) : fb::Vec3();
   return fb::CreateObserveDirect(to, &m.members, m.from ? &from : nullptr, m.count, m.radius_m, m.stride,
-                                 static_cast<fb::ObserveMode>(m.mode), static_cast<fb::ErrorClass>(m.error_class),
-                                 m.velocities, m.error_m);
+                                 static_cast<fb::ObserveMode>(m.mode), m.error_m);
 }
 
 Fault read(const fb::Observe& in, Observe& out) {
@@ -192,10 +189,8 @@ Fault read(const fb::Observe& in, Observe& out) {
   if (in.from()) out.from = from_flatbuffer(*in.from());
   from_flatbuffer(*in.members(), out.members);
   out.stride = in.stride();
-  out.velocities = in.velocities();
   out.error_m = in.error_m();
-  Fault fault = read_enum(in.mode(), "observe mode", out.mode);
-  return fault.empty() ? read_enum(in.error_class(), "error class", out.error_class) : fault;
+  return read_enum(in.mode(), "observe mode", out.mode);
 }
 
 std::string validate(const Observe& observe) {
@@ -226,17 +221,6 @@ Fault read(const fb::ReportImportance& in, ReportImportance& out) {
       return "importance: screen height not in [0, 100]";
     out.members.push_back({m->member(), m->screen_height(), m->in_view()});
   }
-  return {};
-}
-
-Offset<fb::RequestKeyframes> write(FlatBufferBuilder& to, const RequestKeyframes& m) {
-  return fb::CreateRequestKeyframesDirect(to, &m.members);
-}
-
-Fault read(const fb::RequestKeyframes& in, RequestKeyframes& out) {
-  if (in.members()->size() > kMembersPerMessageMax)
-    return "keyframes: more than " + std::to_string(kMembersPerMessageMax) + " members";
-  from_flatbuffer(*in.members(), out.members);
   return {};
 }
 

@@ -47,9 +47,10 @@ struct GroomChunk {
   std::uint64_t offset = 0;
   std::vector<std::uint8_t> bytes;
 };
-// A lattice as its owner last had it: displacement = step * integer, velocity = 32 step/s * integer, 3 an active node.
+// The finest lattice as its owner last had it, in the axes of the head: displacement = step * integer, velocity of the
+// node in the world = 32 step/s * integer, 3 an active node.
+inline constexpr float kVelocityStepsPer_s = 32;
 struct HairState {
-  LevelIndex level = LevelIndex::high;
   float step_m = 0;
   std::vector<std::int16_t> displacements, velocities;  // of equal size; velocities may be empty: at rest
 };
@@ -111,12 +112,10 @@ struct Observe {
   float radius_m = 0;                  // in mode radius: the distance of heads
   std::optional<Vec3f> from;           // what nearest and radius are measured from, world; none: its own nearest head
   std::vector<std::uint32_t> members;  // list
-  ErrorClass error_class = ErrorClass::half_mm;
-  std::uint32_t stride = 1;  // ticks between frames, at least: 1, 2, 4
-  bool velocities = false;   // of nodes, beside their displacements
-  // Above 0: frames carry coefficients where the groom has a basis; this is about the error of hair, RMS, that is
-  // wanted where a head fills the screen. Where a head is smaller, the error may be as much larger.
-  float error_m = 0;
+  std::uint32_t stride = 1;            // ticks between frames, at least: 1, 2, 4
+  // About the error of hair, RMS, that is wanted where a head fills the screen. Where a head is smaller, the error may
+  // be as much larger. 0: the least that there is.
+  float error_m = 0.001f;
 };
 // How large and whether a client sees members. It may send this at any time; members it does not name keep their
 // values.
@@ -127,9 +126,6 @@ struct MemberImportance {
 };
 struct ReportImportance {
   std::vector<MemberImportance> members;
-};
-struct RequestKeyframes {
-  std::vector<std::uint32_t> members;  // the next frame of these refers to none before; empty: of all
 };
 struct GroomRequest {  // asks for a groom that the client lacks; answered by GroomData
   GroomHash hash{};
@@ -152,7 +148,7 @@ struct Goodbye {
 
 using ClientMessage =
     std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
-                 SetWind, SetAppearance, Observe, ReportImportance, RequestKeyframes, GroomRequest, Moderate, Goodbye>;
+                 SetWind, SetAppearance, Observe, ReportImportance, GroomRequest, Moderate, Goodbye>;
 
 // Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
 // against the level.

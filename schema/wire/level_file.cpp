@@ -135,13 +135,6 @@ bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
          read(*in.contact_potential(), out.potential) && read(*in.contact_limit(), out.limit);
 }
 
-// Whether a LevelRecord of the geometry fits a packet. Levels that the server builds are far smaller.
-bool fits_packet(const LevelGeometry& g) {
-  const std::size_t numbers = g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
-                              g.trimmed_from.size() + g.trimmed_weights.size();
-  return numbers <= (kPacketBytesMax - kPacketOverheadBytesMax) / sizeof(std::uint32_t);
-}
-
 // Counts as they stand: validate() judges them.
 SkinDistanceField read(const fb::SkinDistanceField& in) {
   SkinDistanceField field{static_cast<Bone>(in.bone()), from_flatbuffer(*in.origin()), in.cell_m(), {}, {}};
@@ -206,7 +199,6 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
     set.levels[i].skin = skin;
     if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
       return "level " + name + ": counts disagree";
-    if (!fits_packet(set.levels[i].geometry)) return "level " + name + ": its geometry is larger than a packet";
     if (std::string fault = validate(set.levels[i]); !fault.empty()) return fault.insert(0, "level " + name + ": ");
   }
   if (!root->modes()) return {};

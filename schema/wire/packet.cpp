@@ -18,11 +18,6 @@ std::size_t bulk_bytes(const Message& message) {
   if (const auto* add = std::get_if<AddCharacter>(&message))
     return add->state ? 2 * (add->state->displacements.size() + add->state->velocities.size()) : 0;
   if (const auto* batch = std::get_if<PoseBatch>(&message)) return batch->poses.size() * sizeof(fb::PoseSample);
-  if (const auto* record = std::get_if<LevelRecord>(&message)) {
-    const LevelGeometry& g = record->geometry;
-    return sizeof(std::uint32_t) * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
-                                    g.trimmed_from.size() + g.trimmed_weights.size());
-  }
   std::size_t bytes = 0;
   if (const auto* batch = std::get_if<FrameBatch>(&message)) {
     for (const Frame& f : batch->frames) bytes += frame_bytes(f);

@@ -140,25 +140,6 @@ Fault read(const fb::MemberLeft& in, MemberLeft& out) {
   return {};
 }
 
-Offset<fb::LevelRecord> write(FlatBufferBuilder& to, const LevelRecord& m) {
-  const LevelGeometry& g = m.geometry;
-  const fb::Hash groom = to_flatbuffer(m.groom);
-  const fb::Vec3 origin = to_flatbuffer(g.lattice.origin), spacing = to_flatbuffer(g.lattice.spacing);
-  const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(g.lattice.dims[axis]); };
-  return fb::CreateLevelRecordDirect(to, &groom, &origin, &spacing, dims(0), dims(1), dims(2), &g.active_nodes,
-                                     &g.trimmed_nodes, &g.trimmed_begin, &g.trimmed_from, &g.trimmed_weights,
-                                     static_cast<fb::LevelIndex>(m.level));
-}
-
-Fault read(const fb::LevelRecord& in, LevelRecord& out) {
-  out.groom = from_flatbuffer(*in.groom());
-  if (Fault fault = read_enum(in.level(), "level of a level record", out.level, LevelIndex::high, LevelIndex::ether);
-      !fault.empty())
-    return fault;
-  const Fault fault = read_geometry(in, out.geometry);
-  return fault.empty() ? fault : "level record: " + fault;
-}
-
 Offset<fb::GroomBasis> write(FlatBufferBuilder& to, const GroomBasis& m) {
   const fb::Hash groom = to_flatbuffer(m.groom), basis = to_flatbuffer(m.basis);
   return fb::CreateGroomBasis(to, &groom, &basis);
@@ -185,18 +166,15 @@ std::size_t varint_bytes(std::uint32_t value) {
 }
 
 std::size_t packed_bytes(const Frame& f, std::uint32_t member_before) {
-  return varint_bytes(f.member - member_before) + 2 + varint_bytes(static_cast<std::uint32_t>(f.content.size())) +
+  return varint_bytes(f.member - member_before) + 1 + varint_bytes(static_cast<std::uint32_t>(f.content.size())) +
          f.content.size();
 }
 
 std::uint8_t* write_frame(const Frame& f, std::uint32_t member_before, std::uint8_t* at) {
   at = write_varint(f.member - member_before, at);
+  const auto log2_stride = static_cast<unsigned>(std::countr_zero(unsigned{f.step_stride}));
   *at++ = static_cast<std::uint8_t>(static_cast<unsigned>(f.level) | unsigned{f.discontinuous} << 3 |
-                                    unsigned{f.asleep} << 4 | unsigned{f.velocities} << 5 |
-                                    static_cast<unsigned>(f.error_class) << 6);
-  const auto log2 = [](std::uint8_t stride) { return static_cast<unsigned>(std::countr_zero(unsigned{stride})); };
-  *at++ = static_cast<std::uint8_t>(f.order | log2(f.stride) << 2 | log2(f.step_stride) << 4 |
-                                    unsigned{f.coefficients} << 6);
+                                    unsigned{f.asleep} << 4 | log2_stride << 5);
   at = write_varint(static_cast<std::uint32_t>(f.content.size()), at);
   if (!f.content.empty()) std::memcpy(at, f.content.data(), f.content.size());
   return at + f.content.size();
@@ -266,9 +244,8 @@ class Unpacker {
 
 Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
   std::uint32_t step = 0, byte_count = 0;
-  std::uint8_t head = 0, reference = 0;
-  if (!in.take_varint(step) || !in.take(head) || !in.take(reference) || !in.take_varint(byte_count) ||
-      !in.take(byte_count, out.content))
+  std::uint8_t head = 0;
+  if (!in.take_varint(step) || !in.take(head) || !in.take_varint(byte_count) || !in.take(byte_count, out.content))
     return "frame batch: ends within a frame";
   if (step == 0 || step > 0xffffffffu - member_before) return "frame batch: members do not ascend";
   out.member = member_before + step;
@@ -276,16 +253,9 @@ Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
   if (Fault fault = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !fault.empty()) return fault;
   out.discontinuous = (head & 8) != 0;
   out.asleep = (head & 16) != 0;
-  out.velocities = (head & 32) != 0;
-  if ((head >> 6) >= kErrorClassNames.size()) return "frame: no such error class";
-  out.error_class = static_cast<ErrorClass>(head >> 6);
-  out.order = reference & 3;
-  const unsigned stride = reference >> 2 & 3u, step_stride = reference >> 4 & 3u;
-  if (stride == 3 || step_stride == 3 || reference >> 7 != 0) return "frame: no such stride";
-  out.coefficients = (reference & 64) != 0;
-  if (out.coefficients && (out.order != 0 || out.velocities)) return "frame: coefficients refer to no other frame";
-  out.stride = static_cast<std::uint8_t>(1u << stride);
-  out.step_stride = static_cast<std::uint8_t>(1u << step_stride);
+  const unsigned log2_stride = head >> 5;
+  if (log2_stride > 2) return "frame: no such stride";
+  out.step_stride = static_cast<std::uint8_t>(1u << log2_stride);
   return {};
 }
 

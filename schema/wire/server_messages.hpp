@@ -8,8 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "core/ffd/lattice.hpp"
-#include "schema/codec/frame_codec.hpp"
 #include "schema/wire/client_messages.hpp"
 
 // What the server says to a client, as plain structs. PROTOCOL.md says what each means.
@@ -72,28 +70,18 @@ struct MemberLeft {
 struct CharacterRemoved {
   std::uint32_t character = 0;
 };
-struct LevelRecord {
-  GroomHash groom{};
-  LevelIndex level = LevelIndex::high;
-  LevelGeometry geometry;
-};
 struct GroomBasis {  // comes before the groom's first frame with coefficients
   GroomHash groom{};
   GroomHash basis{};  // of the file, which GroomRequest asks for
 };
-// An encoded frame. `content` comes from codec::encode_frame. It is predicted from the last `order` frames of the
-// member that were sent to this session, `stride` ticks apart.
+// An encoded frame. `content` is a prefix of what codec::encode_frame gives: a pose, and coefficients of the groom's
+// basis. It refers to no other frame.
 struct Frame {
   std::uint32_t member = 0;
-  LevelIndex level = LevelIndex::rigid;
-  ErrorClass error_class = ErrorClass::half_mm;
-  bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
-  bool asleep = false;           // nothing will change, and no frame come, before the character wakes
-  bool velocities = false;       // the content has them
-  bool coefficients = false;     // the content has these, of the groom's basis, instead of nodes; order 0
-  std::uint8_t order = 0;        // 0 to 3
-  std::uint8_t stride = 1;       // 1, 2 or 4; of no meaning at order 0
-  std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
+  LevelIndex level = LevelIndex::rigid;  // that the server steps; rigid: no coefficients, hair is at rest
+  bool discontinuous = false;            // teleport or reset: do not interpolate from the last frame
+  bool asleep = false;                   // nothing will change, and no frame come, before the character wakes
+  std::uint8_t step_stride = 1;          // ticks from one step of the character to the next
   std::span<const std::uint8_t> content;
 };
 struct FrameBatch {
@@ -111,6 +99,6 @@ struct Error {
 
 using ServerMessage =
     std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved, MemberJoined,
-                 MemberChanged, MemberLeft, RoomWind, LevelRecord, GroomBasis, FrameBatch, Error, Goodbye>;
+                 MemberChanged, MemberLeft, RoomWind, GroomBasis, FrameBatch, Error, Goodbye>;
 
 }  // namespace hairnet::wire

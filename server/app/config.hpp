@@ -28,7 +28,6 @@ struct Config {
   // threads of the tick; 0: one for each hardware thread, minus one if there are three or more
   std::uint32_t workers = 0;
   std::uint64_t memory_max_mib = 0;  // of the server's process; 0: half of the machine's
-  bool modes = false;                // find the modes of grooms, so that frames can carry coefficients
   std::uint32_t build_threads = 0;   // threads of a groom's build; 0: one for each hardware thread, at most 4
   std::string groom_cache;           // folder of uploaded grooms; empty: no cache
   std::uint64_t groom_cache_mib = 4096;

@@ -48,7 +48,6 @@ GroomBuilderDef builder_def(const Config& config, std::optional<LevelCache>& lev
   def.build.groom = config.grooms.groom;
   def.build.thread_count = config.build_threads;
   def.build.memory_bytes_max = config.grooms.build_memory_bytes_max;
-  if (config.modes) def.build.training = ModeTraining{};
   def.build.ns_max = config.grooms.build_ns_max;
   def.build_levels = build_levels;
   def.bytes_max = config.grooms.groom_bytes_max;

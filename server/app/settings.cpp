@@ -300,9 +300,6 @@ void add_grooms(List& list, Config& c) {
                "bytes that one groom's build may take, in a process of its own");
   list.integer(c.build_threads, "build_threads", 0, 64,
                "threads of a groom's build, of low priority; 0: one for each hardware thread, at most 4");
-  list.boolean(c.modes, "modes",
-               "find the shapes in which each groom's hair moves, so that clients can have frames of coefficients; "
-               "makes builds longer");
   list.text(c.groom_cache, "groom_cache",
             "cache uploaded grooms in this folder, so that no client uploads them again; empty: no cache");
   list.integer(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20,

@@ -24,8 +24,7 @@ class ObserverSink {
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // Queues the frames of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
-  // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true: the next
-  // frames must then be keyframes.
+  // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true.
   virtual bool drop_if_congested() = 0;
 };
 

@@ -188,10 +188,10 @@ GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint
   GroomResult result;
   result.outcome = Outcome::ready;
   result.levels = build.levels;
-  if (const Modes* modes = build.levels->modes.get()) {
-    result.basis = std::make_shared<const std::vector<std::uint8_t>>(
-        wire::encode_basis((*build.levels)[LevelIndex::high].geometry, modes->basis));
-  }
+  HAIRNET_ASSERT(build.levels->modes);
+  const Level& finest = (*build.levels)[LevelIndex::high];
+  result.basis = std::make_shared<const std::vector<std::uint8_t>>(
+      wire::encode_basis(finest.geometry, build.levels->modes->basis, *finest.skin));
   return result;
 }
 
@@ -199,7 +199,7 @@ LevelBuild GroomBuilder::levels_of(const GroomJob& job, const std::vector<std::u
                                    const GoesOn& goes_on) const {
   if (def_.levels) {
     std::shared_ptr<LevelSet> cached = def_.levels->find(job.hash);
-    if (cached && (cached->modes || !def_.build.training)) {
+    if (cached && cached->modes) {
       BuildPool pool(def_.build.thread_count);
       make_level_maps(groom, *cached, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
         pool.parallel_for(count, body);

@@ -40,7 +40,7 @@ struct GroomResult {
   BuildFault fault = BuildFault::none;                     // when refused
   std::string detail;                                      // of the fault
   std::shared_ptr<const LevelSet> levels;                  // when ready
-  std::shared_ptr<const std::vector<std::uint8_t>> basis;  // when ready, if there are modes: the file of the basis
+  std::shared_ptr<const std::vector<std::uint8_t>> basis;  // when ready: the file of the basis
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; null when read: absent
   std::size_t strand_count = 0;                            // when building
   std::int64_t build_ns = 0;                               // that the builder took, when ready or refused

@@ -26,9 +26,9 @@ LevelBuild build_levels_here(const LevelBuildDef& def, const wire::GroomHash&, s
       pool.parallel_for(count, body);
     };
     build.levels = build_levels(groom, callbacks, nullptr, parallel_for);
-    if (build.levels && def.training) {
+    if (build.levels) {
       auto with_modes = std::make_shared<LevelSet>(*build.levels);
-      with_modes->modes = make_modes(groom, build.levels, callbacks, parallel_for, *def.training);
+      with_modes->modes = make_modes(groom, build.levels, callbacks, parallel_for, def.training);
       build.levels = with_modes->modes ? std::move(with_modes) : nullptr;
     }
     build.fault = fault;

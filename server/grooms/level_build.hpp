@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -34,7 +33,7 @@ struct LevelBuildDef {
   std::size_t memory_bytes_max = std::size_t{2} << 30;
   // The caller ends a build that takes longer. A process may also use no more processor time on each thread.
   std::int64_t ns_max = 600'000'000'000;
-  std::optional<ModeTraining> training = std::nullopt;  // none: levels without modes
+  ModeTraining training;
 };
 
 struct LevelBuild {
@@ -43,7 +42,7 @@ struct LevelBuild {
   std::string detail;  // one line, of a fault
 };
 
-// Builds the levels of a groom's file, and its modes if they are wanted. Both give the same bits.
+// Builds the levels of a groom's file, and its modes. Both give the same bits.
 using BuildLevels = std::function<LevelBuild(const LevelBuildDef& def, const wire::GroomHash& hash,
                                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn&)>;
 

@@ -39,12 +39,12 @@ struct Request {
   GroomLimits groom;
   std::uint64_t thread_count, memory_bytes_max;
   std::int64_t ns_max;
-  std::optional<ModeTraining> training;
+  ModeTraining training;
   std::uint64_t file_bytes, unpacked_bytes;
 };
 static_assert(std::is_trivially_copyable_v<Request>);
 
-constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '2'};
+constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '3'};
 constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
 constexpr int kExitNoMemory = 3;
 // Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is
@@ -244,6 +244,7 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
                   std::string(rest.begin(), rest.end()));
   wire::DecodedLevels decoded = wire::decode_levels(rest, hash);
   if (!decoded.levels) return faulty(BuildFault::crash, "its build gave no levels: " + decoded.detail);
+  if (!decoded.levels->modes) return faulty(BuildFault::crash, "its build gave no modes");
   BuildPool pool(def.thread_count);
   make_level_maps(groom, *decoded.levels, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
     pool.parallel_for(count, body);

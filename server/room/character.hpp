@@ -9,20 +9,18 @@
 
 #include "core/groom/material_scale.hpp"
 #include "core/world/world.hpp"
+#include "schema/codec/frame.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/exchange/character_key.hpp"
 #include "server/room/coefficient_track.hpp"
-#include "server/room/frame_history.hpp"
 #include "server/room/pose_inbox.hpp"
 
 namespace hairnet::server {
 
 // One coding of a character's frame of this tick; several observers share it.
 struct FrameVariant {
-  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
-  std::uint8_t order = 0, stride = 1;
-  bool velocities = false;
-  std::uint8_t tolerance = 0;  // 0: nodes; else coefficients, and a step of the ladder in publish.cpp
+  std::uint8_t tolerance = 0;  // a rung of the ladder in publish.cpp
+  codec::Detail detail;
   std::vector<std::uint8_t> content;
 };
 
@@ -48,7 +46,6 @@ struct Character {
   int stride = 1;                                                  // current stride in the World
   bool suspended = false;                                          // no observer sees it: the World does not step it
   Pose pose;                                                       // the last pose given to the World
-  codec::FrameIntegers bones;                                      // as integers; no nodes
   bool pose_changed = false, pose_teleport = false;                // at this tick
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed
   bool lod_chosen = false;                                         // a Lod was chosen at least once
@@ -64,16 +61,13 @@ struct Character {
   bool changed = false;  // there is something to send
   bool asleep = false;
   bool discontinuous = false;            // a teleport or a reset
-  bool switched = false;                 // the level changed; discontinuous in frames of nodes
   LevelIndex shown = LevelIndex::rigid;  // level of the lattice that is sent; a change to rigid takes several ticks
   LatticeView lattice;                   // in the World, until its next step
   std::vector<FrameVariant> variants;    // only the first variant_count belong to this tick
   std::size_t variant_count = 0;
-  std::int64_t encode_ns = 0;                                    // time to encode these
-  std::array<std::int32_t, codec::kBoneIntegers> shown_bones{};  // of the pose at the end of the last step
+  std::int64_t encode_ns = 0;  // time to encode these
   CoefficientTrack coefficients;
-  FrameHistory history;                                 // of frames at level `shown`
-  std::shared_ptr<const codec::Neighbours> neighbours;  // of level `shown`; null when rigid
+  codec::EncodedFrame coded;  // the last one
 };
 
 }  // namespace hairnet::server

@@ -20,11 +20,12 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
                                             bool discontinuous) {
   const bool is_first = last_.coefficients.size() != mode_count;
   HAIRNET_ASSERT(is_first || tick >= last_.tick);
-  std::vector<float> next(mode_count);
+  std::vector<float>& next = next_;
+  next.assign(mode_count, 0);
   if (map) map->coefficients_of(displacement, next);
   if (is_first || discontinuous || tick - last_.tick > kGapMax_ticks) {
     fading_.clear();
-    before_ = {};
+    before_.coefficients.clear();
   } else if (map != map_) {
     begin_fade(tick, next);
   }
@@ -33,8 +34,9 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   if (age >= 1) fading_.clear();
   const auto left = static_cast<float>(1 - smoothstep(std::min(age, 1.0)));
   for (std::size_t k = 0; k < fading_.size(); ++k) next[k] += left * fading_[k];
-  if (is_first || tick > last_.tick) before_ = std::exchange(last_, {tick, {}});
-  last_ = {tick, std::move(next)};
+  if (!is_first && tick > last_.tick) std::swap(before_, last_);
+  last_.tick = tick;
+  std::swap(last_.coefficients, next);
   return last_.coefficients;
 }
 

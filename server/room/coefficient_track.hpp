@@ -16,6 +16,9 @@ class CoefficientTrack {
   // `discontinuous`: since the last call; nothing fades then. Asserts that ticks do not go back.
   std::span<const float> at(std::uint64_t tick, double tick_s, const ModeMap* map, std::span<const Vec3f> displacement,
                             std::size_t mode_count, bool discontinuous);
+  // The last result, and its tick.
+  [[nodiscard]] std::span<const float> shown() const { return last_.coefficients; }
+  [[nodiscard]] std::uint64_t tick() const { return last_.tick; }
 
  private:
   struct Sample {
@@ -24,7 +27,8 @@ class CoefficientTrack {
   };
   void begin_fade(std::uint64_t tick, std::span<const float> next);
 
-  Sample last_, before_;  // as they were shown
+  Sample last_, before_;     // as they were shown
+  std::vector<float> next_;  // scratch
   const ModeMap* map_ = nullptr;
   std::vector<float> fading_;  // at the switch; empty: nothing fades
   std::uint64_t faded_from_ = 0;

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "schema/wire/messages.hpp"
@@ -23,17 +21,13 @@ struct View {
   bool in_view = true;           // as last reported
   float screen_height = -1;      // as last reported; negative: never
 
-  std::array<std::uint64_t, codec::kHistoryMax> sent{};  // ticks of the last frames, newest first
-  std::uint8_t sent_count = 0;
-  LevelIndex level = LevelIndex::rigid;  // level of those frames
-  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
-  bool coefficients = false;           // the last frame had coefficients
+  std::optional<std::uint64_t> sent;   // tick of the last frame
   bool sleep_sent = false;             // the last frame was marked asleep
   bool discontinuity_pending = false;  // a discontinuity that the session has not received yet
 
   void forget_sent() {
-    discontinuity_pending = discontinuity_pending || sent_count > 0;
-    sent_count = 0;
+    discontinuity_pending = discontinuity_pending || sent.has_value();
+    sent.reset();
     sleep_sent = false;
   }
 };
@@ -50,8 +44,7 @@ struct Observer {
   // Members of slots from here on have not been announced to the session, and it gets no frames of them; none: all
   // have.
   std::optional<std::uint32_t> unannounced_from;
-  std::vector<View> views;  // by slot
-  std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
+  std::vector<View> views;                // by slot
   std::set<wire::GroomHash> bases_sent;   // by groom
   int congestion_stride = 1;              // ticks between frames that the connection can carry
   std::uint64_t congestion_eases_at = 0;  // tick
@@ -69,7 +62,7 @@ struct Observer {
   [[nodiscard]] bool chooses_by_place() const {
     return observe.mode == wire::ObserveMode::nearest || observe.mode == wire::ObserveMode::radius;
   }
-  // New frames must not refer to frames sent before: the next ones are keyframes.
+  // The last frames that were sent may not have arrived.
   void forget_sent() {
     for (View& view : views) view.forget_sent();
   }

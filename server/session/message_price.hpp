@@ -32,11 +32,6 @@ inline double price_of(const wire::Observe& observe, const Census& rooms, const 
 inline double price_of(const wire::ReportImportance& report, const Census&, const std::string&) {
   return 1 + static_cast<double>(report.members.size()) / 256;
 }
-// A keyframe is coded for this session alone.
-inline double price_of(const wire::RequestKeyframes& request, const Census& rooms, const std::string& room) {
-  const std::size_t members = request.members.empty() ? rooms.count(room).characters : request.members.size();
-  return 1 + static_cast<double>(members) / 8;
-}
 inline double price_of(const wire::GroomOffer&, const Census&, const std::string&) {
   return 4;  // the caches are looked through
 }

@@ -11,8 +11,8 @@
 
 namespace hairnet::server {
 
-// The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. Frames are
-// predicted from earlier frames, so a full queue drops all of them together. While the connection is blocked, the
+// The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. A full
+// queue drops all frames together: only the newest are worth sending. While the connection is blocked, the
 // announcement of a member that leaves before it was sent is removed instead of followed by a MemberLeft: members that
 // come and go do not fill the queue of a client that reads slowly. For the same reason only the newest MemberChanged of
 // a member waits. The tick and I/O threads push; the I/O thread takes.

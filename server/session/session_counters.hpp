@@ -80,7 +80,6 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_download{*this, "requests_refused", "request", "download"};
   Counter download_bytes_sent{*this, "download_bytes_sent"};
   Counter downloads_delayed{*this, "downloads_delayed"};  // a piece waited, as the session had its share of bytes
-  Counter keyframes_requested{*this, "keyframes_requested"};
   Counter poses_received{*this, "poses_received"};
   Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate"};
   Counter poses_dropped_busy{*this, "poses_dropped", "reason", "busy"};

@@ -448,10 +448,6 @@ struct Session::MessageHandler {
     return put(std::move(observe));
   }
   Refused operator()(wire::ReportImportance& report) { return put(std::move(report)); }
-  Refused operator()(wire::RequestKeyframes& request) {
-    counters.keyframes_requested.add();
-    return put(std::move(request));
-  }
   // Queues a request for the tick; refused when the queue is full.
   template <class Request>
   Refused put(Request request) {

@@ -93,10 +93,7 @@ void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::Reco
 }
 
 void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTick& inputs) {
-  LevelIndex level = lod.level;
-  // A hair state fits one level only: start at that level and change later.
-  if (character.state && character.level == LevelIndex::rigid && level != LevelIndex::rigid)
-    level = std::max(character.state->level, character.requested_level);
+  const LevelIndex level = lod.level;
   HAIRNET_ASSERT(character.in_world);
   HAIRNET_ASSERT(wire::is_stride(lod.stride));
   const bool ready = level != LevelIndex::rigid;

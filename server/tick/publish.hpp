@@ -3,14 +3,12 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
-#include <utility>
 #include <vector>
 
 #include "core/assert.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/parallel_for.hpp"
-#include "schema/codec/coefficient_frame.hpp"
+#include "schema/codec/frame.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
@@ -25,7 +23,7 @@ struct PublishDef {
 };
 
 // Makes each observer's packets from the lattices, in four parallel loops: find the characters that changed; choose for
-// each observer an encoding that it can decode; make each encoding once; put the packets together. Tick thread and
+// each observer how fine they need to be; code each once; put the packets together. Tick thread and
 // workers.
 class Publisher {
  public:
@@ -55,15 +53,11 @@ class Publisher {
     std::int64_t now_ns;
   };
   void begin_frame(const Terms& terms, Character& character);
-  void follow_level(const LatticeView& lattice, Character& character);
   void request(const Terms& terms, Room& room) const;
   // the stride at which frames are sent to it
   int request(const Terms& terms, const Room& room, Observer& observer) const;
   void encode(const Terms& terms, Character& character) const;
-  void encode_nodes(const Terms& terms, Character& character) const;
-  void encode_coefficients(const Terms& terms, Character& character) const;
-  void request_coefficients(const Terms& terms, const KnownBasis& basis, View& view, Character& character,
-                            Observer& observer) const;
+  void announce_basis(const Terms& terms, const Character& character, Observer& observer) const;
   [[nodiscard]] const KnownBasis* basis_of(const Character& character) const;
   void send(const Terms& terms, Observer& observer) const;
 
@@ -71,8 +65,6 @@ class Publisher {
 
   PublishDef def_;
   TickCounters* counters_;
-  std::mutex neighbours_mutex_;  // taken only when a character changes its level
-  std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const codec::Neighbours>> neighbours_;
   std::map<wire::GroomHash, KnownBasis> bases_;  // by groom
   std::vector<Observer*> observers_;
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "core/levels/level_map.hpp"
 #include "server/tick/character_gauges.hpp"
 
 namespace hairnet::server {
@@ -40,6 +41,30 @@ bool is_same(const Wind& a, const Wind& b) {
                     w.seed);
   };
   return values(a) == values(b);
+}
+
+bool is_same(const Pose& a, const Pose& b) {
+  return std::ranges::equal(a.bones, b.bones, [](const RigidTransform& x, const RigidTransform& y) {
+    return x.position == y.position && x.rotation.coeffs() == y.rotation.coeffs();
+  });
+}
+
+// Turns a state of the finest level into one of another. What does not fit is left as it is: the World refuses it.
+void carry_over(const LevelSet& levels, LevelIndex to, wire::RecordedState& state) {
+  const LevelMap* const map = levels.map(LevelIndex::high, to);
+  if (to == LevelIndex::high || !map) return;
+  if (state.displacements.size() != levels[LevelIndex::high].rest.size()) return;
+  for (std::vector<Vec3f>* vectors : {&state.displacements, &state.velocities}) {
+    std::vector<Vec3f> carried(levels[to].rest.size());
+    map->apply(*vectors, carried);
+    *vectors = std::move(carried);
+  }
+  float farthest_m = 0;
+  for (const Vec3f& d : state.displacements) farthest_m = std::max(farthest_m, d.norm());
+  const float bound_m = levels[to].displacement_max_m;
+  if (farthest_m > bound_m) {
+    for (Vec3f& d : state.displacements) d *= bound_m / farthest_m;
+  }
 }
 
 SchedulerDef completed(SchedulerDef def) {
@@ -142,7 +167,6 @@ struct Scheduler::CommandHandler {
       observer->subject = c.subject;
     } else {
       observer->sink = std::move(c.sink);
-      observer->records_sent.clear();
       observer->bases_sent.clear();
       observer->forget_sent();
     }
@@ -235,14 +259,6 @@ struct Scheduler::CommandHandler {
       view.in_view = m.in_view;
     }
   }
-  void handle(SessionId session, const wire::RequestKeyframes& request) const {
-    Observer* observer = scheduler.rooms_.observer(session);
-    if (!observer) return;
-    if (request.members.empty()) observer->forget_sent();
-    for (const std::uint32_t member : request.members) {
-      if (member != 0 && member <= observer->views.size()) observer->views[member - 1].forget_sent();
-    }
-  }
   void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
     if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
@@ -253,7 +269,6 @@ struct Scheduler::CommandHandler {
     scheduler.simulation_.forget_levels(c.groom);
     scheduler.publisher_.forget_groom(c.groom);
     for (auto& [session, observer] : scheduler.rooms_.observers()) {
-      std::erase_if(observer.records_sent, [&](const auto& record) { return record.first == c.groom; });
       observer.bases_sent.erase(c.groom);
     }
     scheduler.unrecorded_.erase(c.groom);
@@ -371,7 +386,7 @@ void Scheduler::sample_poses() {
 }
 
 void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
-  character.pose_changed = character.discontinuous = character.switched = character.seen = false;
+  character.pose_changed = character.discontinuous = character.seen = false;
   character.screen_height = 0;
   character.observer_count = 0;
   const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
@@ -383,12 +398,10 @@ void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
   if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
   // An extrapolated pose may be out of range. Clients reject frames with such poses.
   if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) return;
-  // The step uses the quantised pose, so that frames and the recording have exactly the same pose.
-  const codec::FrameIntegers before = character.bones;
-  codec::quantise_pose(sample.pose, character.in_world ? &before : nullptr, character.bones);
-  if (character.in_world && !sample.teleport && before.bones == character.bones.bones)
+  const Pose pose = rounded_to_wire(sample.pose);  // a recording has exactly the same
+  if (character.in_world && !sample.teleport && is_same(pose, character.pose))
     return note_motion(character, 0, 0);  // the World has this pose already
-  const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
+  const Pose pose_before = std::exchange(character.pose, pose);
   character.pose_changed = true;
   character.pose_teleport = sample.teleport;
   if (!character.in_world) return;
@@ -409,7 +422,6 @@ void Scheduler::place(Character& character) {
   const bool ready = simulation_.has_levels(character.groom);
   character.in_world = true;
   character.discontinuous = true;
-  character.shown_bones = character.bones.bones;
   inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose});
 }
 
@@ -484,14 +496,13 @@ void Scheduler::apply_hair_states() {
     HAIRNET_ASSERT(changed);
     Character& character = *changed;
     if (change.level == LevelIndex::rigid || !character.state) continue;
-    if (character.state->level == change.level) {
-      const wire::HairState& state = *character.state;
-      wire::RecordedState& recorded = inputs_.states.emplace_back();
-      recorded.character = character.key;
-      copy_vectors(state.displacements, state.step_m, recorded.displacements);
-      copy_vectors(state.velocities, codec::kVelocityStepsPer_s * state.step_m, recorded.velocities);
-      recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
-    }
+    const wire::HairState& state = *character.state;
+    wire::RecordedState& recorded = inputs_.states.emplace_back();
+    recorded.character = character.key;
+    copy_vectors(state.displacements, state.step_m, recorded.displacements);
+    copy_vectors(state.velocities, wire::kVelocityStepsPer_s * state.step_m, recorded.velocities);
+    recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
+    carry_over(*simulation_.levels(character.groom), change.level, recorded);
     forget_hair_state(character);
   }
 }

@@ -94,7 +94,6 @@ struct TickCounters : CounterSet {
   // sent for a level that the character does not have
   Counter hair_states_dropped_unfit{*this, "hair_states_dropped", "reason", "unfit"};
   Counter hair_states_dropped_full{*this, "hair_states_dropped", "reason", "full"};
-  Counter level_records_sent{*this, "level_records_sent"};
   Counter bases_announced{*this, "bases_announced"};
   Counter frames_dropped_not_finite{*this, "frames_dropped", "reason", "not_finite"};  // never sent
   Counter ticks_recorded{*this, "ticks_recorded"};

@@ -82,7 +82,7 @@ void add_attachments(const PlainLevel& level, double h, const NodeVectors& P, co
   }
 }
 
-// core/levels/skin_distance_field.hpp
+// core/skin/skin_distance_field.hpp
 double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point, Vector3d* gradient = nullptr) {
   const Vector3d at = (point - vector_at(field.origin)) / field.cell_m;
   Vector3d within, t;

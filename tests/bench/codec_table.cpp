@@ -1,84 +1,118 @@
 #include "tests/bench/codec_table.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <memory>
 #include <string>
-#include <string_view>
+#include <vector>
 
-#include "tests/bench/codec_bench.hpp"
+#include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
+#include "core/world/world.hpp"
+#include "schema/codec/frame.hpp"
+#include "tests/bench/stopwatch.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace hairnet::bench {
 namespace {
 
-constexpr std::array kRates_hz{25.0, 30.0};
+constexpr double kFrames_hz = 30;
+constexpr std::array kTolerances_m{0.25e-3f, 1e-3f, 4e-3f, 16e-3f};
 
-struct Row {
-  std::string level;
-  double rate_hz = 0;
-  const LevelGeometry* geometry = nullptr;
-  const std::vector<CodecClip>* clips = nullptr;
+// A character's hair at one tick.
+struct Moment {
+  Pose pose;
+  std::vector<Vec3f> displacement;  // of the level's active nodes, m
+  std::vector<float> coefficients;
 };
 
-void add_row(const Row& row, const CodecCase& what, int repetitions, Report& report) {
-  const CodecResult got = measure_codec(*row.geometry, *row.clips, what, repetitions);
-  const std::string name(wire::kErrorClassNames[static_cast<std::size_t>(what.error_class)]);
-  const std::string label =
-      row.level + " " + name + ", order " + std::to_string(what.order) + ", stride " + std::to_string(what.stride);
-  if (!got.right) report.fail("codec, " + label + ": a frame did not come back");
-  if (got.frames == 0) return;
-  std::printf("  %2.0f Hz %-36s %8.3f %8.0f %8.1f", row.rate_hz, label.c_str(), got.share_of_raw, got.bytes_a_frame,
-              got.bone_bytes_a_frame);
-  if (repetitions > 0) std::printf(" %10.0f %10.0f", got.encode_ns, got.decode_ns);
-  std::printf("\n");
-  std::fflush(stdout);
-  Json json{{"section", "codec"},
-            {"level", row.level},
-            {"rate_hz", row.rate_hz},
-            {"variant", name},
-            {"order", what.order},
-            {"stride", what.stride},
-            {"share_of_raw", got.share_of_raw},
-            {"bytes_a_frame", got.bytes_a_frame},
-            {"bone_bytes_a_frame", got.bone_bytes_a_frame}};
-  if (repetitions > 0) {
-    json["encode_ns"] = got.encode_ns;
-    json["decode_ns"] = got.decode_ns;
+std::vector<Moment> moments_of(const Subject& subject, const std::shared_ptr<const LevelSet>& levels,
+                               const Modes& modes, LevelIndex level, double duration_s) {
+  std::vector<Moment> moments;
+  for (const Motion& motion : subject.motions) {
+    const fidelity::Clip clip = fidelity::make_clip(motion, kFrames_hz, duration_s);
+    WorldDef def;
+    def.tick_s = 1 / kFrames_hz;
+    World world(def);
+    const CharacterId id = world.add({levels, level, clip.poses.front()});
+    for (std::size_t t = 1; t < clip.poses.size(); ++t) {
+      world.set_pose(id, clip.poses[t]);
+      world.step();
+      if (t <= clip.lead_in_ticks) continue;
+      const LatticeView lattice = world.lattice(id);
+      Moment& moment =
+          moments.emplace_back(Moment{*lattice.pose, {lattice.displacement.begin(), lattice.displacement.end()}, {}});
+      moment.coefficients.resize(modes.basis.mode_count());
+      modes.map(level).coefficients_of(moment.displacement, moment.coefficients);
+    }
   }
-  report.add(std::move(json));
+  return moments;
+}
+
+double ns_each(const char* name, std::size_t count, int repetitions, const std::function<void()>& body) {
+  std::vector<TimedRun> runs;
+  runs.push_back({name, [] {}, body});
+  measure(runs, repetitions);
+  return 1e9 * runs[0].seconds_min / static_cast<double>(count);
+}
+
+void add_row(const std::string& level, const std::vector<Moment>& moments, const codec::CoefficientCode& code,
+             float tolerance_m, int repetitions, Report& report) {
+  std::vector<std::vector<std::uint8_t>> frames(moments.size());
+  codec::EncodedFrame coded;
+  const auto encode = [&] {
+    for (std::size_t m = 0; m < moments.size(); ++m) {
+      const std::span<const float> all = moments[m].coefficients;
+      const codec::Detail detail = codec::detail_for(all, tolerance_m);
+      codec::encode_frame(moments[m].pose, &code, all.first(detail.count), detail.step, coded);
+      frames[m].assign(coded.bytes.begin(), coded.bytes.end());
+    }
+  };
+  encode();
+  codec::DecodedFrame decoded;
+  double bytes = 0, pose_bytes = 0;
+  for (std::size_t m = 0; m < moments.size(); ++m) {
+    codec::encode_frame(moments[m].pose, &code, {}, 0, coded);
+    pose_bytes += static_cast<double>(coded.bytes.size());
+    bytes += static_cast<double>(frames[m].size());
+    if (!codec::decode_frame(frames[m], &code, decoded)) report.fail("codec, " + level + ": a frame did not come back");
+  }
+  const auto count = static_cast<double>(moments.size());
+  const double encode_ns = ns_each("encode", moments.size(), repetitions, encode);
+  const double decode_ns = ns_each("decode", moments.size(), repetitions, [&] {
+    for (const auto& frame : frames) static_cast<void>(codec::decode_frame(frame, &code, decoded));
+  });
+  std::printf("  %-8s %10.2f %8.0f %8.0f %10.0f %10.0f\n", level.c_str(), 1e3 * static_cast<double>(tolerance_m),
+              bytes / count, pose_bytes / count, encode_ns, decode_ns);
+  report.add({{"section", "codec"},
+              {"level", level},
+              {"tolerance_m", tolerance_m},
+              {"bytes_a_frame", bytes / count},
+              {"pose_bytes_a_frame", pose_bytes / count},
+              {"encode_ns", encode_ns},
+              {"decode_ns", decode_ns}});
 }
 
 }  // namespace
 
 void measure_codec_table(const Subject& subject, const Options& options, Report& report) {
-  std::printf("\nFrames, against 6 bytes a node (16-bit raw); bytes with bones\n");
-  std::printf("  %-42s %8s %8s %8s %10s %10s\n", "", "share", "bytes", "bones", "encode ns", "decode ns");
-  for (const LevelIndex index : {LevelIndex::high, LevelIndex::low}) {
-    const auto i = static_cast<std::size_t>(index);
-    const LevelGeometry geometry = build_level(subject.groom, kLevelSpecs[i])->geometry;
-    for (const double rate_hz : kRates_hz) {
-      const std::vector<CodecClip> clips = step_clips(subject, index, rate_hz, options.duration_s);
-      const Row row{std::string(kLevelNames[i]), rate_hz, &geometry, &clips};
-      const double prototype = share_of_prototype(clips, codec::ErrorClass::half_mm);
-      std::printf("  %2.0f Hz %-36s %8.3f\n", rate_hz, (row.level + " normal, a prototype, order 3").c_str(),
-                  prototype);
-      report.add({{"section", "codec"},
-                  {"level", row.level},
-                  {"rate_hz", rate_hz},
-                  {"variant", "prototype"},
-                  {"share_of_raw", prototype}});
-      for (std::size_t order = 0; order <= codec::kHistoryMax; ++order)
-        add_row(row, {codec::ErrorClass::half_mm, order, 1}, options.repetitions, report);
-      for (const std::size_t stride : {2, 4}) {
-        for (std::size_t order = 1; order <= codec::kHistoryMax; ++order)
-          add_row(row, {codec::ErrorClass::half_mm, order, stride}, 0, report);
-      }
-      // Whether a frame that is long past is worth keeping.
-      for (const std::size_t stride : {3, 8}) add_row(row, {codec::ErrorClass::half_mm, 1, stride}, 0, report);
-      for (const codec::ErrorClass error_class : {codec::ErrorClass::quarter_mm, codec::ErrorClass::one_mm}) {
-        for (const std::size_t order : {std::size_t{0}, codec::kHistoryMax})
-          add_row(row, {error_class, order, 1}, 0, report);
-      }
-    }
+  const std::shared_ptr<const LevelSet> levels = build_levels(subject.groom);
+  const std::shared_ptr<const Modes> modes = make_modes(subject.groom, levels);
+  const codec::CoefficientCode code(modes->basis.deviation_m);
+  std::printf("\nFrames of %zu modes at %.0f Hz; bytes with the pose\n", modes->basis.mode_count(), kFrames_hz);
+  for (const LevelIndex index : {LevelIndex::high, LevelIndex::low, LevelIndex::ether}) {
+    const std::string level(kLevelNames[static_cast<std::size_t>(index)]);
+    std::vector<Moment> moments = moments_of(subject, levels, *modes, index, options.duration_s);
+    if (moments.empty()) continue;
+    const double map_ns = ns_each("map", moments.size(), options.repetitions, [&] {
+      for (Moment& moment : moments) modes->map(index).coefficients_of(moment.displacement, moment.coefficients);
+    });
+    std::printf("  %-8s %.0f ns from the level to coefficients\n", level.c_str(), map_ns);
+    std::printf("  %-8s %10s %8s %8s %10s %10s\n", "", "error, mm", "bytes", "pose", "encode ns", "decode ns");
+    report.add({{"section", "codec"}, {"level", level}, {"map_ns", map_ns}});
+    for (const float tolerance_m : kTolerances_m)
+      add_row(level, moments, code, tolerance_m, options.repetitions, report);
   }
 }
 

@@ -4,7 +4,7 @@
 
 namespace hairnet::bench {
 
-// Bytes and time of a frame by level, rate, class, order and stride.
+// Bytes of a frame by its error, and the time that levels take to become coefficients, and coefficients bytes.
 void measure_codec_table(const Subject& subject, const Options& options, Report& report);
 
 }  // namespace hairnet::bench

@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "core/ffd/deform.hpp"
+#include "core/ffd/skin_push.hpp"
 #include "core/levels/build.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/modes/hair_metric.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/world/world.hpp"
-#include "schema/codec/coefficient_frame.hpp"
+#include "schema/codec/frame.hpp"
 #include "tests/fidelity/depth_in_skin.hpp"
 #include "tests/fidelity/strand_sample.hpp"
 #include "tests/fidelity/write_json.hpp"
@@ -78,14 +79,16 @@ class Depth {
       : subject_(subject),
         body_(subject.groom),
         deformer_((*subject.levels)[LevelIndex::high].geometry.lattice, subject.points, subject.blend,
-                  FfdKind::quadratic) {
+                  FfdKind::quadratic),
+        skin_(*(*subject.levels)[LevelIndex::high].skin, subject.groom.materials.base.thickness_m) {
     body_.bend(Pose{});
-    for (std::size_t i = 0; i < kCases; ++i) deep_.emplace_back(body_, subject.points);
+    for (std::size_t i = 0; i < 2 * kCases; ++i) deep_.emplace_back(body_, subject.points);
   }
   static constexpr std::size_t kCases = 4;
 
   void bend(const Pose& pose) {
     body_.bend(pose);
+    pose_ = pose;
     ++moments_;
   }
   // Displacements of the finest level's active nodes.
@@ -96,16 +99,21 @@ class Depth {
     expand_displacements(geometry, nodes, grid_);
     deformer_.deform(grid_, moved_);
     share_[which] += deep_[which].share(body_, moved_);
+    skin_.push(pose_, subject_.points, subject_.blend, moved_);
+    share_[kCases + which] += deep_[kCases + which].share(body_, moved_);
   }
+  // As deformed, then of the same cases after the push.
   [[nodiscard]] double percent(std::size_t which) const { return 100 * share_[which] / static_cast<double>(moments_); }
 
  private:
   const Subject& subject_;
   fidelity::BentBody body_;
   Deformer deformer_;
+  SkinPush skin_;
+  Pose pose_;
   std::vector<fidelity::DeepPoints> deep_;
   std::vector<Vec3f> grid_, moved_;
-  std::array<double, kCases> share_{};
+  std::array<double, 2 * kCases> share_{};
   std::size_t moments_ = 0;
 };
 
@@ -113,11 +121,12 @@ class Depth {
 struct Run {
   std::vector<Pose> poses;
   std::vector<std::vector<float>> coefficients;
-  double motion_m2 = 0;                              // sums over frames: of the hair's displacements,
-  double outside_m2 = 0;                             // of what no coefficient shows,
-  std::array<double, 4> moved{};                     // of the error of each level, as its lattice moves the hair,
-  std::array<double, 4> learnt{};                    // and through its map
-  std::array<double, Depth::kCases> deep_percent{};  // high: nodes, modes; low: nodes, modes
+  double motion_m2 = 0;            // sums over frames: of the hair's displacements,
+  double outside_m2 = 0;           // of what no coefficient shows,
+  std::array<double, 4> moved{};   // of the error of each level, as its lattice moves the hair,
+  std::array<double, 4> learnt{};  // and through its map
+  // high: nodes, modes; low: nodes, modes; then the same after the push
+  std::array<double, 2 * Depth::kCases> deep_percent{};
 
   [[nodiscard]] double percent(double error_m2) const { return 100 * std::sqrt(error_m2 / motion_m2); }
   [[nodiscard]] double rms_mm() const { return 1e3 * std::sqrt(motion_m2 / static_cast<double>(poses.size())); }
@@ -174,7 +183,7 @@ Run run_clip(const Subject& subject, const fidelity::Clip& clip) {
       if (looks_inside) depth.add(1, nodes);
     }
   }
-  for (std::size_t i = 0; i < Depth::kCases; ++i) run.deep_percent[i] = depth.percent(i);
+  for (std::size_t i = 0; i < 2 * Depth::kCases; ++i) run.deep_percent[i] = depth.percent(i);
   return run;
 }
 
@@ -235,7 +244,7 @@ Json row_of(const std::string& groom, const std::string& motion, const Run& run,
 void print_head(double error_percent) {
   std::printf(
       "%-18s %-13s %6s | error of the first n coefficients, %%   | within %4.1f %%: n, B hair, pose |"
-      " medium, low, ether: moved     learnt              | deep %%: high modes low modes\n",
+      " medium, low, ether: moved     learnt              | deep %%: high modes low modes, pushed\n",
       "", "", "rms mm", error_percent);
 }
 

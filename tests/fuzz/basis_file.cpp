@@ -14,9 +14,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }
   fuzz::require(validate(got->basis).empty(), "sound: " + validate(got->basis));
   fuzz::require(validate(got->geometry).empty(), "sound: " + validate(got->geometry));
-  const std::vector<std::uint8_t> encoded = wire::encode_basis(got->geometry, got->basis);
+  fuzz::require(validate(got->skin).empty(), "sound: " + validate(got->skin));
+  const std::vector<std::uint8_t> encoded = wire::encode_basis(got->geometry, got->basis, got->skin);
   const Result<wire::HairBasis> again = wire::decode_basis(encoded);
   fuzz::require(again.has_value(), "encoded again it is refused");
-  fuzz::require(wire::encode_basis(again->geometry, again->basis) == encoded, "the same bytes again");
+  fuzz::require(wire::encode_basis(again->geometry, again->basis, again->skin) == encoded, "the same bytes again");
   return 0;
 }

@@ -1,6 +1,7 @@
 #include "client/link/link_core.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "tests/fuzz/link_prologue.hpp"
@@ -69,9 +70,9 @@ class Client {
   }
 
   static void check(const link::Frame& frame) {
-    const std::size_t integers = frame.geometry ? 3 * frame.geometry->active_nodes.size() : 0;
-    require(frame.displacements.size() == integers, "as many nodes as the level has");
-    require(frame.velocities.empty() || frame.velocities.size() == integers, "as many velocities");
+    const std::size_t most = frame.basis ? frame.basis->code.mode_count() : 0;
+    require(frame.coefficients.size() <= most, "no more coefficients than modes");
+    require(std::ranges::all_of(frame.coefficients, [](float c) { return std::isfinite(c); }), "finite coefficients");
     require(is_valid(frame.pose), "a pose that is valid");
   }
 

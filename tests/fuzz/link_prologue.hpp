@@ -1,12 +1,15 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "schema/codec/frame.hpp"
+#include "schema/wire/basis_file.hpp"
+#include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
-#include "tests/fuzz/frame_codec.hpp"
 
 // The first packets of a server in the client's fuzzer: a welcome, one own character and one other member with the same
-// groom, one level, and a frame to which the next may refer.
+// groom, a frame, and the groom's basis, for which the frame has asked.
 namespace hairnet::fuzz {
 
 inline constexpr std::uint32_t kOwnMember = 1, kOtherMember = 2, kOwnCharacter = 5;
@@ -16,22 +19,33 @@ inline wire::GroomHash link_groom() {
   return {1};
 }
 
-// Of both members; `age` as in codec_frames, and so is the history.
-inline wire::Message link_frames(std::size_t age, std::size_t order) {
-  const codec::Neighbours neighbours(codec_geometry(false));
-  const std::vector<codec::FrameIntegers> all = codec_frames(neighbours.node_count());
-  std::vector<const codec::FrameIntegers*> history;
-  for (std::size_t n = 1; n <= order; ++n) history.push_back(&all[age + n]);
-  auto storage = std::make_shared<std::vector<std::uint8_t>>();
-  codec::encode_frame(all[age], history, &neighbours, *storage);
+inline wire::HairBasis link_basis() {
+  wire::HairBasis hair;
+  hair.geometry.lattice.dims = {2, 2, 2};
+  for (std::uint32_t node = 0; node < 8; ++node) hair.geometry.active_nodes.push_back(node);
+  hair.geometry.trimmed_begin = {0};
+  hair.basis.node_count = 8;
+  for (int k = 0; k < 6; ++k) {
+    hair.basis.deviation_m.push_back(0.1f / static_cast<float>(1 + k));
+    hair.basis.unit.push_back(1e-3f);
+    for (int i = 0; i < 24; ++i) hair.basis.modes.push_back(static_cast<std::int16_t>(37 * (i + k) % 401 - 200));
+  }
+  return hair;
+}
+
+// Of both members.
+inline wire::Message link_frames(std::uint64_t tick) {
+  const codec::CoefficientCode code(link_basis().basis.deviation_m);
+  const std::vector<float> coefficients{0.1f, -0.03f, 0.02f, 0, 0.01f, 0.001f * static_cast<float>(tick % 10)};
+  codec::EncodedFrame coded;
+  codec::encode_frame(rigid_pose({Quat::Identity(), {0, 1.6, 0}}), &code, coefficients, 1, coded);
+  auto storage = std::make_shared<std::vector<std::uint8_t>>(coded.bytes);
   wire::FrameBatch batch;
-  batch.tick = kFirstTick + codec::kHistoryMax - age;
+  batch.tick = tick;
   for (const std::uint32_t member : {kOwnMember, kOtherMember}) {
     wire::Frame& frame = batch.frames.emplace_back();
     frame.member = member;
     frame.level = LevelIndex::low;
-    frame.velocities = true;
-    frame.order = static_cast<std::uint8_t>(order);
     frame.content = *storage;
   }
   batch.storage = std::move(storage);
@@ -42,18 +56,17 @@ inline std::vector<wire::Message> link_prologue(std::uint64_t session, bool resu
   wire::Welcome welcome;
   welcome.session = session;
   welcome.resumed = resumed;
-  LevelGeometry geometry = codec_geometry(false);
-  for (std::uint32_t node = 0; node < geometry.lattice.node_count(); ++node) {
-    if (node % 5 == 4) geometry.trimmed_nodes.push_back(node);
-  }
-  geometry.trimmed_begin.assign(geometry.trimmed_nodes.size() + 1, 0);
+  const wire::HairBasis hair = link_basis();
+  const std::vector<std::uint8_t> file = wire::encode_basis(hair.geometry, hair.basis, hair.skin);
   return {welcome,
           wire::CharacterAdded{kOwnCharacter, link_groom(), LevelIndex::low, kOwnMember},
           wire::MemberJoined{kOtherMember, session + 1, 1, link_groom(), "Ann", wire::Appearance{}},
           wire::MemberChanged{kOtherMember, "Anna", {}},
           wire::RoomWind{{}, session},
-          wire::LevelRecord{link_groom(), LevelIndex::low, std::move(geometry)},
-          link_frames(codec::kHistoryMax, 0)};
+          wire::GroomBasis{link_groom(), wire::hash_groom(file)},
+          link_frames(kFirstTick),
+          wire::GroomData{wire::hash_groom(file), file.size(), 0, file},
+          link_frames(kFirstTick + 1)};
 }
 
 }  // namespace hairnet::fuzz

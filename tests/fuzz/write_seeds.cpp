@@ -6,14 +6,13 @@
 
 #include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
-#include "schema/codec/coefficient_frame.hpp"
+#include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
 #include "schema/wire/messages.hpp"
 #include "schema/wire/packing.hpp"
 #include "schema/wire/recording.hpp"
-#include "tests/fuzz/frame_codec.hpp"
 #include "tests/fuzz/link_prologue.hpp"
 #include "tests/support/levels.hpp"
 #include "tests/support/random_messages.hpp"
@@ -39,21 +38,6 @@ class Folder {
   int count_ = 0;
   bool failed_ = false;
 };
-
-void add_codec_seeds(Folder& folder) {
-  for (std::uint8_t byte = 0; byte < 32; ++byte) {
-    const CodecSetting setting = codec_setting(byte);
-    const codec::Neighbours neighbours(codec_geometry(setting.large));
-    std::vector<codec::FrameIntegers> frames = codec_frames(neighbours.node_count());
-    if (!setting.velocities) frames[0].velocities.clear();
-    std::vector<const codec::FrameIntegers*> history;
-    for (std::size_t n = 1; n <= setting.order; ++n) history.push_back(&frames[n]);
-    Bytes bytes{byte};
-    // A range's bytes alone cannot be asked for; a frame's are as good to begin with.
-    codec::encode_frame(frames[0], history, &neighbours, bytes);
-    folder.add(bytes);
-  }
-}
 
 void append(Bytes& stream, const Bytes& packet) {
   stream.insert(stream.end(), packet.begin(), packet.end());
@@ -88,13 +72,13 @@ void add_link_seeds(Folder& folder) {
   const wire::Goodbye draining{wire::GoodbyeReason::server_draining, ""};
   const wire::Error refused{wire::ErrorReason::groom_invalid, 0, link_groom(), ""};
   add(kLongPieces, link_prologue(3, false));
-  add(kLongPieces | kPrologue, {link_frames(2, 1), link_frames(1, 2), link_frames(0, 3)});
-  add(kPrologue | kResumed, {link_frames(2, 1), draining, link_frames(2, 1)});
+  add(kLongPieces | kPrologue, {link_frames(103), link_frames(104), link_frames(107)});
+  add(kPrologue | kResumed, {link_frames(103), draining, link_frames(103)});
   add(kLongPieces | kPrologue,
       {wire::GroomNeed{link_groom(), 100'000}, wire::GroomStatus{link_groom(), wire::GroomState::ready},
        wire::GroomData{{9}, 6, 0, {1, 2, 3}}, wire::GroomData{{9}, 6, 3, {4, 5, 6}}});
   add(kLongPieces | kPrologue, {refused, wire::MemberLeft{kOtherMember}, wire::CharacterRemoved{kOwnCharacter},
-                                wire::Error{wire::ErrorReason::groom_unavailable, 0, {9}, ""}, link_frames(2, 0)});
+                                wire::Error{wire::ErrorReason::groom_unavailable, 0, {9}, ""}, link_frames(103)});
 }
 
 void add_token_seeds(Folder& folder) {
@@ -165,22 +149,25 @@ void add_mode_seeds(Folder& frames, Folder& bases) {
     frames.add(frame.bytes);
   }
   hair.basis.deviation_m.resize(8);
-  bases.add(wire::unpack(wire::encode_basis(hair.geometry, hair.basis), wire::kPackedBasis).value());
+  for (const Bone bone : {Bone::head, Bone::neck}) {
+    SkinDistanceField& field = hair.skin.emplace_back();
+    field = {bone, Vec3f(-0.1f, -0.1f, -0.1f), 0.02f, {4, 3, 5}, {}};
+    for (int node = 0; node < 60; ++node) field.distance.push_back(static_cast<float>(random.real(-0.06, 0.03)));
+  }
+  bases.add(wire::unpack(wire::encode_basis(hair.geometry, hair.basis, hair.skin), wire::kPackedBasis).value());
 }
 
 int write_seeds(const std::filesystem::path& root) {
-  Folder codec(root / "frame_codec"), packets(root / "packet"), streams(root / "packet_splitter");
+  Folder packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
   Folder tokens(root / "token"), links(root / "link_core");
-  Folder frames(root / "coefficient_frame"), bases(root / "basis_file");
-  add_codec_seeds(codec);
+  Folder frames(root / "frame"), bases(root / "basis_file");
   add_packet_seeds(packets, streams);
   add_file_seeds(grooms, levels, recordings);
   add_token_seeds(tokens);
   add_link_seeds(links);
   add_mode_seeds(frames, bases);
-  for (const Folder* folder :
-       {&codec, &packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases})
+  for (const Folder* folder : {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases})
     if (folder->failed()) return 1;
   return 0;
 }

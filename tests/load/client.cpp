@@ -243,7 +243,7 @@ void Client::on_frame(const FrameSeen& frame, std::int64_t now_ns) {
   if (frame.character > characters_.size()) return;
   Character& character = characters_[frame.character - 1];
   answer(character, frame, now_ns);
-  if (context_->watcher) context_->watcher->on_frame(number_, frame, character.groom);
+  if (context_->watcher) context_->watcher->on_frame(number_, frame);
 }
 
 void Client::watch_other(const FrameSeen& frame, std::int64_t now_ns) {

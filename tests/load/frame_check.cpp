@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
 #include "core/random.hpp"
@@ -19,6 +18,16 @@ std::uint64_t key_of(std::uint32_t client, std::uint32_t character) {
   return std::uint64_t{client} << 32 | character;
 }
 
+// RMS over the hair, m; coefficients that are missing at the end are 0.
+float distance_m(std::span<const float> a, std::span<const float> b) {
+  float squares = 0;
+  for (std::size_t k = 0; k < std::max(a.size(), b.size()); ++k) {
+    const float apart = (k < a.size() ? a[k] : 0) - (k < b.size() ? b[k] : 0);
+    squares += apart * apart;
+  }
+  return std::sqrt(squares);
+}
+
 bool same_pose(const Pose& a, const Pose& b) {
   return std::ranges::equal(a.bones, b.bones, [](const RigidTransform& p, const RigidTransform& q) {
     return (p.position - q.position).cwiseAbs().maxCoeff() <= kRestPose &&
@@ -32,7 +41,7 @@ bool FrameCheck::looks_at(std::uint32_t client, std::uint32_t character) const {
   return Random(seed_, key_of(client, character)).unit() < share_;
 }
 
-void FrameCheck::on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) {
+void FrameCheck::on_frame(std::uint32_t client, const FrameSeen& frame) {
   if (!frame.pose || !looks_at(client, frame.character)) return;
   ++checked_;
   Subject& subject = subjects_[key_of(client, frame.character)];
@@ -42,16 +51,7 @@ void FrameCheck::on_frame(std::uint32_t client, const FrameSeen& frame, std::siz
   subject.returned = subject.returned || (is_first && subject.tick > 0);
   if (!is_first && frame.tick <= subject.tick && subject.tick > 0) ++failures_["tick_went_back"];
   subject.tick = frame.tick;
-  const auto bound = static_cast<float>(kDisplacementMax_m) + frame.step_m;
-  for (const std::int16_t value : frame.displacements) {
-    if (std::abs(static_cast<float>(value)) * frame.step_m <= bound) continue;
-    ++failures_["beyond_bound"];
-    break;
-  }
-  if (!frame.displacements.empty()) {
-    const auto known = node_counts_.emplace(std::pair(groom, frame.level), frame.displacements.size());
-    if (known.first->second != frame.displacements.size()) ++failures_["node_count_changed"];
-  }
+  if (!(distance_m(frame.coefficients, {}) <= kDisplacementMax_m)) ++failures_["beyond_bound"];
   check_rest(subject, frame);
 }
 
@@ -60,22 +60,14 @@ void FrameCheck::check_rest(Subject& subject, const FrameSeen& frame) {
   if (subject.returned && subject.level != frame.level && same_pose(subject.pose, *frame.pose)) return;
   // The first frame of a session is marked discontinuous, although the hair continues from its last state.
   const bool returned = std::exchange(subject.returned, false);
-  const bool comparable = subject.level == frame.level && subject.step_m == frame.step_m &&
-                          (returned || !frame.discontinuous) &&
-                          subject.displacements.size() == frame.displacements.size();
+  const bool comparable = subject.level == frame.level && (returned || !frame.discontinuous);
   if (!comparable || !same_pose(subject.pose, *frame.pose)) subject.rest_since_ns = now_ns;
   if (now_ns - subject.rest_since_ns > kRest_ns) {
-    for (std::size_t i = 0; i < frame.displacements.size(); ++i) {
-      const int moved = std::abs(frame.displacements[i] - subject.displacements[i]);
-      if (static_cast<float>(moved) * frame.step_m <= kRestMotionMax_m) continue;
-      ++failures_["moves_at_rest"];
-      break;
-    }
+    if (distance_m(frame.coefficients, subject.coefficients) > kRestMotionMax_m) ++failures_["moves_at_rest"];
   }
   subject.pose = *frame.pose;
   subject.level = frame.level;
-  subject.step_m = frame.step_m;
-  subject.displacements.assign(frame.displacements.begin(), frame.displacements.end());
+  subject.coefficients.assign(frame.coefficients.begin(), frame.coefficients.end());
 }
 
 std::uint64_t FrameCheck::failure_count() const {

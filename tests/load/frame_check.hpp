@@ -14,16 +14,15 @@ namespace hairnet::load {
 
 // Compares the frames of some characters with rules that any lattice obeys:
 //   pose_invalid        numbers finite, rotations of unit length
-//   beyond_bound        no node further than kDisplacementMax_m from its design
-//   node_count_changed  one groom and level, one number of nodes
+//   beyond_bound        hair no further than kDisplacementMax_m from its design
 //   tick_went_back      newer frames of a session are of later ticks
-//   moves_at_rest       5 s after the head came to rest no node moves more than 5 mm from frame to frame, nor while the
+//   moves_at_rest       5 s after the head came to rest hair moves no more than 5 mm from frame to frame, nor while the
 //                       connection, or the server, was away; true in still air only
 class FrameCheck final : public FrameWatcher {
  public:
   FrameCheck(std::uint64_t seed, double share) : seed_(seed), share_(share) {}
   void on_welcome(std::uint32_t client) override { ++welcomes_[client]; }
-  void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) override;
+  void on_frame(std::uint32_t client, const FrameSeen& frame) override;
 
   [[nodiscard]] std::uint64_t checked() const { return checked_; }
   [[nodiscard]] const std::map<std::string, std::uint64_t>& failures() const { return failures_; }
@@ -38,8 +37,7 @@ class FrameCheck final : public FrameWatcher {
     Pose pose;
     std::int64_t rest_since_ns = 0;
     LevelIndex level = LevelIndex::rigid;
-    float step_m = 0;
-    std::vector<std::int16_t> displacements;
+    std::vector<float> coefficients;
   };
   void check_rest(Subject& subject, const FrameSeen& frame);
 
@@ -49,7 +47,6 @@ class FrameCheck final : public FrameWatcher {
   std::map<std::string, std::uint64_t> failures_;
   std::unordered_map<std::uint32_t, std::uint64_t> welcomes_;  // of each client
   std::unordered_map<std::uint64_t, Subject> subjects_;
-  std::map<std::pair<std::size_t, LevelIndex>, std::size_t> node_counts_;
 };
 
 }  // namespace hairnet::load

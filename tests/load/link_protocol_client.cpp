@@ -89,16 +89,13 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
     seen.tick = tick;
     seen.stride = frame.step_stride;
     seen.sample_time_local_ns = core_.to_local_ns(sample_time_ns);
-    seen.level = decoded.integers ? decoded.level : frame.level;
+    seen.level = frame.level;
     seen.discontinuous = decoded.discontinuous;
     seen.asleep = frame.asleep;
     seen.undecodable = decoded.outcome == link::Members::Outcome::undecodable;
     seen.content_bytes = frame.content.size();
-    seen.step_m = codec::kStep_m[static_cast<std::size_t>(decoded.integers ? decoded.error_class : frame.error_class)];
-    if (decoded.integers) {
-      seen.pose = &decoded.pose;
-      seen.displacements = decoded.integers->nodes;
-    }
+    seen.pose = decoded.pose;
+    seen.coefficients = decoded.coefficients;
     events_->on_frame(seen, now_ns_);
   }
 

@@ -12,10 +12,10 @@ namespace hairnet::load {
 struct ProtocolOptions {
   std::string name, room, token;
   std::string observe = "all";  // this and the next: as a plan has them
-  double hair_error_mm = 0;
+  double hair_error_mm = 1;
   std::uint64_t seed = 1;
   double decode_share = 1;
-  std::shared_ptr<link::LevelCatalog> catalog;  // shared by all on one thread
+  std::shared_ptr<link::BasisCatalog> catalog;  // shared by all on one thread
 };
 
 // The client library's own core.

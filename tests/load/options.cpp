@@ -67,7 +67,7 @@ void add_options(CLI::App& app, Options& o, Given& g) {
       ->check(CLI::Range(0u, kClientCountMax));
   app.add_option("--observe", g.observe, "all, or a number of nearest; 0: itself alone (all)");
   app.add_option("--hair-error", g.hair_error_mm,
-                 "frames of coefficients (the server needs --modes) with about this error of hair, mm; 0: of nodes (0)")
+                 "about the error of hair that clients ask for where a head fills the screen, mm (1)")
       ->check(in_range(0, 1000));
   app.add_option("--require", g.requirements, "threshold FIGURE<NUMBER, or STAGE/FIGURE<NUMBER; < <= > >= ==; several")
       ->allow_extra_args(false);

@@ -18,7 +18,7 @@ struct Plan {
   std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};  // likewise
   std::uint32_t room_size = 0;  // clients of a room; 0: all in one
   std::string observe = "all";  // members that each client sees: all, or a number of nearest; 0: only its own
-  double hair_error_mm = 0;     // above 0: frames of coefficients with about this error, see wire::Observe::error_m
+  double hair_error_mm = 1;     // see wire::Observe::error_m
   std::vector<Stage> stages;
   std::vector<std::string> requirements;  // thresholds of the plan itself, beside those of the command line
 

@@ -28,10 +28,9 @@ struct FrameSeen {
   std::int64_t sample_time_local_ns = 0;  // when its pose was sampled, on our clock
   LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false, asleep = false, undecodable = false;
-  std::size_t content_bytes = 0;                // pose and nodes, coded
-  const Pose* pose = nullptr;                   // until the call returns; null when not decoded
-  float step_m = 0;                             // of the quantisation
-  std::span<const std::int16_t> displacements;  // integers, 3 a node, in head space; empty when not decoded
+  std::size_t content_bytes = 0;        // pose and coefficients, coded
+  const Pose* pose = nullptr;           // until the call returns; null when not decoded
+  std::span<const float> coefficients;  // m; empty when not decoded, or at rest
 };
 
 // The events of one client's protocol.

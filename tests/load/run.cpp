@@ -287,7 +287,7 @@ class Run {
   asio::ip::tcp::endpoint server_;
   TcpConnector connector_;
   FrameCheck check_;
-  std::shared_ptr<link::LevelCatalog> catalog_ = std::make_shared<link::LevelCatalog>();
+  std::shared_ptr<link::BasisCatalog> catalog_ = std::make_shared<link::BasisCatalog>();
   ClientContext context_;
   std::unique_ptr<GroomUploader> preparation_;
   std::optional<Tally> tally_;

@@ -21,7 +21,7 @@ class FrameWatcher {
  public:
   virtual ~FrameWatcher() = default;
   virtual void on_welcome(std::uint32_t client) = 0;  // the first and each later time
-  virtual void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) = 0;
+  virtual void on_frame(std::uint32_t client, const FrameSeen& frame) = 0;
 };
 
 // The data that all virtual clients share. Outlives them.

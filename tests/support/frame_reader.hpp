@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "schema/codec/frame_codec.hpp"
+#include "core/modes/make_modes.hpp"
+#include "schema/codec/frame.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet {
@@ -18,68 +22,57 @@ struct ReadFrame {
   std::int64_t sample_time_ns = 0;
   wire::Frame frame;  // its content is gone
   Pose pose;
-  codec::FrameIntegers integers;
+  std::vector<float> coefficients;   // m; empty: the hair is at rest
+  std::vector<Vec3f> displacements;  // of the finest level's active nodes, m
 };
 
-// Reads the frames of one session, in order, straight from PROTOCOL.md: the plain counterpart of what clients do.
-// Remembers every frame it was sent.
+// Reads the frames of one session straight from PROTOCOL.md: the plain counterpart of what clients do.
 class FrameReader {
  public:
+  // In place of the files of bases: the modes of a groom, or null.
+  using ModesOf = std::function<std::shared_ptr<const Modes>(const wire::GroomHash&)>;
+  explicit FrameReader(ModesOf modes_of = {}) : modes_of_(std::move(modes_of)) {}
+
   void take(const wire::CharacterAdded& added) { grooms_[added.member] = added.groom; }
-  void take(const wire::MemberJoined& joined) {
-    grooms_[joined.member] = joined.groom;
-    sent_.erase(joined.member);
-  }
-  void take(const wire::LevelRecord& record) {
-    neighbours_.insert_or_assign({record.groom, record.level}, codec::Neighbours(record.geometry));
-  }
+  void take(const wire::MemberJoined& joined) { grooms_[joined.member] = joined.groom; }
+  void take(const wire::GroomBasis& announced) { announced_.insert(announced.groom); }
   // The faults of frames that cannot be read go to `faults`.
   std::vector<ReadFrame> take(const wire::FrameBatch& batch, std::vector<std::string>& faults) {
     std::vector<ReadFrame> read;
     for (const wire::Frame& frame : batch.frames) {
-      const auto groom = grooms_.find(frame.member);
-      if (groom == grooms_.end()) {
-        faults.push_back("a frame of an unknown member");
-        continue;
-      }
-      const codec::Neighbours* neighbours = nullptr;
-      if (frame.level != LevelIndex::rigid) {
-        const auto record = neighbours_.find({groom->second, frame.level});
-        if (record == neighbours_.end()) {
-          faults.push_back("a frame before its level record");
-          continue;
-        }
-        neighbours = &record->second;
-      }
-      std::vector<const codec::FrameIntegers*> history;
-      for (unsigned k = 1; k <= frame.order; ++k) {
-        const auto& sent = sent_[frame.member];
-        const auto found = sent.find(batch.tick - k * frame.stride);
-        if (found != sent.end()) history.push_back(&found->second);
-      }
-      ReadFrame& out = read.emplace_back();
-      if (history.size() != frame.order ||
-          !codec::decode_frame(frame.content, history, neighbours, frame.velocities, out.integers)) {
-        faults.push_back(
-            "frame of order " + std::to_string(frame.order) + " at tick " + std::to_string(batch.tick) +
-            (history.size() != frame.order ? ": what it refers to was not sent" : ": its content is not sound"));
-        read.pop_back();
-        continue;
-      }
-      out.tick = batch.tick;
-      out.sample_time_ns = batch.sample_time_ns;
-      out.frame = frame;
+      ReadFrame out{batch.tick, batch.sample_time_ns, frame, {}, {}, {}};
       out.frame.content = {};
-      out.pose = codec::dequantise_pose(out.integers);
-      sent_[frame.member].insert_or_assign(batch.tick, out.integers);
+      const std::string fault = read_frame(frame, out);
+      if (fault.empty())
+        read.push_back(std::move(out));
+      else
+        faults.push_back(fault + " at tick " + std::to_string(batch.tick));
     }
     return read;
   }
 
  private:
+  std::string read_frame(const wire::Frame& frame, ReadFrame& out) {
+    const auto groom = grooms_.find(frame.member);
+    if (groom == grooms_.end()) return "a frame of an unknown member";
+    const bool is_announced = announced_.contains(groom->second);
+    if (frame.level != LevelIndex::rigid && !is_announced) return "a frame before its basis";
+    const std::shared_ptr<const Modes> modes = is_announced && modes_of_ ? modes_of_(groom->second) : nullptr;
+    std::optional<codec::CoefficientCode> code;
+    if (modes) code.emplace(modes->basis.deviation_m);
+    codec::DecodedFrame decoded;
+    if (!codec::decode_frame(frame.content, code ? &*code : nullptr, decoded)) return "a content that is not sound";
+    out.pose = decoded.pose;
+    if (!modes || frame.level == LevelIndex::rigid) return {};
+    out.coefficients = std::move(decoded.coefficients);
+    out.displacements.resize(modes->basis.node_count);
+    displacements_of(modes->basis, out.coefficients, out.displacements);
+    return {};
+  }
+
+  ModesOf modes_of_;
   std::map<std::uint32_t, wire::GroomHash> grooms_;
-  std::map<std::pair<wire::GroomHash, LevelIndex>, codec::Neighbours> neighbours_;
-  std::map<std::uint32_t, std::map<std::uint64_t, codec::FrameIntegers>> sent_;
+  std::set<wire::GroomHash> announced_;
 };
 
 }  // namespace hairnet

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/levels/level.hpp"
-#include "core/levels/skin_distance_field.hpp"
+#include "core/skin/skin_distance_field.hpp"
 #include "core/solver/step.hpp"
 
 // Small levels put together by hand, for tests that are about the solver and not about hair.

@@ -75,14 +75,9 @@ LevelGeometry RandomMessages::geometry() {
 Frame RandomMessages::frame(std::vector<std::uint8_t>& content) {
   Frame f;
   f.level = level();
-  f.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
   f.discontinuous = coin();
   f.asleep = coin();
-  f.velocities = coin();
-  f.order = static_cast<std::uint8_t>(integer(0, 3));
-  f.stride = static_cast<std::uint8_t>(1 << integer(0, 2));
   f.step_stride = static_cast<std::uint8_t>(1 << integer(0, 2));
-  f.coefficients = f.order == 0 && !f.velocities && coin();
   content = bytes(integer(0, 300));
   f.content = content;
   return f;
@@ -114,7 +109,6 @@ FrameBatch RandomMessages::frame_batch() {
 
 HairState RandomMessages::hair_state() {
   HairState state;
-  state.level = level(LevelIndex::ether);
   state.step_m = static_cast<float>(real(1e-5, 1e-3));
   state.displacements.resize(3 * integer(1, 60));
   for (std::int16_t& d : state.displacements) d = static_cast<std::int16_t>(integer(0, 0xffff));
@@ -130,9 +124,7 @@ Observe RandomMessages::observe() {
   if (coin()) o.from = vector(100);
   for (std::size_t n = integer(0, 5); n > 0; --n)
     o.members.push_back(static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)));
-  o.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
   o.stride = 1u << integer(0, 2);
-  o.velocities = coin();
   if (coin()) o.error_m = static_cast<float>(real(0, 1));
   return o;
 }
@@ -147,10 +139,6 @@ void RandomMessages::draw(Hello& hello) {
 }
 void RandomMessages::draw(GroomOffer& offer) {
   offer = {hash(), integer(1, ~std::uint64_t{0})};
-}
-void RandomMessages::draw(RequestKeyframes& request) {
-  request.members.resize(2);
-  for (std::uint32_t& member : request.members) draw(member);
 }
 void RandomMessages::draw(Welcome& w) {
   draw(w.protocol_version);
@@ -168,9 +156,6 @@ void RandomMessages::draw(Welcome& w) {
 }
 void RandomMessages::draw(GroomData& data) {
   data = {hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
-}
-void RandomMessages::draw(LevelRecord& record) {
-  record = {hash(), level(LevelIndex::ether), geometry()};
 }
 void RandomMessages::draw(Error& error) {
   error = {static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(),

@@ -61,10 +61,8 @@ class RandomMessages {
   void draw(Hello& hello);
   void draw(GroomOffer& offer);
   void draw(Observe& any) { any = observe(); }
-  void draw(RequestKeyframes& request);
   void draw(Welcome& welcome);
   void draw(GroomData& data);
-  void draw(LevelRecord& record);
   void draw(FrameBatch& batch) { batch = frame_batch(); }
   void draw(Error& error);
   void draw(Goodbye& goodbye);

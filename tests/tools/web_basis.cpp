@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -13,7 +14,6 @@
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_messages.hpp"
 #include "tests/tools/web_modes.hpp"
-#include "tests/tools/web_random.hpp"
 
 namespace hairnet {
 namespace {
@@ -23,15 +23,14 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kMutations = 1500;
 
-wire::HairBasis make_basis(std::size_t mode_count) {
+wire::HairBasis small_basis(std::size_t mode_count) {
   WebRandom random(21);
-  wire::HairBasis out{random.geometry({3, 2, 3}), {}};
-  out.basis.node_count = out.geometry.active_nodes.size();
-  for (std::size_t mode = 0; mode < mode_count; ++mode) {
-    out.basis.deviation_m.push_back(0.1f / static_cast<float>(1 + mode));
-    out.basis.unit.push_back(1e-4f * static_cast<float>(1 + mode));
-    for (std::size_t i = 0; i < 3 * out.basis.node_count; ++i)
-      out.basis.modes.push_back(static_cast<std::int16_t>(random.real(32767)));
+  wire::HairBasis out = make_basis(random, {3, 2, 3}, mode_count);
+  for (const auto& [bone, dims] :
+       {std::pair(Bone::head, std::array{3, 4, 5}), std::pair(Bone::left_shoulder, std::array{2, 2, 3})}) {
+    SkinDistanceField& field = out.skin.emplace_back();
+    field = {bone, random.vector(0.2f), 0.0125f, dims, {}};
+    for (int node = 0; node < dims[0] * dims[1] * dims[2]; ++node) field.distance.push_back(random.real(0.06f));
   }
   return out;
 }
@@ -81,6 +80,13 @@ Json checksum_of(const Bytes& file) {
   sum.add_floats(got->basis.deviation_m);
   sum.add_floats(got->basis.unit);
   sum.add(got->basis.modes);
+  for (const SkinDistanceField& field : got->skin) {
+    sum.add(std::array{field.bone});
+    sum.add_floats(field.origin);
+    sum.add_floats(std::array{field.cell_m});
+    sum.add(field.dims);
+    for (const float distance_m : field.distance) sum.add(std::array{skin_byte(distance_m)});
+  }
   return sum.value();
 }
 
@@ -92,7 +98,7 @@ Json spoilt_case(const std::string& name, const Bytes& file) {
 class Table {
  public:
   explicit Table(const wire::HairBasis& basis)
-      : bytes_(wire::unpack(wire::encode_basis(basis.geometry, basis.basis), wire::kPackedBasis).value()) {}
+      : bytes_(wire::unpack(wire::encode_basis(basis.geometry, basis.basis, basis.skin), wire::kPackedBasis).value()) {}
   [[nodiscard]] const Bytes& bytes() const { return bytes_; }
   [[nodiscard]] Bytes file() const { return wire::pack(bytes_, wire::kPackedBasis); }
 
@@ -141,7 +147,7 @@ void add_numbers(const wire::HairBasis& good, Json& all) {
     spoil(table);
     all.push_back(spoilt_case(name, table.file()));
   };
-  const auto& [geometry, basis] = good;
+  const auto& [geometry, basis, skin] = good;
   const std::size_t last = basis.mode_count() - 1;
   for (const float value : {0.0f, -0.0f, -0.01f, kInfinity, -kInfinity, kNaN, 1e-40f, 0.5f}) {
     const std::string is = " is " + std::to_string(value);
@@ -166,7 +172,7 @@ void add_numbers(const wire::HairBasis& good, Json& all) {
 }
 
 void add_counts(const wire::HairBasis& good, Json& all) {
-  const auto& [geometry, basis] = good;
+  const auto& [geometry, basis, skin] = good;
   const std::size_t count = basis.mode_count(), bytes_a_mode = 2 * 3 * basis.node_count;
   const auto add = [&](const std::string& name, std::size_t deviations, std::size_t units, std::size_t plane_bytes) {
     Table table(good);
@@ -207,12 +213,24 @@ void add_bytes(const Table& good, Json& all) {
 
 }  // namespace
 
+wire::HairBasis make_basis(WebRandom& random, const std::array<int, 3>& dims, std::size_t mode_count) {
+  wire::HairBasis out{random.geometry(dims), {}, {}};
+  out.basis.node_count = out.geometry.active_nodes.size();
+  for (std::size_t mode = 0; mode < mode_count; ++mode) {
+    out.basis.deviation_m.push_back(0.1f / static_cast<float>(1 + mode));
+    out.basis.unit.push_back(1e-4f * static_cast<float>(1 + mode));
+    for (std::size_t i = 0; i < 3 * out.basis.node_count; ++i)
+      out.basis.modes.push_back(static_cast<std::int16_t>(random.real(32767)));
+  }
+  return out;
+}
+
 Json basis_cases() {
-  const wire::HairBasis good = make_basis(5);
+  const wire::HairBasis good = small_basis(5);
   Json spoilt = Json::array();
   add_numbers(good, spoilt);
   add_counts(good, spoilt);
-  add_counts(make_basis(kModeCountMax), spoilt);
+  add_counts(small_basis(kModeCountMax), spoilt);
   add_bytes(Table(good), spoilt);
   const Bytes file = Table(good).file();
   return {{"file", hex(file)},

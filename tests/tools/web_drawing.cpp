@@ -193,7 +193,7 @@ Json light_cases() {
   return cases;
 }
 
-// One character as the shaders read it: its row of records, and the nodes of its lattices.
+// One character as the shaders read it: its row of records, and the nodes of its lattice.
 Json record_case() {
   WebRandom random(22);
   render::ShownCharacter character;
@@ -205,37 +205,34 @@ Json record_case() {
   character.body_shown = false;
   character.hair_tip_colour = Vec3f(0.25f, 0.5f, 0.75f);
   character.roughness = 0.625f;
-  const std::array geometries{random.geometry({3, 4, 5}), random.geometry({4, 3, 3})};
-  const std::array grids{random.vectors(60, 0.1f), random.vectors(36, 0.1f)};
-  const std::array<LatticeLayer, 2> layers{{{&geometries[0], grids[0], 1}, {&geometries[1], grids[1], -0.25f}}};
+  const LevelGeometry geometry = random.geometry({3, 4, 5});
+  const std::vector<Vec3f> grid = random.vectors(60, 0.1f);
+  const LatticeLayer layer{&geometry, grid, 1};
+  const std::span layers(&layer, 1);
   character.layers = layers;
   const Eigen::AlignedBox3f rest(Vec3f(-0.2f, -0.3f, -0.1f), Vec3f(0.3f, 0.2f, 0.4f));
   const Eigen::AlignedBox3f roots(Vec3f(-0.1f, 0.05f, 0), Vec3f(0.1f, 0.25f, 0.1f));
   const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, layers), 3, 1e-3f);
   render::CharacterRecords records;
   records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
-  Json out{{"pose", to_json(character.pose)},
-           {"hairAlbedo", flat(std::array{character.hair_colour})},
-           {"hairTipAlbedo", flat(std::array{*character.hair_tip_colour})},
-           {"roughness", character.roughness},
-           {"skinAlbedo", flat(std::array{character.skin_colour})},
-           {"strandWidthM", 4e-4},
-           {"detail",
-            {{"strandShare", detail.strand_share},
-             {"followHairCount", detail.follow_hair_count},
-             {"toleranceM", detail.tolerance_m},
-             {"quadratic", detail.quadratic},
-             {"cards", detail.cards}}},
-           {"pointRows", {{"first", 7}, {"count", 11}}},
-           {"strandBox", flat(std::array{Vec3f(rest.min()), Vec3f(rest.max())})},
-           {"rootBox", flat(std::array{Vec3f(roots.min()), Vec3f(roots.max())})},
-           {"layers", Json::array()},
-           {"record", raw(records.records())},
-           {"lattices", raw(records.lattices())}};
-  for (const LatticeLayer& layer : layers)
-    out["layers"].push_back(
-        {{"geometry", to_json(*layer.geometry)}, {"grid", flat(layer.grid_displacements)}, {"weight", layer.weight}});
-  return out;
+  return {{"pose", to_json(character.pose)},
+          {"hairAlbedo", flat(std::array{character.hair_colour})},
+          {"hairTipAlbedo", flat(std::array{*character.hair_tip_colour})},
+          {"roughness", character.roughness},
+          {"skinAlbedo", flat(std::array{character.skin_colour})},
+          {"strandWidthM", 4e-4},
+          {"detail",
+           {{"strandShare", detail.strand_share},
+            {"followHairCount", detail.follow_hair_count},
+            {"toleranceM", detail.tolerance_m},
+            {"quadratic", detail.quadratic},
+            {"cards", detail.cards}}},
+          {"pointRows", {{"first", 7}, {"count", 11}}},
+          {"strandBox", flat(std::array{Vec3f(rest.min()), Vec3f(rest.max())})},
+          {"rootBox", flat(std::array{Vec3f(roots.min()), Vec3f(roots.max())})},
+          {"lattice", {{"geometry", to_json(geometry)}, {"grid", flat(grid)}}},
+          {"record", raw(records.records())},
+          {"lattices", raw(records.lattices())}};
 }
 
 }  // namespace

@@ -13,10 +13,11 @@ nlohmann::ordered_json ffd_cases();
 nlohmann::ordered_json groom_cases();
 // Groom files that must be refused, by name.
 nlohmann::ordered_json spoilt_groom_cases();
+// Points that SkinPush keeps out of a skin.
+nlohmann::ordered_json skin_case();
 // Root-blend curves at many ratios.
 nlohmann::ordered_json root_blend_cases();
-// Frames that arrive with jitter, played out (link::Playout), and points deformed by that over switches of level
-// (link::SwitchBlend).
+// Frames that arrive with jitter, played out (link::Playout).
 nlohmann::ordered_json playout_cases();
 // What is drawn of small grooms (render::GroomGeometry) with the light that reaches it and its scalp; draw detail,
 // lights, and a character's record.

@@ -1,14 +1,14 @@
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
 #include <vector>
 
 #include "client/link/playout.hpp"
-#include "client/link/switch_blend.hpp"
-#include "core/ffd/deform.hpp"
+#include "schema/wire/basis_file.hpp"
+#include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
 #include "tests/tools/web_messages.hpp"
+#include "tests/tools/web_modes.hpp"
 #include "tests/tools/web_random.hpp"
 
 namespace hairnet {
@@ -19,57 +19,47 @@ using Json = nlohmann::ordered_json;
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kTick_ns = 33'333'333;
 
-constexpr float kReach_m = 0.25f;  // of lattices; some points lie beyond
+constexpr int kNone = -1;
 
-// High and medium are two grids. A server and its connection to a client, as a play-out sees them; the scene is written
-// with its results.
+// A server and its connection to a client, as a play-out sees them; the scene is written with its results.
 class Scene {
  public:
   explicit Scene(std::uint64_t seed) : random_(seed) {
-    for (const std::array<int, 3>& dims : {std::array{5, 4, 6}, std::array{3, 3, 4}}) {
-      auto geometry = std::make_shared<LevelGeometry>(random_.geometry(dims));
-      geometry->lattice.origin = Vec3f::Constant(-kReach_m);
-      for (int a = 0; a < 3; ++a)
-        geometry->lattice.spacing[a] = 2 * kReach_m / static_cast<float>(dims[static_cast<std::size_t>(a)] - 1);
-      levels_.push_back(std::move(geometry));
-    }
-    points_ = random_.vectors(40, 1.2f * kReach_m);
+    for (const std::size_t mode_count : {7, 4})
+      bases_.push_back(std::make_shared<const link::KnownBasis>(make_basis(random_, {3, 4, 3}, mode_count)));
   }
 
-  bool velocities = true;
-  LevelIndex level = LevelIndex::high;
+  int basis = 0;  // that frames have, or kNone
 
-  // The frame of a tick; it arrives later by `late_ms`, and 20 ms that every frame takes.
+  // The frame of a tick; it arrives later by `late_ms`, and 20 ms that every frame takes. Some have fewer coefficients
+  // than others.
   void push(int tick, int late_ms, bool discontinuous = false, bool asleep = false) {
     const double t = 1e-9 * static_cast<double>(tick * kTick_ns);
     link::Frame frame;
-    frame.level = level;
-    frame.error_class = static_cast<codec::ErrorClass>(tick % 3);
+    frame.level = static_cast<LevelIndex>(tick / 4 % 4);
     frame.discontinuous = discontinuous;
     frame.asleep = asleep;
     frame.step_s = 1.0f / 30;
     const Quat turn(Eigen::AngleAxisd(0.8 * std::sin(2 * t), Vec3(0.2, 1, 0.1).normalized()));
     frame.pose = rounded_to_wire(rigid_pose({turn, Vec3(0.3 * std::sin(t), 1.6, 0.2 * t)}));
-    if (level != LevelIndex::rigid) {
-      frame.geometry = levels_[static_cast<std::size_t>(level)];
-      const std::size_t count = 3 * frame.geometry->active_nodes.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        const double phase = 3 * t + 0.7 * static_cast<double>(i);
-        frame.displacements.push_back(static_cast<std::int16_t>(60 * std::sin(phase)));
-        if (velocities) frame.velocities.push_back(static_cast<std::int16_t>(9 * std::cos(phase)));
+    if (basis != kNone) {
+      frame.basis = bases_[static_cast<std::size_t>(basis)];
+      const std::size_t count = frame.basis->code.mode_count() - static_cast<std::size_t>(tick % 3);
+      for (std::size_t k = 0; k < count; ++k) {
+        const double phase = 3 * t + 0.7 * static_cast<double>(k);
+        frame.coefficients.push_back(static_cast<float>(0.01 * std::sin(phase)));
       }
     }
     const std::int64_t sample_ns = tick * kTick_ns, arrival_ns = sample_ns + (20 + late_ms) * kMs;
     playout_.push(frame, sample_ns, arrival_ns);
     steps_.push_back({{"push",
                        {{"level", static_cast<unsigned>(frame.level)},
-                        {"errorClass", static_cast<unsigned>(frame.error_class)},
                         {"discontinuous", frame.discontinuous},
                         {"asleep", frame.asleep},
                         {"stepS", frame.step_s},
                         {"pose", to_json(frame.pose)},
-                        {"displacements", frame.displacements},
-                        {"velocities", frame.velocities}}},
+                        {"coefficients", frame.coefficients},
+                        {"basis", basis}}},
                       {"sampleTimeNs", sample_ns},
                       {"arrivalTimeNs", arrival_ns}});
   }
@@ -81,13 +71,6 @@ class Scene {
 
   void sample(std::int64_t render_ns) {
     const link::Playout::Sample sample = playout_.sample(render_ns);
-    std::vector<Vec3f> points = points_;
-    if (!sample.displacement.empty()) {
-      std::vector<Vec3f> grid(sample.geometry->lattice.node_count());
-      expand_displacements(*sample.geometry, sample.displacement, grid);
-      Deformer(sample.geometry->lattice, points_, {}, FfdKind::quadratic).deform(grid, points);
-    }
-    if (sample.valid) blend_.apply(sample.level, sample.time_ns, false, points);
     steps_.push_back({{"sample", render_ns},
                       {"valid", sample.valid},
                       {"timeNs", sample.time_ns},
@@ -95,7 +78,6 @@ class Scene {
                       {"level", static_cast<unsigned>(sample.level)},
                       {"pose", to_json(sample.pose)},
                       {"displacement", flat(sample.displacement)},
-                      {"blended", flat(points)},
                       {"droppedCount", playout_.dropped_count()}});
   }
 
@@ -111,26 +93,23 @@ class Scene {
   }
 
   Json finish(const char* name) {
-    Json levels = Json::array();
-    for (const auto& geometry : levels_) levels.push_back(to_json(*geometry));
-    return {{"name", name}, {"levels", levels}, {"points", flat(points_)}, {"steps", steps_}};
+    Json files = Json::array();
+    for (const auto& each : bases_) files.push_back(hex(wire::encode_basis(each->hair.geometry, each->hair.basis, {})));
+    return {{"name", name}, {"bases", files}, {"steps", steps_}};
   }
 
  private:
   WebRandom random_;
-  std::vector<std::shared_ptr<const LevelGeometry>> levels_;
-  std::vector<Vec3f> points_;
+  std::vector<std::shared_ptr<const link::KnownBasis>> bases_;
   link::Playout playout_;
-  link::SwitchBlend blend_;
   std::int64_t shown_ns_ = 0;
   Json steps_ = Json::array();
 };
 
-Json steady(bool velocities) {
+Json steady() {
   Scene scene(11);
-  scene.velocities = velocities;
   scene.run(0, 25, 12);
-  return scene.finish(velocities ? "hair with velocities" : "hair without velocities");
+  return scene.finish("moving hair");
 }
 
 Json gap() {
@@ -166,25 +145,24 @@ Json disorder() {
   return scene.finish("out of order, twice, late, a teleport");
 }
 
-Json switches() {
+Json changes() {
   Scene scene(15);
-  const auto then = [&](LevelIndex level, int from, int to) {
-    scene.level = level;
-    scene.push(from, 1, true);
-    scene.run(from + 1, to, 3);
+  const auto then = [&](int basis, int from, int to) {
+    scene.basis = basis;
+    scene.run(from, to, 3);
   };
-  then(LevelIndex::high, 0, 8);
-  then(LevelIndex::medium, 8, 14);  // another switch before this one has faded
-  then(LevelIndex::high, 14, 35);
-  then(LevelIndex::rigid, 35, 50);
-  then(LevelIndex::medium, 50, 70);
-  return scene.finish("switches of level");
+  then(kNone, 0, 8);
+  then(0, 8, 14);
+  then(1, 14, 35);
+  then(kNone, 35, 50);
+  then(1, 50, 60);
+  return scene.finish("hair at rest, and with other bases");
 }
 
 }  // namespace
 
 Json playout_cases() {
-  return {steady(true), steady(false), gap(), frozen(), disorder(), switches()};
+  return {steady(), gap(), frozen(), disorder(), changes()};
 }
 
 }  // namespace hairnet

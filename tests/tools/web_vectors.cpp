@@ -10,7 +10,6 @@
 #include "client/files/write_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/random_messages.hpp"
-#include "tests/tools/codec_cases.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
 #include "tests/tools/web_messages.hpp"
@@ -84,13 +83,6 @@ Json spoilt_cases() {
   return cases;
 }
 
-Json sequence() {
-  const codec::MovingLattice moving = codec::step_made_lattice(LevelIndex::low, 30, 16);
-  Json out = codec::frame_sequence(moving);
-  out["geometry"] = to_json(moving.geometry);
-  return out;
-}
-
 bool write(const std::filesystem::path& folder, const char* name, std::span<const std::byte> bytes) {
   const std::string path = folder / name;
   const auto written = write_file(path, bytes);
@@ -114,12 +106,12 @@ int write_all(const std::filesystem::path& folder) {
   const std::vector<std::uint8_t> groom = whole_groom();
   const bool done =
       write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
-      write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
-      write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
-      write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
+      write(folder, "sequence.json", sequence_case()) && write(folder, "ffd.json", ffd_cases()) &&
+      write(folder, "grooms.json", groom_cases()) && write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
       write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&
-      write(folder, "drawing.json", drawing_cases()) && write(folder, "coefficient_frame.json", frame_code_cases()) &&
-      write(folder, "basis.json", basis_cases()) && write(folder, "bob.groom", std::as_bytes(std::span(groom)));
+      write(folder, "drawing.json", drawing_cases()) && write(folder, "frame.json", frame_code_cases()) &&
+      write(folder, "basis.json", basis_cases()) && write(folder, "skin.json", skin_case()) &&
+      write(folder, "bob.groom", std::as_bytes(std::span(groom)));
   return done ? 0 : 1;
 }
 

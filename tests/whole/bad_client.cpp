@@ -217,7 +217,7 @@ void BadClient::misbehave() {
       return flood_poses();
     case Misbehaviour::slow_reader:
       connection_->pause_reading(random_.unit() < 0.8);
-      if (random_.unit() < 0.2) send(wire::RequestKeyframes{});
+      if (random_.unit() < 0.2) send(wire::Observe{});
       if (random_.unit() < 0.3 && !members_.empty()) send(wire::GroomRequest{assets().grooms.back().hash, 0});
       return send(wire::PoseBatch{});
     case Misbehaviour::groom_spoiler:
@@ -240,7 +240,7 @@ void BadClient::misbehave() {
     case Misbehaviour::groom_heaper:
       return heap_groom();
     case Misbehaviour::drip_reader:
-      if (random_.unit() < 0.1) send(wire::RequestKeyframes{});
+      if (random_.unit() < 0.1) send(wire::Observe{});
       return send(wire::PoseBatch{});
     case Misbehaviour::shuffler:
       return shuffle();
@@ -294,7 +294,6 @@ wire::Message BadClient::random_valid_message() {
     case 8:
       return wire::PoseBatch{{{number(), ++sequence_, clock_ns(), random_.unit() < 0.1, messages_.pose()}}};
     case 9:
-      return wire::RequestKeyframes{members_};
     case 10: {
       wire::ReportImportance report;
       for (int i = 0; i < 4; ++i) report.members.push_back({number(), 0.5f, random_.unit() < 0.5});

@@ -2,35 +2,72 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 namespace hairnet::whole {
 namespace {
 
 using support::read_npy;
 
-void compare_displacements(const Trace& received, std::size_t r, const Trace& computed, std::size_t c,
-                           FrameComparison& result) {
-  const double quantum = received.quanta.values[r];
-  bool differs = false, moves = false;
-  for (std::size_t i = 0; i < 3 * received.count(r); ++i) {
-    const double got = received.displacement(r)[i], wanted = computed.displacement(c)[i];
-    const double error = std::abs(got - wanted);
-    // Half a quantum, and the rounding of quantum times integer to float.
-    differs |= !(error <= quantum / 2 + 1e-6 * std::abs(wanted) + 1e-9);
-    moves |= wanted != 0;
-    result.error_mm_max = std::max(result.error_mm_max, 1e3 * error);
-    if (quantum > 0) result.error_quanta_max = std::max(result.error_quanta_max, error / quantum);
+constexpr std::int64_t kFade_ticks = 15;  // half a second
+constexpr double kErrorMax_m = 1.2e-3;    // clients ask for 1 mm where a head fills the screen
+constexpr double kHeadMax_m = 2e-4, kBoneMax_m = 8e-3, kTurnMax_rad = 6e-3;
+
+std::vector<Vec3f> displacement_of(const Trace& trace, std::size_t frame) {
+  std::vector<Vec3f> d;
+  for (std::size_t n = 0; n < trace.count(frame); ++n)
+    d.emplace_back(Eigen::Map<const Vec3f>(trace.displacement(frame) + 3 * n));
+  return d;
+}
+
+// The groom's, by its numbers of nodes.
+const Modes* modes_of(const std::vector<std::shared_ptr<const Modes>>& all, LevelIndex level, std::size_t nodes) {
+  const auto found = std::ranges::find_if(all, [&](const std::shared_ptr<const Modes>& modes) {
+    return std::cmp_equal(modes->map(level).matrix().cols(), 3 * nodes);
+  });
+  return found == all.end() ? nullptr : found->get();
+}
+
+void compare_hair(const Trace& received, std::size_t r, const Trace& computed, std::size_t c,
+                  const std::vector<std::shared_ptr<const Modes>>& modes, FrameComparison& result) {
+  const auto level = static_cast<LevelIndex>(computed.level(c));
+  if (computed.count(c) == 0) {
+    result.hair_differs += received.count(r) != 0;
+    return;
   }
-  result.displacements_differ += differs;
-  result.moving_frames += moves;
+  const Modes* const own = modes_of(modes, level, computed.count(c));
+  if (!own || received.count(r) != own->basis.node_count) {
+    ++result.hair_differs;
+    return;
+  }
+  std::vector<float> wanted(own->basis.mode_count()), got(wanted.size());
+  own->map(level).coefficients_of(displacement_of(computed, c), wanted);
+  own->map(LevelIndex::high).coefficients_of(displacement_of(received, r), got);
+  double squares = 0, motion = 0;
+  for (std::size_t k = 0; k < got.size(); ++k) {
+    squares += std::pow(static_cast<double>(got[k] - wanted[k]), 2);
+    motion += std::pow(static_cast<double>(wanted[k]), 2);
+  }
+  result.hair_differs += !(std::sqrt(squares) <= kErrorMax_m);
+  result.moving_frames += motion > 0;
+  result.error_mm_max = std::max(result.error_mm_max, 1e3 * std::sqrt(squares));
+}
+
+// Frames have poses rounded by schema/codec/pose_code.hpp.
+bool are_near(const float* got, const float* wanted) {
+  for (std::size_t bone = 0; bone < kBoneCount; ++bone, got += 7, wanted += 7) {
+    const Vec3f away = Eigen::Map<const Vec3f>(got) - Eigen::Map<const Vec3f>(wanted);
+    const Eigen::Quaternionf p(got + 3), q(wanted + 3);
+    if (!(static_cast<double>(away.norm()) <= (bone == 0 ? kHeadMax_m : kBoneMax_m))) return false;
+    if (!(static_cast<double>(p.angularDistance(q)) <= kTurnMax_rad)) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
 Trace::Trace(const std::string& folder)
     : frames(read_npy<std::int64_t>(folder + "/frames.npy")),
-      quanta(read_npy<float>(folder + "/quanta.npy")),
       poses(read_npy<float>(folder + "/poses.npy")),
       displacements(read_npy<float>(folder + "/displacements.npy")) {
   for (std::size_t f = 0; f < frames.row_count(); ++f) by_character_and_tick[{frames.row(f)[1], frames.row(f)[0]}] = f;
@@ -42,11 +79,14 @@ bool Trace::all_finite() const {
          std::all_of(poses.values.begin(), poses.values.end(), finite);
 }
 
-FrameComparison compare(const Trace& received, const Trace& computed) {
+FrameComparison compare(const Trace& received, const Trace& computed,
+                        const std::vector<std::shared_ptr<const Modes>>& modes) {
   FrameComparison result;
   const std::pair<std::int64_t, std::int64_t>* last = nullptr;
+  std::int64_t level = -1, switched = 0;
   for (const auto& [key, r] : received.by_character_and_tick) {
-    if (last && last->first == key.first && !received.asleep(received.by_character_and_tick.at(*last)))
+    const bool is_same = last && last->first == key.first;
+    if (is_same && !received.asleep(received.by_character_and_tick.at(*last)))
       result.missed_ticks += static_cast<std::size_t>((key.second - last->second - 1) / received.step_stride(r));
     last = &key;
     const auto found = computed.by_character_and_tick.find(key);
@@ -57,11 +97,13 @@ FrameComparison compare(const Trace& received, const Trace& computed) {
     const std::size_t c = found->second;
     ++result.frames;
     result.levels_differ += received.level(r) != computed.level(c);
-    result.poses_differ += std::memcmp(received.poses.row(r), computed.poses.row(c), 35 * sizeof(float)) != 0;
-    if (received.count(r) != computed.count(c))
-      ++result.counts_differ;
+    result.poses_differ += !are_near(received.poses.row(r), computed.poses.row(c));
+    if (!is_same || level != computed.level(c)) switched = key.second;
+    level = computed.level(c);
+    if (key.second - switched < kFade_ticks)
+      ++result.fading;
     else
-      compare_displacements(received, r, computed, c, result);
+      compare_hair(received, r, computed, c, modes, result);
   }
   return result;
 }

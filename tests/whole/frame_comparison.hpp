@@ -2,9 +2,12 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "core/modes/make_modes.hpp"
 #include "tests/support/npy_reader.hpp"
 
 namespace hairnet::whole {
@@ -24,21 +27,23 @@ struct Trace {
   [[nodiscard]] bool all_finite() const;
 
   support::NpyArray<std::int64_t> frames;
-  support::NpyArray<float> quanta, poses, displacements;
+  support::NpyArray<float> poses, displacements;
   std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> by_character_and_tick;
 };
 
 struct FrameComparison {
-  std::size_t frames = 0, moving_frames = 0;  // compared; of these, with displacements other than 0
+  std::size_t frames = 0, moving_frames = 0;  // compared; of these, with hair that is not at rest
+  std::size_t fading = 0;                     // after a change of level: hair is between both
   std::size_t unknown = 0;                    // received, but not computed
-  std::size_t levels_differ = 0, poses_differ = 0, counts_differ = 0, displacements_differ = 0;
+  std::size_t levels_differ = 0, poses_differ = 0, hair_differs = 0;
   std::size_t missed_ticks = 0;  // between a character's first and last frame, while it was awake
-  double error_mm_max = 0;       // of a displacement's coordinate
-  double error_quanta_max = 0;
+  double error_mm_max = 0;       // RMS over the hair of one frame
 };
 
-// `received` came over the wire, `computed` from the recording.
-FrameComparison compare(const Trace& received, const Trace& computed);
+// `received` came over the wire, with nodes of the finest level, `computed` from the recording, with those of each
+// level. `modes`: of all grooms.
+FrameComparison compare(const Trace& received, const Trace& computed,
+                        const std::vector<std::shared_ptr<const Modes>>& modes);
 
 // RMS of the last frame of each character, over its nodes.
 std::map<std::int64_t, double> last_rms_mm(const Trace& trace);

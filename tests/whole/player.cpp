@@ -399,9 +399,9 @@ void Player::act() {
     observe_.radius_m = static_cast<float>(random_.between(0, 8));
     if (random_.unit() < 0.3) observe_.from = Vec3f(1, 1, 1);
     if (!seen.empty()) observe_.members = {one_of(seen, random_)};
-    observe_.error_class = static_cast<codec::ErrorClass>(random_.next() % 3);
     observe_.stride = plain ? 1 : 1u << random_.next() % 3;
-    observe_.velocities = random_.unit() < 0.4;
+    observe_.error_m = static_cast<float>(random_.unit() < 0.3 ? 0 : random_.between(0, 0.01));
+    coarsest_m_ = std::max(coarsest_m_, observe_.error_m);
     sees_all_ = false;
     core_->send(observe_);
     journal_->count("observe");

@@ -132,6 +132,7 @@ class Player final : public ClientEvents {
   std::optional<Wind> room_wind_;
   std::uint32_t change_count_ = 0;  // of appearances
   wire::Observe observe_;
+  float coarsest_m_ = wire::Observe{}.error_m;  // that it has asked for
   bool sees_all_ = true;
   std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
   bool had_character_ = false;   // then; a session without one gives way when the server is full

@@ -17,7 +17,7 @@ namespace {
 constexpr std::int64_t kSettle_ns_max =
     20 * kSecond_ns;  // after the disturbances: the longest wait between attempts is 5 s
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
-constexpr std::size_t kLevelRecords_bytes = 40'000;  // that a client may be sent when grooms are ready
+constexpr std::size_t kBases_bytes = 40'000;  // that a client may be sent when grooms are ready
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
 std::string name_of(LevelIndex level) {
@@ -393,7 +393,7 @@ void Scenario::calm() {
 // The time that packets to a player wait behind level records and full buffers, on a slow connection.
 double Scenario::backlog_s(const Player& player) {
   const NetworkQuality& quality = player.plan().quality;
-  return static_cast<double>(quality.window_bytes + quality.unsent_bytes_max + kLevelRecords_bytes) /
+  return static_cast<double>(quality.window_bytes + quality.unsent_bytes_max + kBases_bytes) /
          quality.least_bytes_per_s();
 }
 

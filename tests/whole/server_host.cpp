@@ -1,8 +1,12 @@
 #include "tests/whole/server_host.hpp"
-#include "tests/support/quick_training.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
+
+#include "core/modes/make_modes.hpp"
+#include "schema/codec/pose_code.hpp"
+#include "tests/support/quick_training.hpp"
 
 namespace hairnet::whole {
 namespace {
@@ -19,6 +23,12 @@ constexpr int kUnfair_s_max = 4;
 thread_local std::int64_t measured_ns = 0, reading_lasts_ns = 0;
 std::int64_t measure_ns() {
   return measured_ns += reading_lasts_ns;
+}
+
+Pose as_frames_have_it(const Pose& pose) {
+  std::array<std::uint8_t, codec::kPoseBytesMax + codec::kWriterSlackBytes> bytes;
+  codec::BitWriter writer(bytes.data());
+  return codec::encode_pose(pose, writer);
 }
 
 }  // namespace
@@ -40,7 +50,7 @@ void ServerHost::start() {
         std::min(kBuild_ns + kBuildOfPoint_ns * static_cast<std::int64_t>(groom.points.size()), def.ns_max + kMs);
     measured_ns += building_ns_;
     server::LevelBuildDef quick = def;
-    if (quick.training) quick.training = support::kQuickTraining;
+    quick.training = support::kQuickTraining;
     return server::build_levels_here(quick, hash, file, groom, goes_on);
   };
   auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly);
@@ -138,7 +148,6 @@ void ServerHost::note_tick() {
     if (life.ticks[n].ran_ns >= 0) before = &life.ticks[n];
   }
   const server::Simulation& simulation = server_->scheduler().simulation();
-  std::vector<std::int16_t> integers;
   for (const auto& [key, character] : server_->scheduler().rooms().characters()) {
     if (!simulation.contains(key)) continue;
     const LatticeView lattice = simulation.lattice(key);
@@ -153,18 +162,35 @@ void ServerHost::note_tick() {
     truth.level = lattice.level;
     truth.asleep = lattice.asleep;
     truth.stepped = lattice.stepped;
-    truth.pose = *lattice.pose;
-    if (!is_valid(truth.pose)) fault("a pose in the World is not valid");
+    if (!is_valid(*lattice.pose)) fault("a pose in the World is not valid");
+    truth.pose = as_frames_have_it(*lattice.pose);
     const auto is_finite = [](const Vec3f& v) { return v.allFinite(); };
     if (!std::ranges::all_of(lattice.displacement, is_finite)) fault("a lattice in the World is not finite");
-    for (std::size_t c = 0; lattice.model && c < codec::kErrorClassCount; ++c) {
-      const auto error_class = static_cast<codec::ErrorClass>(c);
-      codec::quantise_nodes(lattice.displacement, error_class, integers);
-      truth.nodes[c] = hash_of(integers);
-      codec::quantise_velocities(simulation.velocity(key), error_class, integers);
-      truth.velocities[c] = hash_of(integers);
-    }
+    if (character.coefficients.tick() != number) continue;
+    const std::span<const float> shown = character.coefficients.shown();
+    truth.coefficients.assign(shown.begin(), shown.end());
+    check_coefficients(number, key, lattice, truth);
   }
+}
+
+void ServerHost::check_coefficients(std::uint64_t number, server::CharacterKey key, const LatticeView& lattice,
+                                    const GroundTruth& truth) {
+  constexpr double kFade_s = 0.5;
+  constexpr std::uint64_t kUnseen_ticks = 10;  // a change that nobody saw fades from the next frame on
+  const auto fade_ticks = static_cast<std::uint64_t>(kFade_s * config_.tick_rate_hz) + kUnseen_ticks;
+  const std::vector<Tick>& ticks = lives_.back().ticks;
+  for (std::uint64_t n = number; n + fade_ticks > number; --n) {
+    const auto past = ticks[n].characters.find(key);
+    if (n == 0 || past == ticks[n].characters.end() || past->second.level != truth.level) return;
+  }
+  const std::shared_ptr<const LevelSet> levels =
+      server_->scheduler().simulation().levels(server_->scheduler().rooms().characters().at(key).groom);
+  if (!lattice.model || !levels) return;
+  const ModeMap& map = levels->modes->map(lattice.level);
+  if (!std::cmp_equal(map.matrix().cols(), 3 * lattice.displacement.size())) return;
+  std::vector<float> wanted(truth.coefficients.size());
+  map.coefficients_of(lattice.displacement, wanted);
+  if (wanted != truth.coefficients) fault("frames show another hair than the World has");
 }
 
 void ServerHost::check_bounds() {

@@ -18,9 +18,8 @@ namespace hairnet::whole {
 struct GroundTruth {
   LevelIndex level = LevelIndex::rigid;
   bool asleep = false, stepped = false;
-  Pose pose;
-  // Hashes of the integers, by error class.
-  std::array<std::uint64_t, codec::kErrorClassCount> nodes{}, velocities{};
+  Pose pose;                        // as frames have it
+  std::vector<float> coefficients;  // of the frames of the tick, before they are cut and rounded
 };
 
 // A machine on which servers run, one after the other: each with its own clock. It calls their duties like threads
@@ -75,6 +74,9 @@ class ServerHost final : public Host {
   void run_builder(int life);
   void note_tick();
   void check_bounds();
+  // Frames carry what the level's map gives, unless the level has changed a moment ago.
+  void check_coefficients(std::uint64_t number, server::CharacterKey key, const LatticeView& lattice,
+                          const GroundTruth& truth);
   void check_sessions(const server::SessionLimits& limits);
   void check_grooms();
   void check_rates();

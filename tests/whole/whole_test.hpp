@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/modes/make_modes.hpp"
 #include "tests/whole/process.hpp"
 
 namespace hairnet::whole {
@@ -28,12 +29,15 @@ class WholeTest : public ::testing::Test {
   void finish(Process& process, int exit_code);
   // SIGTERM, and the end of it.
   void drain(Process& server);
-  // Checks that every frame in the client's trace equals the replay's within half a quantum.
+  // Checks that every frame in the client's trace shows the replay's hair, as near as the client has asked for.
   void expect_same_frames(const std::string& received_folder, const std::string& computed_folder);
   // Until `path` is a file of at least `bytes`; false after a long while, or once `process` has ended.
   bool wait_for_file(const std::string& path, std::size_t bytes, Process& process);
 
  private:
+  // Of all grooms that the servers of this test have built.
+  [[nodiscard]] std::vector<std::shared_ptr<const Modes>> modes_of_server() const;
+
   std::filesystem::path folder_;
   std::string port_;
 };

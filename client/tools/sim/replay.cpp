@@ -80,7 +80,7 @@ struct ReplayFiles {
     if (trace) {
       for (const auto& [key, character] : replayed.characters()) {
         const LatticeView view = replayed.world().lattice(character.id);
-        trace->add({tick, key, view.level, false, view.asleep, 0, *view.pose, view.displacement});
+        trace->add({tick, key, view.level, false, view.asleep, *view.pose, view.displacement});
       }
     }
     return nodes ? nodes->add(tick, replayed) : Result<void>();

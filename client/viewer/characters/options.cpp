@@ -100,7 +100,6 @@ void take_observe(ViewOptions& o, std::string text) {
   } else {
     refuse("--observe", "'" + text + "' is not all, nobody, nearest:N or radius:METRES");
   }
-  observe.velocities = true;
   if (const std::string fault = wire::validate(observe); !fault.empty()) refuse("--observe", fault);
   o.observe = observe;
 }

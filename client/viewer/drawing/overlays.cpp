@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/levels/skin_distance_field.hpp"
+#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet::viewer {
 namespace {

@@ -11,11 +11,17 @@ void wear(const wire::Appearance& appearance, render::ShownCharacter& shown) {
   shown.roughness = static_cast<float>(appearance.roughness) / 255;
 }
 
-std::size_t RenderList::number_of(const std::shared_ptr<const Groom>& groom) {
+std::size_t RenderList::number_of(const ViewedCharacter& character) {
+  const std::shared_ptr<const Groom>& groom = character.groom;
   const auto [place, is_new] = grooms_.try_emplace(groom.get());
-  if (is_new) place->second = {groom, stage_.add_groom(*groom), true};
-  place->second.worn = true;
-  return place->second.number;
+  OnStage& on_stage = place->second;
+  if (is_new) on_stage = {groom, stage_.add_groom(*groom), true, nullptr};
+  if (!on_stage.skin && character.skin) {
+    on_stage.skin = character.skin;
+    stage_.set_skin(on_stage.number, SkinPush(*character.skin, groom->materials.base.thickness_m));
+  }
+  on_stage.worn = true;
+  return on_stage.number;
 }
 
 std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedCharacter> viewed) {
@@ -24,7 +30,7 @@ std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedC
   for (const ViewedCharacter& character : viewed) {
     render::ShownCharacter shown;
     shown.id = character.id;
-    shown.groom = number_of(character.groom);
+    shown.groom = number_of(character);
     shown.pose = character.pose;
     shown.layers = character.layers;
     shown.hair_colour = colour_ != nullptr ? colour_(character) : character.hair_colour;

@@ -31,8 +31,9 @@ class RenderList {
     std::shared_ptr<const Groom> groom;
     std::size_t number = 0;
     bool worn = false;
+    std::shared_ptr<const Skin> skin;  // that the stage has
   };
-  std::size_t number_of(const std::shared_ptr<const Groom>& groom);
+  std::size_t number_of(const ViewedCharacter& character);
 
   render::Stage& stage_;
   Colour colour_ = nullptr;

@@ -39,10 +39,7 @@ class Cost {
 std::vector<Moment> moments_of(const LocalWorld& world) {
   std::vector<Moment> moments;
   for (const ViewedCharacter& character : world.viewed_characters()) {
-    const auto time_ns = static_cast<std::int64_t>(1e9 * world.time_s());
-    Shape shape{
-        character.level, time_ns, {character.displacement.begin(), character.displacement.end()}, character.geometry};
-    moments.push_back({character.pose, std::move(shape), {}});
+    moments.emplace_back(character.pose, character.displacement, character.geometry, character.skin);
   }
   return moments;
 }

@@ -142,14 +142,19 @@ class RenderedPictures : public Pictures {
       return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {}, options.width,
                              options.height);
     }
-    const auto [number, is_new] = grooms_.try_emplace(&groom, 0);
-    if (is_new) number->second = renderer_->stage().add_groom(groom);
-    link::LatticeBlend blend;
-    replay(*moment, blend);
+    const auto [place, is_new] = grooms_.try_emplace(&groom);
+    OnStage& on_stage = place->second;
+    if (is_new) on_stage.number = renderer_->stage().add_groom(groom);
+    if (moment->skin && !on_stage.skin) {
+      on_stage.skin = moment->skin;
+      renderer_->stage().set_skin(on_stage.number, SkinPush(*moment->skin, groom.materials.base.thickness_m));
+    }
+    ShownLattice lattice;
+    lattice.show(moment->displacement, moment->geometry);
     render::ShownCharacter shown;
-    shown.groom = number->second;
+    shown.groom = on_stage.number;
     shown.pose = moment->pose;
-    shown.layers = blend.layers();
+    shown.layers = lattice.layers();
     shown.hair_colour = sitter.hair_colour;
     if (sitter.appearance) wear(*sitter.appearance, shown);
     return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},
@@ -157,7 +162,11 @@ class RenderedPictures : public Pictures {
   }
 
   std::unique_ptr<render::Renderer> renderer_;
-  std::map<const Groom*, std::size_t> grooms_;  // the stage's numbers
+  struct OnStage {
+    std::size_t number = 0;
+    std::shared_ptr<const Skin> skin;  // that the stage has
+  };
+  std::map<const Groom*, OnStage> grooms_;
 };
 
 }  // namespace

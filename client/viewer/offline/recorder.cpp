@@ -92,7 +92,7 @@ void add_to_trace(const LocalWorld& world, FrameTrace& trace) {
   for (const ViewedCharacter& character : world.viewed_characters()) {
     const std::optional<LatticeView> lattice = world.lattice(character.id);
     if (!lattice) continue;
-    trace.add({world.ticks().back().number, character.id, lattice->level, lattice->discontinuous, lattice->asleep, 0,
+    trace.add({world.ticks().back().number, character.id, lattice->level, lattice->discontinuous, lattice->asleep,
                *lattice->pose, lattice->displacement, 1});
   }
 }

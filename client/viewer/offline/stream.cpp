@@ -25,7 +25,6 @@ class Streamer {
     // Twice the picture rate, so that each picture of a fast video has its own time.
     if (options.output == Output::video)
       play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
-    if (!moment_times_s.empty()) room_.keep_moments();
   }
 
   StreamResult run() {
@@ -58,9 +57,8 @@ class Streamer {
   void add_to_trace(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                     std::uint64_t name) {
     const bool rigid = frame.last_known || displacement.empty();  // as the server sent it
-    const float step_m = rigid ? 0 : codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
     trace_->add({tick, name, frame.last_known ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep,
-                 step_m, frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
+                 frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
   }
 
   // Runs everything that happens in real time.

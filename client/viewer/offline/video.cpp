@@ -69,7 +69,7 @@ Result<void> draw_video(const ViewOptions& options, std::size_t count,
   return video->finish();
 }
 
-// One character as a window would show it: with the cross-fades of its level switches.
+// One character as a window would show it.
 class Shown {
  public:
   Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour,
@@ -79,17 +79,17 @@ class Shown {
     viewed_.hair_colour = hair_colour;
     viewed_.appearance = appearance;
     viewed_.pose = moment.pose;
-    replay(moment, blend_);
+    lattice_.show(moment.displacement, moment.geometry);
   }
   [[nodiscard]] ViewedCharacter viewed_character() const {
     ViewedCharacter character = viewed_;
-    character.layers = blend_.layers();
+    character.layers = lattice_.layers();
     return character;
   }
 
  private:
   ViewedCharacter viewed_;
-  link::LatticeBlend blend_;
+  ShownLattice lattice_;
 };
 
 }  // namespace

@@ -6,12 +6,12 @@
 #include <span>
 #include <string>
 
-#include "client/link/lattice_blend.hpp"
 #include "client/viewer/sources/head_grab.hpp"
 #include "core/groom/groom.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
 #include "core/result.hpp"
+#include "core/skin/skin_distance_field.hpp"
 #include "core/solver/wind.hpp"
 #include "schema/wire/messages.hpp"
 
@@ -25,11 +25,12 @@ struct ViewedCharacter {
   Vec3f hair_colour = Vec3f::Zero();           // linear RGB
   std::optional<wire::Appearance> appearance;  // replaces hair_colour; none: the default skin and roughness
   Pose pose;
-  std::span<const LatticeLayer> layers;           // of its hair; empty: rigid
-  LevelIndex level = LevelIndex::rigid;           // of the newest lattice
-  std::shared_ptr<const LevelGeometry> geometry;  // of the newest lattice; null: rigid
-  std::span<const Vec3f> displacement;            // of the newest lattice, active order, head space, m
-  std::shared_ptr<const Level> model;             // the level's mechanical model; null: not known here
+  std::span<const LatticeLayer> layers;           // of its hair; empty: at rest
+  LevelIndex level = LevelIndex::rigid;           // that is stepped
+  std::shared_ptr<const LevelGeometry> geometry;  // of the lattice; null: at rest
+  std::span<const Vec3f> displacement;            // of the lattice, active order, head space, m
+  std::shared_ptr<const Level> model;             // the lattice's mechanical model; null: not known here
+  std::shared_ptr<const Skin> skin;               // to keep the hair out of; null: not known here
   MaterialScale material;
   LevelIndex level_wanted = LevelIndex::high;  // the finest that it may have
   bool own = false;                            // the user may grab and change it

@@ -196,7 +196,7 @@ Result<void> LiveRoom::take(const link::FrameBatch& batch) {
 
 void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled_ns,
                     std::int64_t now_ns) {
-  if (frame.character != 0 || on_frame_) codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
+  if (frame.character != 0 || on_frame_) link::displacements_of(frame, displacement_);
   if (frame.character == 0) {
     if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_)
       on_frame_(frame, batch.tick, displacement_, other_characters_.name_of(frame.member));
@@ -204,7 +204,7 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
   }
   OwnCharacter& own = own_characters_[frame.character - 1];
   own.at_level = own.at_level || frame.level == own.level_wanted;
-  if (!own.first_lattice_ns && frame.level != LevelIndex::rigid) own.first_lattice_ns = now_ns;
+  if (!own.first_lattice_ns && frame.basis) own.first_lattice_ns = now_ns;
   own.playout.push(frame, sampled_ns, now_ns);
   statistics_.count_displacement(frame.character, displacement_);
   if (on_frame_) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
@@ -267,17 +267,11 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
   next_pose_ns_ = poses_begun_ns_ + to_ns(after_s() + jitter_s);
 }
 
-void LiveRoom::keep_moments() {
-  keeps_moments_ = true;
-  other_characters_.keep_moments();
-}
-
 void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (OwnCharacter& own : own_characters_) {
     own.sample = own.playout.sample(now_ns);
     if (!own.sample.valid) continue;
-    if (keeps_moments_) own.trail.note(own.sample);
-    own.blend.apply(own.sample);
+    own.lattice.show(own.sample.displacement, own.sample.geometry);
   }
   other_characters_.play(now_ns, moment);
 }
@@ -285,7 +279,9 @@ void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
 std::vector<Moment> LiveRoom::moments() const {
   std::vector<Moment> moments;
   for (const OwnCharacter& own : own_characters_) {
-    if (own.sample.valid) moments.push_back(own.trail.moment(own.sample.pose));
+    if (!own.sample.valid) continue;
+    moments.emplace_back(own.sample);
+    moments.back().skin = link_.skin_of(own.groom);
   }
   return moments;
 }
@@ -301,32 +297,34 @@ Result<void> LiveRoom::advance(std::int64_t now_ns) {
   return {};
 }
 
-std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
+// Frames have the nodes of the finest level.
+std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groom>& groom,
                                                 const LevelGeometry* geometry) const {
-  if (builder_ == nullptr || geometry == nullptr || level == LevelIndex::rigid) return nullptr;
+  if (builder_ == nullptr || geometry == nullptr) return nullptr;
   const std::shared_ptr<const LevelSet> levels = builder_->levels_of(groom);
   if (!levels) return nullptr;
-  const std::shared_ptr<const Level> model(levels, &(*levels)[level]);
+  const std::shared_ptr<const Level> model(levels, &(*levels)[LevelIndex::high]);
   return model->geometry.active_nodes == geometry->active_nodes ? model : nullptr;
 }
 
 void LiveRoom::show(std::int64_t now_ns) {
   viewed_.clear();
-  const auto add = [&](const std::shared_ptr<const Groom>& groom, const link::Playout::Sample& sample,
-                       const link::LatticeBlend& blend) -> ViewedCharacter& {
+  const auto add = [&](const std::shared_ptr<const Groom>& groom, const wire::GroomHash& hash,
+                       const link::Playout::Sample& sample, const ShownLattice& lattice) -> ViewedCharacter& {
     ViewedCharacter& character = viewed_.emplace_back();
     character.groom = groom;
+    character.skin = link_.skin_of(hash);
     character.pose = sample.pose;
-    character.layers = blend.layers();
-    character.level = sample.displacement.empty() ? LevelIndex::rigid : sample.level;
-    if (!sample.displacement.empty()) character.geometry = sample.geometry;
+    character.layers = lattice.layers();
+    character.level = sample.level;
+    character.geometry = sample.geometry;
     character.displacement = sample.displacement;
-    character.model = model_of(groom, character.level, character.geometry.get());
+    character.model = model_of(groom, character.geometry.get());
     return character;
   };
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     const OwnCharacter& own = own_characters_[i];
-    ViewedCharacter& character = add(characters_[i].groom, own.sample, own.blend);
+    ViewedCharacter& character = add(characters_[i].groom, own.groom, own.sample, own.lattice);
     character.id = i + 1;
     character.name =
         characters_[i].name.empty() ? characters_[i].groom->name + " " + std::to_string(i + 1) : characters_[i].name;
@@ -339,7 +337,7 @@ void LiveRoom::show(std::int64_t now_ns) {
   for (const auto& [number, member] : other_characters_.members()) {
     const std::shared_ptr<const Groom> groom = other_characters_.groom_of(member);
     if (!member.here || !groom || !member.sample.valid) continue;
-    ViewedCharacter& character = add(groom, member.sample, member.blend);
+    ViewedCharacter& character = add(groom, member.joined.groom, member.sample, member.lattice);
     character.id = kOther + number;
     const std::string person = member.name();
     character.name = (person.empty() ? groom->name : person) + ", member " + std::to_string(number);

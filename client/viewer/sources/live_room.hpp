@@ -32,8 +32,6 @@ class LiveRoom : public HairSource {
   using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                                      std::uint64_t name)>;
   void on_frame(OnFrame call) { on_frame_ = std::move(call); }
-  // Call it before play() with moments: then it also stores the lattices to blend from.
-  void keep_moments();
 
   Result<void> open();
   // Handles what has arrived, and sends the poses that are due.
@@ -79,9 +77,8 @@ class LiveRoom : public HairSource {
     wire::GroomHash groom{};
     std::uint32_t member = 0;  // 0: not known yet
     link::Playout playout;
-    SwitchHistory trail;
-    link::LatticeBlend blend;
     link::Playout::Sample sample;
+    ShownLattice lattice;
     MaterialScale material;
     LevelIndex level_wanted = LevelIndex::high;
     HeadGrab grab;
@@ -113,7 +110,7 @@ class LiveRoom : public HairSource {
   [[nodiscard]] double motion_time_s(std::int64_t now_ns) const;
   void push_poses(std::int64_t now_ns);
   void show(std::int64_t now_ns);
-  [[nodiscard]] std::shared_ptr<const Level> model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
+  [[nodiscard]] std::shared_ptr<const Level> model_of(const std::shared_ptr<const Groom>& groom,
                                                       const LevelGeometry* geometry) const;
   OwnCharacter* own_character(std::uint64_t id);
 
@@ -128,7 +125,6 @@ class LiveRoom : public HairSource {
   LevelBuilder* builder_ = nullptr;
   std::vector<ViewedCharacter> viewed_;
   Wind wind_;
-  bool keeps_moments_ = false;
   bool paused_ = false;
   double paused_s_ = 0;  // total
   std::optional<std::int64_t> advanced_ns_;

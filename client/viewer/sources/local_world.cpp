@@ -218,7 +218,7 @@ void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character)
     for (std::size_t i = 0; i < simulated.shown.size(); ++i)
       simulated.shown[i] = (1 - share) * simulated.before.displacement[i] + share * simulated.after.displacement[i];
   }
-  simulated.blend.apply({true, {}, lattice.level, simulated.shown, std::llround(1e9 * shown_s_), lattice.geometry});
+  simulated.lattice.show(simulated.shown, lattice.geometry);
 
   character = {};
   character.id = simulated.id;
@@ -226,11 +226,12 @@ void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character)
   character.groom = simulated.def.groom;
   character.hair_colour = simulated.def.hair_colour;
   character.pose = pose_of(simulated, shown_s_);
-  character.layers = simulated.blend.layers();
+  character.layers = simulated.lattice.layers();
   character.level = lattice.level;
   character.geometry = lattice.geometry;
   character.displacement = simulated.shown;
   if (lattice.geometry && simulated.levels) character.model = {simulated.levels, &(*simulated.levels)[lattice.level]};
+  if (character.model) character.skin = character.model->skin;
   character.material = simulated.material;
   character.level_wanted = simulated.level_wanted;
   character.own = true;

@@ -10,6 +10,7 @@
 
 #include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/hair_source.hpp"
+#include "client/viewer/sources/moment.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
 #include "core/world/world.hpp"
 
@@ -107,7 +108,7 @@ class LocalWorld : public HairSource {
     bool aside = false, teleport_pending = false;  // by teleport()
     Lattice before, after;                         // the last two ticks
     std::vector<Vec3f> shown;
-    link::LatticeBlend blend;
+    ShownLattice lattice;
   };
   static WorldDef world_def(const Def& def);
   SimulatedCharacter* find(std::uint64_t id);

@@ -1,13 +1,16 @@
 #include "client/viewer/sources/moment.hpp"
 
+#include "core/assert.hpp"
+
 namespace hairnet::viewer {
 
-void replay(const Moment& moment, link::LatticeBlend& blend) {
-  const auto apply = [&](const Shape& shape) {
-    blend.apply({true, {}, shape.level, shape.displacement, shape.time_ns, shape.geometry});
-  };
-  for (const Shape& shape : moment.trail) apply(shape);
-  apply(moment.shape);
+void ShownLattice::show(std::span<const Vec3f> displacement, const std::shared_ptr<const LevelGeometry>& geometry) {
+  geometry_ = displacement.empty() ? nullptr : geometry;
+  if (!geometry_) return;
+  HAIRNET_ASSERT(displacement.size() == geometry_->active_nodes.size());
+  grid_.resize(geometry_->lattice.node_count());
+  expand_displacements(*geometry_, displacement, grid_);
+  layer_ = {geometry_.get(), grid_, 1};
 }
 
 }  // namespace hairnet::viewer

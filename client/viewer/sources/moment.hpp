@@ -1,31 +1,42 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "client/link/lattice_blend.hpp"
+#include "client/link/playout.hpp"
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
+#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet::viewer {
-
-// The hair of one played sample.
-struct Shape {
-  LevelIndex level = LevelIndex::rigid;
-  std::int64_t time_ns = 0;
-  std::vector<Vec3f> displacement;                // active order, head space, m; empty = rigid
-  std::shared_ptr<const LevelGeometry> geometry;  // of the displacement
-};
 
 // The state of one character at one moment, copied so that drawing can wait until the stream has ended.
 struct Moment {
   Pose pose;
-  Shape shape;
-  std::vector<Shape> trail;  // the lattices to blend from, in order of time: before and after each level switch
+  std::vector<Vec3f> displacement;                // active order, head space, m; empty: at rest
+  std::shared_ptr<const LevelGeometry> geometry;  // of the displacement
+  std::shared_ptr<const Skin> skin;               // to keep the hair out of; null: not known
+
+  Moment(const Pose& p, std::span<const Vec3f> d, std::shared_ptr<const LevelGeometry> g,
+         std::shared_ptr<const Skin> s = nullptr)
+      : pose(p), displacement(d.begin(), d.end()), geometry(std::move(g)), skin(std::move(s)) {}
+  explicit Moment(const link::Playout::Sample& sample) : Moment(sample.pose, sample.displacement, sample.geometry) {}
 };
 
-// Feeds a new blend with the samples before the moment, so that it has the same layers as a window would have had.
-void replay(const Moment& moment, link::LatticeBlend& blend);
+// The one layer of a character's hair, for render: its lattice with all nodes of the grid.
+class ShownLattice {
+ public:
+  // Asserts that the displacement fits the geometry; null: at rest.
+  void show(std::span<const Vec3f> displacement, const std::shared_ptr<const LevelGeometry>& geometry);
+  // Empty: at rest. Valid until the next call, or until this object is moved.
+  [[nodiscard]] std::span<const LatticeLayer> layers() const { return {&layer_, geometry_ ? 1u : 0u}; }
+
+ private:
+  std::shared_ptr<const LevelGeometry> geometry_;
+  std::vector<Vec3f> grid_;
+  LatticeLayer layer_;
+};
 
 }  // namespace hairnet::viewer

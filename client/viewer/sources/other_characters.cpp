@@ -112,9 +112,11 @@ void OtherCharacters::play(std::int64_t now_ns, std::ptrdiff_t moment) {
     if (!member.here) continue;
     member.sample = member.playout.sample(now_ns);
     if (!member.sample.valid) continue;
-    if (keeps_moments_) member.trail.note(member.sample);
-    member.blend.apply(member.sample);
-    if (moment >= 0) member.moments[moment] = member.trail.moment(member.sample.pose);
+    member.lattice.show(member.sample.displacement, member.sample.geometry);
+    if (moment < 0) continue;
+    Moment shown(member.sample);
+    shown.skin = link_.skin_of(member.joined.groom);
+    member.moments.insert_or_assign(moment, std::move(shown));
   }
   std::erase_if(retries_, [&](const auto& retry) {
     if (now_ns < retry.second) return false;

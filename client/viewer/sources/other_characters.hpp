@@ -6,10 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "client/link/lattice_blend.hpp"
 #include "client/link/link.hpp"
 #include "client/link/playout.hpp"
-#include "client/viewer/sources/switch_history.hpp"
+#include "client/viewer/sources/moment.hpp"
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"
 
@@ -29,9 +28,8 @@ class OtherCharacters {
   struct Member {
     wire::MemberJoined joined;  // with its newest tag and appearance
     link::Playout playout;
-    SwitchHistory trail;
-    link::LatticeBlend blend;
     link::Playout::Sample sample;  // the last sample of play()
+    ShownLattice lattice;
     bool here = true;
     std::map<std::ptrdiff_t, Moment> moments;
 
@@ -49,8 +47,6 @@ class OtherCharacters {
   bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
   // False when the frame's member is not known. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
-  // Call it before play() with moments.
-  void keep_moments() { keeps_moments_ = true; }
   // Call it when no frames will come for a while.
   void freeze();
   // Playout::sample for all members; `moment` is the index of a wanted moment, or negative.
@@ -71,7 +67,6 @@ class OtherCharacters {
   void forget_unused_grooms();
 
   link::Link& link_;
-  bool keeps_moments_ = false;
   // also members that have left, if moments of them are stored
   std::map<std::uint32_t, Member> members_;
   std::vector<Member> gone_;                                        // members whose numbers belong to others now

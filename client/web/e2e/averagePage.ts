@@ -47,7 +47,7 @@ export class AverageStage implements HairSource {
   }
 
   sample() {
-    return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose: rigidPose(), layers: [] }];
+    return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose: rigidPose(), lattice: null }];
   }
 
   /** Without `Picture`. `seed`: of the grain. */

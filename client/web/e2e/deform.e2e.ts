@@ -2,13 +2,16 @@ import deformVert from "../../shaders/deform.vert?raw";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Deformer } from "../src/hair/deform";
 import { restTangents } from "../src/hair/restTangents";
-import { rigidPose } from "../src/hair/pose";
+import { SkinPush } from "../src/hair/skinPush";
 import { rootBlend } from "../src/hair/rootBlend";
-import { kLatticeRow, kRecordTexels } from "../src/generated/constants";
+import { kLatticeRow, kRecordTexels, kSkinRow } from "../src/generated/constants";
 import { writeRecord } from "../src/scene/characterRecords";
 import { withIncludes } from "../src/scene/shaders";
+import { SkinTexture } from "../src/scene/skinTexture";
 import { madeGroom } from "../test/support/madeGroom";
 import { fullGrid } from "../test/support/shapes";
+import { skinVector } from "../test/support/skinVector";
+import { furthest } from "../test/support/vectors";
 import { Browser } from "./browser";
 
 const browser = new Browser();
@@ -17,48 +20,39 @@ afterAll(() => browser.dispose());
 
 const kWithinM = 1e-4;
 
-/** Two layers, the finer one fading: their displacements are as large as those of hair. */
-const layers = [
-  { geometry: fullGrid([6, 8, 6], 0.07), weight: 1 },
-  { geometry: fullGrid([4, 4, 4], 0.13), weight: -0.4 },
-].map(({ geometry, weight }, n) => {
-  const grid = new Float32Array(3 * geometry.activeNodes.length);
-  for (let i = 0; i < grid.length; ++i) grid[i] = 0.04 * Math.sin(12.9898 * (i + 1000 * n));
-  geometry.lattice.origin.set([-0.2, -0.3, -0.2]);
-  return { geometry, weight, grid };
-});
+/** Its displacements are as large as those of hair. */
+const geometry = fullGrid([6, 8, 6], 0.07);
+geometry.lattice.origin.set([-0.2, -0.3, -0.2]);
+const grid = Float32Array.from({ length: 3 * geometry.activeNodes.length }, (_, i) => 0.04 * Math.sin(12.9898 * i));
 
-for (const kind of ["quadratic", "linear"] as const) {
-  test(`the GPU deforms points as the CPU does: ${kind}, inside and outside of lattices`, async () => {
+const { skin, thicknessM, pose } = skinVector();
+
+for (const [kind, push] of [
+  ["quadratic", new SkinPush([], thicknessM)],
+  ["linear", new SkinPush([], thicknessM)],
+  ["quadratic", new SkinPush(skin, thicknessM)],
+] as const) {
+  const isPushed = push.grids.length > 0;
+  test(`the GPU deforms points as the CPU does: ${kind}, ${isPushed ? "out of the skin" : "in and out of lattices"}`, async () => {
     const groom = madeGroom(60, 20);
     // Some points are far outside, where border nodes extrapolate.
     for (let p = 0; p < 30; ++p) groom.points[3 * p] += 0.3;
     const count = groom.points.length / 3;
     const blend = rootBlend(groom);
     const rest = restTangents(groom, blend);
-    const expected = groom.points.slice();
-    const tangents = new Float32Array(3 * count);
-    for (const { geometry, weight, grid } of layers) {
-      const out = { points: new Float32Array(3 * count), tangents: new Float32Array(3 * count) };
-      new Deformer(geometry.lattice, groom.points, blend, kind, rest).deform(grid, out);
-      for (let i = 0; i < expected.length; ++i) {
-        expected[i] += weight * (out.points[i] - groom.points[i]);
-        tangents[i] += weight * (out.tangents[i] - rest.direction[i]);
-      }
-    }
-    for (let i = 0; i < tangents.length; ++i) tangents[i] += rest.direction[i];
+    const expected = { points: new Float32Array(3 * count), tangents: new Float32Array(3 * count) };
+    new Deformer(geometry.lattice, groom.points, blend, kind, rest).deform(grid, expected);
+    const unpushed = expected.points.slice();
+    push.push(pose, groom.points, blend, expected.points);
+    expect(furthest(unpushed, expected.points) > 0.01).toBe(isPushed);
+    const skinTexture = new SkinTexture();
+    skinTexture.fill(push);
+    const { skin_nodes, skin_place, skin_dims, skin_thickness } = skinTexture.uniforms;
 
     const record = new Float32Array(4 * kRecordTexels);
-    let firstNode = 0;
-    const placed = layers.map(({ geometry, weight }) => {
-      const { origin, spacing, dims } = geometry.lattice;
-      const layer = { origin, spacing, dims, weight, firstNode };
-      firstNode += geometry.activeNodes.length;
-      return layer;
-    });
     writeRecord(
       {
-        pose: rigidPose(),
+        pose,
         hairAlbedo: [0, 0, 0],
         hairTipAlbedo: [0, 0, 0],
         roughness: 0.3,
@@ -74,15 +68,13 @@ for (const kind of ["quadratic", "linear"] as const) {
         strayM: 0,
         size: 1,
         bodyVisible: true,
-        layers: placed,
+        lattice: { ...geometry.lattice, firstNode: 0 },
         pointRows: { first: 0, count: 1 },
       },
       record,
     );
     const nodes = new Float32Array(4 * kLatticeRow);
-    let at = 0;
-    for (const { grid } of layers)
-      for (let i = 0; i < grid.length; i += 3, at += 4) nodes.set(grid.subarray(i, i + 3), at);
+    for (let node = 0; node < grid.length / 3; ++node) nodes.set(grid.subarray(3 * node, 3 * node + 3), 4 * node);
     const points = new Float32Array(4 * count);
     const directions = new Float32Array(4 * count);
     for (let p = 0; p < count; ++p) {
@@ -99,16 +91,23 @@ for (const kind of ["quadratic", "linear"] as const) {
       nodes: Array.from(nodes),
       recordTexels: kRecordTexels,
       latticeRow: kLatticeRow,
+      skin: {
+        texels: Array.from(skin_nodes.value!.image.data!),
+        width: kSkinRow,
+        place: Array.from(skin_place.value),
+        dims: Array.from(skin_dims.value),
+        thickness: skin_thickness.value,
+      },
     });
-    let furthest = 0;
+    let furthestM = 0;
     let turned = 0;
     for (let p = 0; p < count; ++p)
       for (let axis = 0; axis < 3; ++axis) {
-        furthest = Math.max(furthest, Math.abs(read[6 * p + axis] - expected[3 * p + axis]));
-        turned = Math.max(turned, Math.abs(read[6 * p + 3 + axis] - tangents[3 * p + axis]));
+        furthestM = Math.max(furthestM, Math.abs(read[6 * p + axis] - expected.points[3 * p + axis]));
+        turned = Math.max(turned, Math.abs(read[6 * p + 3 + axis] - expected.tangents[3 * p + axis]));
       }
-    console.log(`${kind}: points within ${furthest.toExponential(1)} m, tangents within ${turned.toExponential(1)}`);
-    expect(furthest).toBeLessThan(kWithinM);
+    console.log(`${kind}: points within ${furthestM.toExponential(1)} m, tangents within ${turned.toExponential(1)}`);
+    expect(furthestM).toBeLessThan(kWithinM);
     expect(turned).toBeLessThan(1e-3);
     await page.close();
   });
@@ -123,6 +122,15 @@ interface Work {
   nodes: number[];
   recordTexels: number;
   latticeRow: number;
+  skin: SkinWork;
+}
+
+interface SkinWork {
+  texels: number[];
+  width: number;
+  place: number[];
+  dims: number[];
+  thickness: number;
 }
 
 /** Runs in the browser: returns positions and tangents of all points, 6 numbers each, from transform feedback. */
@@ -159,6 +167,16 @@ function deformOnGpu(work: Work): number[] {
   };
   put(0, "records", work.recordTexels, work.record);
   put(1, "lattices", work.latticeRow, work.nodes);
+  gl.activeTexture(gl.TEXTURE2);
+  gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+  const rows = work.skin.texels.length / 4 / work.skin.width;
+  const texels = new Uint8Array(work.skin.texels);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, work.skin.width, rows, 0, gl.RGBA, gl.UNSIGNED_BYTE, texels);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  gl.uniform1i(gl.getUniformLocation(program, "skin_nodes"), 2);
+  gl.uniform4fv(gl.getUniformLocation(program, "skin_place"), work.skin.place);
+  gl.uniform4fv(gl.getUniformLocation(program, "skin_dims"), work.skin.dims);
+  gl.uniform1f(gl.getUniformLocation(program, "skin_thickness"), work.skin.thickness);
   const count = work.points.length / 4;
   const out = gl.createBuffer();
   gl.bindBuffer(gl.TRANSFORM_FEEDBACK_BUFFER, out);

@@ -17,7 +17,7 @@ import { Reflector } from "three/addons/objects/Reflector.js";
 import { rigidPose } from "../src/hair/pose";
 import type { Groom } from "../src/hair/groom";
 import { decodeGroom } from "../src/net/groomFile";
-import { HairScene, type HairSceneOptions, type HairSource, type LatticeLayer } from "../src/scene/index";
+import { HairScene, type HairSceneOptions, type HairSource, type MovedLattice } from "../src/scene/index";
 import { fullGrid } from "../test/support/shapes";
 import { madeGroom } from "../test/support/madeGroom";
 
@@ -25,7 +25,7 @@ const kSize = 400;
 
 /** One head at `at`, whose hair follows `displace` (head space). */
 class OneHead implements HairSource {
-  layers: LatticeLayer[] = [];
+  lattice: MovedLattice | null = null;
   constructor(
     readonly groom: Groom,
     readonly at: readonly [number, number, number],
@@ -33,7 +33,7 @@ class OneHead implements HairSource {
 
   sample() {
     const pose = rigidPose([0, 0, 0, 1], [...this.at]);
-    return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose, layers: this.layers }];
+    return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose, lattice: this.lattice }];
   }
 
   /** Moves every point x by displace(x), approximately: through a lattice about the head. */
@@ -45,7 +45,7 @@ class OneHead implements HairSource {
       const [i, j, k] = [n % 10, Math.floor(n / 10) % 14, Math.floor(n / 140)];
       grid.set(displace(-0.45 + 0.1 * i, -0.9 + 0.1 * j, -0.45 + 0.1 * k), 3 * n);
     }
-    this.layers = [{ geometry, grid, weight: 1 }];
+    this.lattice = { geometry, grid };
   }
 }
 

@@ -48,7 +48,7 @@ test("the GPU places the points of strands as the CPU does, and none is further 
       strayM: 0,
       size: 1,
       bodyVisible: true,
-      layers: [{ origin, spacing, dims, weight: 1, firstNode: 0 }],
+      lattice: { origin, spacing, dims, firstNode: 0 },
       pointRows: { first: 1, count: rows },
     },
     record,

@@ -5,7 +5,10 @@ import { join } from "node:path";
 
 const files = [
   "core/ffd/lattice.hpp",
+  "core/ffd/skin_push.cpp",
+  "core/ffd/skin_push.hpp",
   "core/modes/basis.hpp",
+  "core/skin/skin_distance_field.hpp",
   "client/render/body_geometry.cpp",
   "client/render/character_records.cpp",
   "client/render/character_records.hpp",
@@ -18,6 +21,7 @@ const files = [
   "client/render/light_rig.cpp",
   "client/render/occlusion_grid.cpp",
   "client/render/scalp.cpp",
+  "client/render/skin_texture.cpp",
   "client/render/stage.cpp",
   "client/render/strand_deform_pass.hpp",
   "client/render/strand_geometry.cpp",

@@ -1,25 +1,25 @@
 /**
- * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` talks to the server, `Playout` and
- * `LatticeBlend` compute what to show of a character at any moment, `Deformer` moves its points on the CPU.
+ * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` talks to the server, `Playout` computes
+ * what to show of a character at any moment, `Deformer` moves its points on the CPU.
  * `hairnet-client/scene` draws it with three.js.
  */
 export { HairnetError } from "./hair/hairnetError";
 export type { ErrorCode } from "./hair/hairnetError";
 export { changedAppearance, defaultAppearance, type Appearance } from "./hair/appearance";
-export { ErrorClass, LevelIndex, kStepsM, kVelocityStepsPerS } from "./hair/level";
+export { LevelIndex } from "./hair/level";
 export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseFault, rigidPose } from "./hair/pose";
 export type { Pose } from "./hair/pose";
 export { expandDisplacements, nodeCount, nodePosition } from "./hair/lattice";
-export type { Lattice, LevelGeometry } from "./hair/lattice";
+export type { Lattice, LevelGeometry, MovedLattice } from "./hair/lattice";
 export type { Frame } from "./hair/frame";
-export { dequantiseNodes, dequantiseVelocities } from "./hair/dequantise";
+export { displacementsOf } from "./hair/basis";
+export type { Basis, HairBasis } from "./hair/basis";
 export { Playout } from "./hair/playout";
 export type { PlayoutSample } from "./hair/playout";
-export { kLatticeLayersMax } from "./generated/constants";
-export { LatticeBlend, kSwitchBlendNs } from "./hair/latticeBlend";
-export type { LatticeLayer } from "./hair/latticeBlend";
 export { Deformer } from "./hair/deform";
 export { StrandLengths } from "./hair/strandLengths";
+export { SkinPush, type SkinGrid } from "./hair/skinPush";
+export type { Skin, SkinDistanceField } from "./hair/skin";
 export type { DeformOutput, FfdKind } from "./hair/deform";
 export { blendAt, farCardBlend, rootBlend } from "./hair/rootBlend";
 export { farCardNormals, farCardTangents, restTangents } from "./hair/restTangents";
@@ -66,4 +66,4 @@ export { decodePacket, encodePacket } from "./net/packet";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
 
 export { connect, materials, Member, OwnCharacter, Room } from "./room/index";
-export type { CharacterOptions, RoomEvents, RoomState, WindOptions } from "./room/index";
+export type { CharacterOptions, RoomEvents, RoomOptions, RoomState, WindOptions } from "./room/index";

@@ -5,7 +5,6 @@
 #include "client/assets/made/made.hpp"
 #include "client/link/link.hpp"
 #include "client/link/playout.hpp"
-#include "client/link/switch_blend.hpp"
 #include "core/ffd/deform.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/wire/groom_file.hpp"

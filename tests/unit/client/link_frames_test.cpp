@@ -4,6 +4,7 @@
 
 #include "schema/wire/groom_file.hpp"
 #include "tests/unit/client/link_core_driver.hpp"
+#include "tests/unit/client/small_basis.hpp"
 
 namespace hairnet::link {
 namespace {
@@ -11,25 +12,35 @@ namespace {
 constexpr std::uint32_t kOwnMember = 31, kOther = 40;
 constexpr std::uint32_t kOwnCharacter = 7;
 
-LevelGeometry small_grid() {
-  LevelGeometry geometry;
-  geometry.lattice.dims = {3, 3, 3};
-  for (std::uint32_t node = 0; node < 27; ++node) geometry.active_nodes.push_back(node);
-  geometry.trimmed_begin = {0};
-  return geometry;
+std::vector<std::uint8_t> basis_file(const wire::HairBasis& hair = small_basis()) {
+  return wire::encode_basis(hair.geometry, hair.basis, hair.skin);
+}
+wire::GroomHash basis_hash() {
+  return wire::hash_groom(basis_file());
 }
 
-// A character's frame at a tick: smooth, and every integer of it changes.
-codec::FrameIntegers moving(std::uint64_t tick, std::uint32_t member, bool velocities = false) {
-  codec::FrameIntegers integers;
+// A character at a tick: smooth, and all of it changes.
+Pose pose_at(std::uint64_t tick, std::uint32_t member) {
   const double t = 0.1 * static_cast<double>(tick) + member;
-  codec::quantise_pose(rigid_pose({Quat(Eigen::AngleAxisd(t, Vec3::UnitY())), Vec3(t, 1, 2)}), nullptr, integers);
-  for (int i = 0; i < 81; ++i) {
-    integers.nodes.push_back(static_cast<std::int16_t>(std::lround(100 * std::sin(t + i))));
-    if (velocities) integers.velocities.push_back(static_cast<std::int16_t>(std::lround(9 * std::cos(t + i))));
-  }
-  return integers;
+  return rigid_pose({Quat(Eigen::AngleAxisd(t, Vec3::UnitY())), Vec3(t, 1, 2)});
 }
+std::vector<float> coefficients_at(std::uint64_t tick, std::uint32_t member) {
+  std::vector<float> c;
+  for (int k = 0; k < 12; ++k)
+    c.push_back(0.1f / static_cast<float>(k + 1) *
+                std::sin(0.1f * static_cast<float>(tick + member) + static_cast<float>(k)));
+  return c;
+}
+std::vector<std::uint8_t> content_at(std::uint64_t tick, std::uint32_t member, bool is_rigid = false,
+                                     std::size_t count = 12) {
+  const codec::CoefficientCode code(small_basis().basis.deviation_m);
+  codec::EncodedFrame coded;
+  const std::vector<float> c = is_rigid ? std::vector<float>() : coefficients_at(tick, member);
+  codec::encode_frame(pose_at(tick, member), &code, c, 0, coded);
+  const std::span<const std::uint8_t> content = coded.prefix(count);
+  return {content.begin(), content.end()};
+}
+constexpr float kRounding = codec::kFinestStep_m / 2 + 1e-6f;
 
 class Receiving : public ::testing::Test {
  protected:
@@ -38,6 +49,8 @@ class Receiving : public ::testing::Test {
     d.connect(welcome_to(session));
     d.core.send(wire::AddCharacter{kOwnCharacter, hash_of(1), LevelIndex::low});
     tell_members();
+    send_frame(1, kOther);  // asks for the basis
+    send_basis();
     d.take_all();
     d.core.take_events();
   }
@@ -45,24 +58,17 @@ class Receiving : public ::testing::Test {
     d.send(wire::CharacterAdded{kOwnCharacter, hash_of(1), LevelIndex::low, kOwnMember});
     d.send(wire::MemberJoined{kOther, 9, 1, hash_of(2)});
     for (const std::uint8_t groom : {std::uint8_t{1}, std::uint8_t{2}})
-      d.send(wire::LevelRecord{hash_of(groom), LevelIndex::low, small_grid()});
+      d.send(wire::GroomBasis{hash_of(groom), basis_hash()});
   }
+  void send_basis() { d.send(wire::GroomData{basis_hash(), basis_file().size(), 0, basis_file()}); }
   struct Coded {
-    int order = 0;
-    int stride = 1;
-    bool discontinuous = false, velocities = false;
-    bool damaged = false;
+    bool discontinuous = false, damaged = false;
+    std::size_t count = 12;  // of coefficients
   };
+  void send_frame(std::uint64_t tick, std::uint32_t member) { send_frame(tick, member, Coded()); }
   void send_frame(std::uint64_t tick, std::uint32_t member, Coded coded) {
-    std::vector<codec::FrameIntegers> past;
-    std::vector<const codec::FrameIntegers*> history;
-    for (int k = 1; k <= coded.order; ++k)
-      past.push_back(moving(tick - static_cast<std::uint64_t>(k * coded.stride), member, coded.velocities));
-    for (const codec::FrameIntegers& p : past) history.push_back(&p);
-    const codec::Neighbours neighbours(small_grid());
-    std::vector<std::uint8_t> content;
-    codec::encode_frame(moving(tick, member, coded.velocities), history, &neighbours, content);
-    if (coded.damaged) content.resize(content.size() / 2);
+    std::vector<std::uint8_t> content = content_at(tick, member, false, coded.count);
+    if (coded.damaged) content.resize(3);
     wire::FrameBatch batch;
     batch.tick = tick;
     batch.sample_time_ns = static_cast<std::int64_t>(tick) * 33 * kMs;
@@ -70,9 +76,6 @@ class Receiving : public ::testing::Test {
     frame.member = member;
     frame.level = LevelIndex::low;
     frame.discontinuous = coded.discontinuous;
-    frame.velocities = coded.velocities;
-    frame.order = static_cast<std::uint8_t>(coded.order);
-    frame.stride = static_cast<std::uint8_t>(coded.stride);
     frame.step_stride = 2;
     frame.content = content;
     batch.frames.push_back(frame);
@@ -80,15 +83,12 @@ class Receiving : public ::testing::Test {
   }
   // Sends the frame of a character whose groom is not ready, or which is at its coarsest level.
   void send_rigid_frame(std::uint64_t tick, std::uint32_t member) {
-    codec::FrameIntegers integers = moving(tick, member);
-    integers.nodes.clear();
     wire::FrameBatch batch;
     batch.tick = tick;
     wire::Frame& frame = batch.frames.emplace_back();
     frame.member = member;
     frame.level = LevelIndex::rigid;
-    std::vector<std::uint8_t> content;
-    codec::encode_frame(integers, {}, nullptr, content);
+    const std::vector<std::uint8_t> content = content_at(tick, member, true);
     frame.content = content;
     d.send(batch);
   }
@@ -98,30 +98,51 @@ class Receiving : public ::testing::Test {
     EXPECT_EQ(batch->frames.size(), 1u);
     return batch->frames.at(0);
   }
+  static void expect_state(const wire::HairState& state, std::uint64_t tick) {
+    std::vector<Vec3f> shown(27);
+    hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);
+    ASSERT_EQ(state.displacements.size(), 81u);
+    for (std::size_t i = 0; i < 81; ++i)
+      EXPECT_NEAR(static_cast<float>(state.displacements[i]) * state.step_m,
+                  shown[i / 3][static_cast<Eigen::Index>(i % 3)], 1e-3f);
+  }
+  static void expect_near(const std::vector<float>& got, const std::vector<float>& wanted) {
+    ASSERT_EQ(got.size(), wanted.size());
+    for (std::size_t k = 0; k < got.size(); ++k) EXPECT_NEAR(got[k], wanted[k], kRounding);
+  }
   LinkCoreDriver d;
 };
 
-TEST_F(Receiving, frames_decode_to_the_same_for_any_references) {
-  for (const int stride : {1, 2, 4}) {
-    const std::uint64_t first = static_cast<std::uint64_t>(1000 * stride);
-    for (int i = 0; i < 6; ++i) {
-      const std::uint64_t tick = first + static_cast<std::uint64_t>(i * stride);
-      send_frame(tick, kOther, {std::min(i, 3), stride});
-      const std::optional<Frame> frame = received();
-      ASSERT_TRUE(frame);
-      EXPECT_EQ(frame->member, kOther);
-      EXPECT_EQ(frame->character, 0u);
-      EXPECT_EQ(frame->level, LevelIndex::low);
-      EXPECT_EQ(frame->displacements, moving(tick, kOther).nodes);
-      EXPECT_TRUE(frame->velocities.empty());
-      EXPECT_FLOAT_EQ(frame->step_s, 2.0f / 30);
-      EXPECT_NEAR(frame->pose.head().position.x(), 0.1 * static_cast<double>(tick) + kOther, 1e-4);
-      ASSERT_TRUE(frame->geometry);
-      EXPECT_EQ(frame->geometry->active_nodes.size(), 27u);
-    }
+TEST_F(Receiving, any_frame_decodes_without_those_before) {
+  for (const std::uint64_t tick : {1000u, 1001u, 1003u, 1010u, 5000u}) {
+    send_frame(tick, kOther);
+    const std::optional<Frame> frame = received();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->member, kOther);
+    EXPECT_EQ(frame->character, 0u);
+    EXPECT_EQ(frame->level, LevelIndex::low);
+    EXPECT_FALSE(frame->discontinuous);
+    expect_near(frame->coefficients, coefficients_at(tick, kOther));
+    EXPECT_FLOAT_EQ(frame->step_s, 2.0f / 30);
+    EXPECT_NEAR(frame->pose.head().position.x(), 0.1 * static_cast<double>(tick) + kOther, 1e-3);
+    ASSERT_TRUE(frame->basis);
+    std::vector<Vec3f> shown, wanted(27);
+    displacements_of(*frame, shown);
+    hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOther), wanted);
+    ASSERT_EQ(shown.size(), wanted.size());
+    for (std::size_t n = 0; n < shown.size(); ++n) EXPECT_LT((shown[n] - wanted[n]).norm(), 2e-3f);
   }
   EXPECT_EQ(d.core.counters().frames_undecodable, 0u);
-  EXPECT_EQ(d.core.counters().frames_received, 18u);
+  EXPECT_EQ(d.core.counters().frames_received, 6u);
+}
+
+TEST_F(Receiving, a_frame_that_was_cut_off_is_a_coarser_hair) {
+  send_frame(10, kOther, {.count = 3});
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  const std::vector<float> wanted = coefficients_at(10, kOther);
+  for (std::size_t k = 0; k < frame->coefficients.size(); ++k)
+    EXPECT_NEAR(frame->coefficients[k], k < 3 ? wanted[k] : 0, kRounding);
 }
 
 TEST_F(Receiving, own_frames_carry_the_own_number) {
@@ -132,52 +153,15 @@ TEST_F(Receiving, own_frames_carry_the_own_number) {
   EXPECT_EQ(frame->member, kOwnMember);
 }
 
-TEST_F(Receiving, velocities_come_along) {
-  send_frame(10, kOther, {0, 1, false, true});
-  send_frame(11, kOther, {1, 1, false, true});
-  const std::vector<FrameBatch> batches = d.events<FrameBatch>();
-  ASSERT_EQ(batches.size(), 2u);
-  EXPECT_EQ(batches[1].frames[0].velocities, moving(11, kOther, true).velocities);
-}
-
-TEST_F(Receiving, a_frame_that_refers_to_one_that_never_came_is_counted_and_a_keyframe_asked_for_once) {
-  send_frame(10, kOther, {});
-  send_frame(12, kOther, {1, 1});  // 11 is missing
-  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
-  EXPECT_THAT(d.expect<wire::RequestKeyframes>().members, ::testing::ElementsAre(kOther));
-  send_frame(13, kOther, {1, 1});
-  EXPECT_FALSE(d.take());
-  d.pass(500 * kMs);
-  send_frame(14, kOther, {1, 1});  // the answer must have been lost
-  d.expect<wire::RequestKeyframes>();
-  EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
-  send_frame(15, kOther, {});
-  send_frame(16, kOther, {1, 1});
-  EXPECT_EQ(d.events<FrameBatch>().size(), 2u);
-  EXPECT_EQ(d.core.counters().frames_undecodable, 3u);
-  send_frame(18, kOther, {1, 1});
-  d.expect<wire::RequestKeyframes>();  // another fault, another request
-  EXPECT_TRUE(d.core.active());
-}
-
-TEST_F(Receiving, the_stride_must_be_that_of_the_frames_before) {
-  for (const std::uint64_t tick : {10u, 12u, 14u}) send_frame(tick, kOther, {});
-  send_frame(15, kOther, {1, 1});
-  send_frame(16, kOther, {2, 2});  // 14 and 12
-  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
-  EXPECT_EQ(d.events<FrameBatch>().size(), 4u);
-}
-
 TEST_F(Receiving, damaged_content_is_no_reason_to_leave) {
-  send_frame(10, kOther, {0, 1, false, false, true});
+  send_frame(10, kOther, {.damaged = true});
   EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
   EXPECT_TRUE(d.core.active());
-  d.expect<wire::RequestKeyframes>();
 }
 
 TEST_F(Receiving, a_jump_that_could_not_be_decoded_parts_the_frames_around_it) {
   send_frame(10, kOther, {});
-  send_frame(11, kOther, {0, 1, true, false, true});
+  send_frame(11, kOther, {.discontinuous = true, .damaged = true});
   send_frame(12, kOther, {});
   send_frame(13, kOther, {});
   const std::vector<FrameBatch> batches = d.events<FrameBatch>();
@@ -199,50 +183,38 @@ TEST_F(Receiving, frames_of_unknown_members_and_old_ticks_are_counted) {
   EXPECT_FALSE(d.take());
 }
 
-TEST_F(Receiving, a_level_without_its_record_cannot_be_decoded) {
-  d.send(wire::MemberJoined{41, 9, 2, hash_of(3)});
-  send_frame(10, 41, {});
-  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
-  d.send(wire::LevelRecord{hash_of(3), LevelIndex::low, small_grid()});
-  send_frame(11, 41, {});
-  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
-}
-
-TEST_F(Receiving, after_a_resume_the_first_frame_must_stand_alone) {
-  send_frame(10, kOther, {});
-  d.core.on_closed("the cable", d.now_ns);
-  d.open();
-  d.expect<wire::Hello>();
-  d.send(welcome_to(5, true));
-  tell_members();
-  d.core.take_events();
-  send_frame(11, kOther, {1, 1});
-  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
-  send_frame(12, kOther, {});
-  EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
-}
-
 TEST_F(Receiving, hair_continues_from_its_last_lattice_on_a_new_server) {
-  send_frame(10, kOwnMember, {0, 1, false, true});
-  send_frame(11, kOwnMember, {1, 1, false, true});
+  send_frame(10, kOwnMember);
+  send_frame(11, kOwnMember);
   d.core.on_closed("the cable", d.now_ns);
   d.open();
   d.expect<wire::Hello>();
   d.send(welcome_to(6));
   const auto added = d.expect<wire::AddCharacter>();
   ASSERT_TRUE(added.state);
-  EXPECT_EQ(added.state->level, LevelIndex::low);
-  EXPECT_FLOAT_EQ(added.state->step_m, 0.5e-3f);
-  EXPECT_EQ(added.state->displacements, moving(11, kOwnMember).nodes);
-  EXPECT_EQ(added.state->velocities, moving(11, kOwnMember, true).velocities);
+  expect_state(*added.state, 11);
+  // The velocity of a node in the world, in the axes of the head, over the last step.
+  const auto world_at = [](std::uint64_t tick, std::size_t node) {
+    std::vector<Vec3f> shown(27);
+    hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);
+    const Vec3f rest = small_basis().geometry.lattice.node(static_cast<std::uint32_t>(node));
+    return pose_at(tick, kOwnMember).head().point((rest + shown[node]).cast<double>());
+  };
+  ASSERT_EQ(added.state->velocities.size(), 81u);
+  for (std::size_t node = 0; node < 27; ++node) {
+    const Vec3 velocity =
+        pose_at(11, kOwnMember).head().rotation.conjugate() * (world_at(11, node) - world_at(10, node)) / 0.033;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double sent =
+          static_cast<double>(added.state->velocities[3 * node + c] * wire::kVelocityStepsPer_s * added.state->step_m);
+      EXPECT_NEAR(sent, velocity[static_cast<Eigen::Index>(c)], 0.06);
+    }
+  }
 }
 
-TEST_F(Receiving, hair_of_a_level_whose_geometry_has_changed_since_is_not_kept) {
-  send_frame(10, kOwnMember, {});
-  LevelGeometry larger = small_grid();
-  larger.lattice.dims = {3, 3, 4};
-  for (std::uint32_t node = 27; node < 36; ++node) larger.active_nodes.push_back(node);
-  d.send(wire::LevelRecord{hash_of(1), LevelIndex::low, larger});
+TEST_F(Receiving, hair_of_a_basis_that_has_changed_since_is_not_kept) {
+  send_frame(10, kOwnMember);
+  d.send(wire::GroomBasis{hash_of(1), hash_of(77)});
   d.core.on_closed("the cable", d.now_ns);
   d.open();
   d.expect<wire::Hello>();
@@ -254,7 +226,7 @@ TEST_F(Receiving, hair_of_a_level_whose_geometry_has_changed_since_is_not_kept) 
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
   EXPECT_FALSE(frame->last_known);
-  EXPECT_TRUE(frame->displacements.empty());
+  EXPECT_FALSE(frame->basis);
 }
 
 // Hair that swung when its server was lost; another server has the character, and no lattice of it yet.
@@ -276,8 +248,7 @@ class Restarted : public Receiving {
     const std::optional<Frame> frame = received();
     EXPECT_TRUE(frame);
     if (!frame) return false;
-    EXPECT_EQ(frame->last_known, frame->level != LevelIndex::rigid);
-    EXPECT_EQ(frame->last_known, !frame->displacements.empty());
+    EXPECT_EQ(frame->last_known, frame->basis != nullptr);
     return frame->last_known;
   }
 };
@@ -291,18 +262,15 @@ TEST_F(Restarted, own_hair_keeps_its_shape_until_the_new_server_has_a_lattice) {
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
   EXPECT_TRUE(frame->last_known);
-  EXPECT_EQ(frame->level, LevelIndex::low);
-  EXPECT_EQ(frame->displacements, moving(10, kOwnMember).nodes);
-  ASSERT_TRUE(frame->geometry);
-  EXPECT_EQ(frame->geometry->active_nodes, small_grid().active_nodes);
-  const Pose expected = codec::dequantise_pose(moving(3, kOwnMember));
-  EXPECT_EQ(frame->pose.head().position, expected.head().position);
+  ASSERT_TRUE(frame->basis);
+  expect_near(frame->coefficients, coefficients_at(10, kOwnMember));
+  EXPECT_LT((frame->pose.head().position - pose_at(3, kOwnMember).head().position).norm(), 1e-3);
 
   send_frame(4, kOwnMember, {});
   const std::optional<Frame> stepped = received();
   ASSERT_TRUE(stepped);
   EXPECT_FALSE(stepped->last_known);
-  EXPECT_EQ(stepped->displacements, moving(4, kOwnMember).nodes);
+  expect_near(stepped->coefficients, coefficients_at(4, kOwnMember));
   EXPECT_FALSE(keeps_hair(5));
 }
 
@@ -352,7 +320,7 @@ TEST_F(Restarted, a_shape_that_was_not_gone_on_from_is_brought_to_the_next_serve
   d.send(welcome_to(7));
   const auto added = d.expect<wire::AddCharacter>();
   ASSERT_TRUE(added.state);
-  EXPECT_EQ(added.state->displacements, moving(10, kOwnMember).nodes);
+  expect_state(*added.state, 10);
 }
 
 TEST_F(Resumed, a_server_that_still_has_the_session_is_believed_at_once) {
@@ -373,11 +341,9 @@ class CountingSink : public FrameSink {
  public:
   void on_frame(const ReceivedFrame& frame) override {
     ++frames;
-    decoded += frame.decoded.integers != nullptr;
+    decoded += frame.decoded.pose != nullptr;
     bytes += frame.frame.content.size();
     undecodable += frame.decoded.outcome == Members::Outcome::undecodable;
-    if (!frame.decoded.integers) return;
-    EXPECT_EQ(frame.decoded.integers->nodes, moving(frame.tick, frame.frame.member).nodes);
   }
   std::size_t frames = 0, decoded = 0, bytes = 0, undecodable = 0;
 };
@@ -386,11 +352,11 @@ TEST_F(Receiving, a_sink_takes_frames_in_place_of_events) {
   CountingSink sink;
   d.core.set_frame_sink(&sink);
   send_frame(10, kOther, {});
-  send_frame(12, kOther, {1, 1});
+  send_frame(12, kOther, {.damaged = true});
   EXPECT_EQ(sink.frames, 2u);
   EXPECT_EQ(sink.decoded, 1u);
   EXPECT_EQ(sink.undecodable, 1u);
-  EXPECT_GT(sink.bytes, 50u);
+  EXPECT_GT(sink.bytes, 20u);
   EXPECT_TRUE(d.core.take_events().empty());
 }
 
@@ -401,14 +367,12 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   d.connect();
   CountingSink sink;
   d.core.set_frame_sink(&sink);
-  const codec::Neighbours neighbours(small_grid());
-  d.send(wire::LevelRecord{hash_of(2), LevelIndex::low, small_grid()});
   wire::FrameBatch batch;
   batch.tick = 10;
   std::vector<std::vector<std::uint8_t>> contents(1000);
   for (std::uint32_t member = 1; member <= 1000; ++member) {
     d.send(wire::MemberJoined{member, 9, member, hash_of(2)});
-    codec::encode_frame(moving(10, member), {}, &neighbours, contents[member - 1]);
+    contents[member - 1] = content_at(10, member);
     wire::Frame frame;
     frame.member = member;
     frame.level = LevelIndex::low;
@@ -422,139 +386,110 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   EXPECT_EQ(d.core.counters().frames_received, 1000u);
 }
 
-// A basis of 12 modes over the small grid.
-wire::HairBasis small_basis() {
-  wire::HairBasis hair;
-  hair.geometry = small_grid();
-  hair.basis.node_count = 27;
-  for (int mode = 0; mode < 12; ++mode) {
-    hair.basis.deviation_m.push_back(0.1f / static_cast<float>(1 + mode));
-    hair.basis.unit.push_back(1e-3f);
-    for (int i = 0; i < 81; ++i)
-      hair.basis.modes.push_back(static_cast<std::int16_t>(std::lround(1000 * std::sin(0.1 * (mode + 1) * i))));
-  }
-  return hair;
-}
-
-class ReceivingCoefficients : public Receiving {
+// Of a member whose basis is not here yet.
+class ReceivingBasis : public Receiving {
  protected:
-  ReceivingCoefficients() { file_ = wire::encode_basis(hair_.geometry, hair_.basis), hash_ = wire::hash_groom(file_); }
-  void announce() { d.send(wire::GroomBasis{hash_of(2), hash_}); }
-  void send_basis(std::size_t offset = 0) {
-    d.send(wire::GroomData{
-        hash_, file_.size(), offset, {file_.begin() + static_cast<std::ptrdiff_t>(offset), file_.end()}});
+  static constexpr std::uint32_t kNew = 41;
+  ReceivingBasis() {
+    hair_.basis.unit[0] *= 2;  // not the basis of the other members
+    file_ = basis_file(hair_), hash_ = wire::hash_groom(file_);
+    d.send(wire::MemberJoined{kNew, 9, 2, hash_of(3)});
+    d.core.take_events();
   }
+  void announce() { d.send(wire::GroomBasis{hash_of(3), hash_}); }
+  void send_file() { d.send(wire::GroomData{hash_, file_.size(), 0, file_}); }
   // Announces the basis, lets a frame ask for it, and sends it.
   void fetch() {
     announce();
-    send_coefficients(10, c_);
+    send_frame(10, kNew);
     d.take_all();
     d.events<FrameBatch>();
-    send_basis();
+    send_file();
   }
-  void send_coefficients(std::uint64_t tick, const std::vector<float>& c, std::size_t count = 12) {
-    const codec::CoefficientCode code(hair_.basis.deviation_m);
-    codec::EncodedFrame coded;
-    codec::encode_frame(rigid_pose({Quat::Identity(), Vec3(1, 2, 3)}), &code, c, 1, coded);
-    const std::span<const std::uint8_t> content = coded.prefix(count);
-    wire::FrameBatch batch;
-    batch.tick = tick;
-    batch.frames.resize(1);
-    batch.frames[0].member = kOther;
-    batch.frames[0].level = LevelIndex::low;
-    batch.frames[0].coefficients = true;
-    batch.frames[0].content = content;
-    d.send(batch);
-  }
-  Frame only_frame() {
-    const std::vector<FrameBatch> batches = d.events<FrameBatch>();
-    EXPECT_EQ(batches.size(), 1u);
-    return batches.empty() || batches[0].frames.empty() ? Frame{} : batches[0].frames[0];
-  }
-  const wire::HairBasis hair_ = small_basis();
-  const std::vector<float> c_ = {0.1f, -0.05f, 0.02f, 0, 0, 0.01f, 0, 0, 0, 0, 0, 0.003f};
+  wire::HairBasis hair_ = small_basis();
   std::vector<std::uint8_t> file_;
   wire::GroomHash hash_{};
 };
 
-TEST_F(ReceivingCoefficients, move_the_nodes_of_the_basis_once_it_is_here) {
+TEST_F(ReceivingBasis, hair_is_at_rest_until_it_is_here) {
   announce();
-  send_coefficients(10, c_);
-  Frame frame = only_frame();  // until then hair is at rest
+  send_frame(10, kNew);
+  std::optional<Frame> frame = received();
   EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_);
-  EXPECT_EQ(frame.level, LevelIndex::rigid);
-  EXPECT_NEAR(frame.pose.head().position.y(), 2, 1e-4);
-  send_basis();
-  send_coefficients(11, c_);
-  frame = only_frame();
-  EXPECT_EQ(frame.level, LevelIndex::high);
-  ASSERT_TRUE(frame.geometry);
-  std::vector<Vec3f> expected(27), got;
-  displacements_of(hair_.basis, c_, expected);
-  codec::dequantise_nodes(frame.displacements, frame.error_class, got);
-  ASSERT_EQ(got.size(), expected.size());
-  for (std::size_t n = 0; n < got.size(); ++n) EXPECT_LT((got[n] - expected[n]).norm(), 2e-3f);
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->basis);
+  EXPECT_NEAR(frame->pose.head().position.y(), 1, 1e-3);
+  send_file();
+  send_frame(11, kNew);
+  frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->basis);
+  expect_near(frame->coefficients, coefficients_at(11, kNew));
 }
 
-TEST_F(ReceivingCoefficients, that_were_cut_off_are_a_coarser_hair) {
+TEST_F(ReceivingBasis, brings_the_skin_of_the_body) {
+  EXPECT_EQ(d.core.skin_of(hash_of(3)), nullptr);
   fetch();
-  send_coefficients(11, c_, 3);
-  EXPECT_EQ(only_frame().level, LevelIndex::high);
+  const std::shared_ptr<const Skin> skin = d.core.skin_of(hash_of(3));
+  ASSERT_NE(skin, nullptr);
+  ASSERT_EQ(skin->size(), 1u);
+  EXPECT_EQ(skin->front().bone, Bone::neck);
 }
 
-TEST_F(ReceivingCoefficients, of_a_basis_that_is_announced_again_need_no_second_copy) {
+TEST_F(ReceivingBasis, of_a_basis_that_is_announced_again_need_no_second_copy) {
   fetch();
   announce();
-  send_coefficients(11, c_);
+  send_frame(11, kNew);
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
-  EXPECT_EQ(only_frame().level, LevelIndex::high);
+  EXPECT_TRUE(received()->basis);
 }
 
-TEST_F(ReceivingCoefficients, ask_again_for_a_basis_that_was_refused_but_not_at_once) {
+TEST_F(ReceivingBasis, ask_again_for_a_basis_that_was_refused_but_not_at_once) {
   announce();
-  send_coefficients(10, c_);
+  send_frame(10, kNew);
   d.take_all();
   d.send(wire::Error{wire::ErrorReason::limit_exceeded, 0, hash_, "too many grooms are asked for at once"});
   EXPECT_THAT(d.events<wire::Error>(), testing::IsEmpty());
-  send_coefficients(11, c_);
+  send_frame(11, kNew);
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
   d.pass(2500 * kMs);
   d.take_all();
-  send_coefficients(12, c_);
+  send_frame(12, kNew);
   EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_);
 }
 
-TEST_F(ReceivingCoefficients, are_not_decoded_with_an_older_basis) {
+TEST_F(ReceivingBasis, are_not_decoded_with_an_older_basis) {
   fetch();
-  d.send(wire::GroomBasis{hash_of(2), hash_of(77)});
-  send_coefficients(11, c_);
-  EXPECT_EQ(only_frame().level, LevelIndex::rigid);
+  d.send(wire::GroomBasis{hash_of(3), hash_of(77)});
+  send_frame(11, kNew);
+  EXPECT_FALSE(received()->basis);
   EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_of(77));
 }
 
-TEST_F(ReceivingCoefficients, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say_why_once) {
-  file_[file_.size() / 2] ^= 0x55;
+TEST_F(ReceivingBasis, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say_why_once) {
+  file_.resize(file_.size() / 2);
   hash_ = wire::hash_groom(file_);
   fetch();
   const std::vector<wire::Error> errors = d.events<wire::Error>();
   ASSERT_EQ(errors.size(), 1u);
-  EXPECT_EQ(errors[0].groom, hash_of(2));
+  EXPECT_EQ(errors[0].groom, hash_of(3));
   EXPECT_THAT(errors[0].detail, testing::HasSubstr("its basis cannot be used"));
   d.pass(5000 * kMs);
   d.take_all();
-  send_coefficients(11, c_);
-  EXPECT_EQ(only_frame().level, LevelIndex::rigid);
+  send_frame(11, kNew);
+  EXPECT_FALSE(received()->basis);
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
 }
 
-TEST(LevelCatalog, cores_that_receive_the_same_record_share_one_copy) {
-  LevelCatalog catalog;
-  const auto a = catalog.keep({hash_of(1), LevelIndex::low, small_grid()});
-  const auto b = catalog.keep({hash_of(1), LevelIndex::low, small_grid()});
-  EXPECT_EQ(a, b);
-  LevelGeometry other = small_grid();
-  other.lattice.spacing *= 2;
-  EXPECT_NE(catalog.keep({hash_of(1), LevelIndex::low, other}), a);
+TEST(BasisCatalog, cores_that_need_the_same_file_share_one_copy) {
+  BasisCatalog catalog;
+  EXPECT_FALSE(catalog.find(hash_of(1)));
+  auto a = catalog.keep(hash_of(1), small_basis());
+  EXPECT_EQ(catalog.keep(hash_of(1), small_basis()), a);
+  EXPECT_EQ(catalog.find(hash_of(1)), a);
+  EXPECT_NE(catalog.keep(hash_of(2), small_basis()), a);
+  a.reset();
+  EXPECT_FALSE(catalog.find(hash_of(1))) << "nobody needs it any more";
 }
 
 }  // namespace

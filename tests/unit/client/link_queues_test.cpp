@@ -149,7 +149,7 @@ FrameBatch frames_at(std::uint64_t tick, std::size_t numbers, bool discontinuous
   batch.frames.resize(1);
   batch.frames[0].member = 1;
   batch.frames[0].discontinuous = discontinuous;
-  batch.frames[0].displacements.resize(numbers);
+  batch.frames[0].coefficients.resize(numbers);
   return batch;
 }
 
@@ -171,7 +171,7 @@ TEST(EventQueue, events_come_in_order_and_only_once) {
 
 TEST(EventQueue, the_oldest_frames_are_dropped_and_counted_and_pass_on_their_discontinuities) {
   EventQueue events;
-  constexpr std::size_t kNumbers = EventQueue::kFrameBytesMax / 4 / sizeof(std::int16_t);  // a quarter of the bound
+  constexpr std::size_t kNumbers = EventQueue::kFrameBytesMax / 4 / sizeof(float);  // a quarter of the bound
   ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high, 1}));
   for (std::uint64_t tick = 0; tick < 5; ++tick) ASSERT_TRUE(events.push(frames_at(tick, kNumbers, tick == 1)));
   EXPECT_EQ(events.frames_dropped(), 2u);

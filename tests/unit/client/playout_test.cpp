@@ -3,9 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
+#include <numbers>
+#include <random>
+#include <utility>
 #include <vector>
+
+#include "tests/unit/client/small_basis.hpp"
 
 namespace hairnet::link {
 namespace {
@@ -16,15 +22,25 @@ constexpr std::int64_t kLateness = 25 * kMs;
 constexpr double kStep_m = 0.25e-3;
 constexpr std::int64_t kDelay = kLateness + kInterval * 3 / 2;
 
-// Displacements are whole multiples of a step, so what goes in comes out exactly.
+// One mode: the first node moves along x, the second one against y.
+std::shared_ptr<const KnownBasis> line_basis() {
+  static const auto kBasis = [] {
+    wire::HairBasis hair;
+    hair.geometry.active_nodes = {0, 1};
+    hair.basis = {2, {0.1f}, {1e-3f}, {1000, 0, 0, 0, -1000, 0}};
+    return std::make_shared<const KnownBasis>(std::move(hair));
+  }();
+  return kBasis;
+}
+
 Frame frame_at(int x, LevelIndex level = LevelIndex::high, bool discontinuous = false) {
   Frame frame;
   frame.level = level;
   frame.discontinuous = discontinuous;
   frame.pose = rigid_pose({Quat::Identity(), Vec3(x, 0, 0)});
-  frame.error_class = codec::ErrorClass::quarter_mm;
-  if (level != LevelIndex::rigid)
-    frame.displacements = {static_cast<std::int16_t>(x), 0, 0, 0, static_cast<std::int16_t>(-x), 0};
+  if (level == LevelIndex::rigid) return frame;
+  frame.coefficients = {static_cast<float>(kStep_m * x)};
+  frame.basis = line_basis();
   return frame;
 }
 
@@ -150,16 +166,45 @@ TEST_F(Playing, does_not_interpolate_into_a_discontinuous_frame) {
   EXPECT_NEAR(shown_x(4 * kInterval + kInterval / 2), 505, 1e-9);
 }
 
-TEST_F(Playing, a_level_change_is_shown_at_its_frame_and_not_before) {
+TEST_F(Playing, hair_goes_on_across_a_change_of_level) {
   push_line(3);
   push(4, 40, LevelIndex::low);
-  push(5, 50, LevelIndex::rigid);
-  EXPECT_EQ(playout_.sample(4 * kInterval - 1 + kDelay).level, LevelIndex::high);
+  const Playout::Sample between = playout_.sample(3 * kInterval + kInterval / 2 + kDelay);
+  ASSERT_EQ(between.displacement.size(), 2u);
+  EXPECT_NEAR(between.displacement[0].x(), kStep_m * 35, 1e-7);
   EXPECT_EQ(playout_.sample(4 * kInterval + kDelay).level, LevelIndex::low);
-  EXPECT_EQ(playout_.sample(5 * kInterval - 1 + kDelay).displacement.size(), 2u);
-  const Playout::Sample rigid = playout_.sample(5 * kInterval + kDelay);
+}
+
+TEST_F(Playing, hair_without_coefficients_is_at_rest_and_eases_there) {
+  push_line(3);
+  push(4, 40, LevelIndex::rigid);
+  const Playout::Sample between = playout_.sample(3 * kInterval + kInterval / 2 + kDelay);
+  ASSERT_EQ(between.displacement.size(), 2u);
+  EXPECT_GT(between.displacement[0].x(), kStep_m * 10);
+  EXPECT_LT(between.displacement[0].x(), kStep_m * 25);
+  const Playout::Sample rigid = playout_.sample(4 * kInterval + kDelay);
   EXPECT_EQ(rigid.level, LevelIndex::rigid);
   EXPECT_TRUE(rigid.displacement.empty());
+  EXPECT_FALSE(rigid.geometry);
+}
+
+TEST_F(Playing, coefficients_of_another_basis_are_not_mixed) {
+  push_line(3);
+  Frame other = frame_at(4);
+  other.basis = std::make_shared<const KnownBasis>(small_basis(1));
+  playout_.push(other, 4 * kInterval, 4 * kInterval + kLateness);
+  EXPECT_NEAR(playout_.sample(4 * kInterval - 1 + kDelay).displacement[0].x(), kStep_m * 30, 1e-7);
+  EXPECT_EQ(playout_.sample(4 * kInterval + kDelay).displacement.size(), 27u);
+}
+
+TEST_F(Playing, an_even_acceleration_is_played_exactly) {
+  for (std::int64_t i = 0; i <= 9; ++i) push(i, static_cast<int>(3 * i * i));
+  for (std::int64_t time = kInterval; time < 9 * kInterval; time += 7 * kMs) {
+    const Playout::Sample sample = playout_.sample(time + kDelay);
+    const double at = static_cast<double>(sample.time_ns) / static_cast<double>(kInterval);
+    if (at < 1) continue;
+    EXPECT_NEAR(sample.displacement[0].x(), kStep_m * 3 * at * at, 1e-7);
+  }
 }
 
 TEST_F(Playing, drops_duplicates_and_what_was_already_played) {
@@ -213,114 +258,62 @@ TEST_F(Playing, easing_hair_freezes_where_it_is_and_continues_from_there) {
   EXPECT_NEAR(last, kStep_m * 90, 1e-7);
 }
 
-// A lattice that swings in the world while its head moves on and turns, as frames of a server give it: velocities are
-// means over the step that ended.
+// Hair that swings at several speeds at once, 30 frames a second.
 class Swinging : public ::testing::Test {
  protected:
-  static constexpr double kStep_s = 0.04;
-  Swinging() {
-    auto grid = std::make_shared<LevelGeometry>();
-    grid->lattice = {Vec3f(-0.1f, -0.3f, -0.1f), Vec3f::Constant(0.1f), {3, 3, 3}};
-    for (std::uint32_t node = 0; node < 27; ++node) grid->active_nodes.push_back(node);
-    grid->trimmed_begin = {0};
-    geometry_ = grid;
-  }
-  static RigidTransform head_at(double t) {
-    return {Quat(Eigen::AngleAxisd(1.5 * t, Vec3::UnitY())), Vec3(0.8 * t, 0, 0.3 * t)};
-  }
-  [[nodiscard]] Vec3 rest(std::size_t node) const {
-    return geometry_->lattice.node(geometry_->active_nodes[node]).cast<double>();
-  }
-  static Vec3 displacement_at(double t, std::size_t node) {
-    const double phase = 9 * t + static_cast<double>(node);
-    return 0.03 * Vec3(std::sin(phase), 0.3 * std::cos(phase), std::sin(phase + 1));
-  }
-  [[nodiscard]] Vec3 world_at(double t, std::size_t node) const {
-    return head_at(t).point(rest(node) + displacement_at(t, node));
-  }
-  [[nodiscard]] Frame frame_at(double t, bool velocities) const {
-    Frame frame;
-    frame.level = LevelIndex::low;
-    frame.error_class = codec::ErrorClass::quarter_mm;
-    frame.step_s = static_cast<float>(kStep_s);
-    frame.pose = rigid_pose(head_at(t));
-    frame.geometry = geometry_;
-    std::vector<Vec3f> displacement, velocity;
-    for (std::size_t node = 0; node < 27; ++node) {
-      displacement.push_back(displacement_at(t, node).cast<float>());
-      const Vec3 moved = (world_at(t, node) - world_at(t - kStep_s, node)) / kStep_s;
-      velocity.push_back((head_at(t).rotation.conjugate() * moved).cast<float>());
+  static constexpr std::int64_t kFrame = 33'333'333;
+  static constexpr std::size_t kModes = 8;
+  static std::vector<float> coefficients_at(double t) {
+    std::vector<float> c;
+    for (std::size_t k = 0; k < kModes; ++k) {
+      const double hz = 0.5 + 0.4 * static_cast<double>(k);
+      c.push_back(static_cast<float>(0.05 / hz * std::sin(2 * std::numbers::pi * hz * t + static_cast<double>(k))));
     }
-    EXPECT_TRUE(codec::quantise_nodes(displacement, frame.error_class, frame.displacements));
-    if (velocities) codec::quantise_velocities(velocity, frame.error_class, frame.velocities);
-    return frame;
+    return c;
   }
-  // RMS over nodes and times of the difference between shown and true state, m. Frames come every `stride` steps.
-  double error_m(int stride, bool velocities) {
+  // RMS over modes and times of the difference between what is shown and what is true, as a share of the motion.
+  // `comes`: whether frame i arrives.
+  static double error(const std::function<bool(std::int64_t)>& comes, int stride = 1) {
+    const auto basis = std::make_shared<const KnownBasis>(small_basis(kModes));
     Playout playout;
-    const auto interval = static_cast<std::int64_t>(stride * kStep_s * 1e9);
-    double sum = 0, count = 0;
-    for (std::int64_t i = 0; i < 100; ++i) {
-      const std::int64_t now = i * interval;
-      playout.push(frame_at(1e-9 * static_cast<double>(now), velocities), now, now);
-      for (std::int64_t part = 0; part < 8; ++part) {
-        const Playout::Sample sample = playout.sample(now + part * interval / 8);
-        if (i < 20) continue;
-        const double t = 1e-9 * static_cast<double>(sample.time_ns);
+    double squares = 0, motion = 0;
+    for (std::int64_t i = 0; i < 600; ++i) {
+      const std::int64_t now = i * kFrame, jitter = (i * 7919 % 13) * kMs;
+      if (i % stride == 0 && comes(i)) {
+        Frame frame;
+        frame.level = LevelIndex::low;
+        frame.coefficients = coefficients_at(1e-9 * static_cast<double>(now));
+        frame.basis = basis;
+        playout.push(frame, now, now + jitter);
+      }
+      for (std::int64_t part = 0; part < 4; ++part) {
+        const Playout::Sample sample = playout.sample(now + part * kFrame / 4);
+        if (i < 100) continue;
+        std::vector<Vec3f> wanted(27);
+        hairnet::displacements_of(basis->hair.basis, coefficients_at(1e-9 * static_cast<double>(sample.time_ns)),
+                                  wanted);
         for (std::size_t node = 0; node < 27; ++node) {
-          sum += (sample.displacement[node].cast<double>() - displacement_at(t, node)).squaredNorm();
-          ++count;
+          squares += double{(sample.displacement[node] - wanted[node]).squaredNorm()};
+          motion += double{wanted[node].squaredNorm()};
         }
       }
     }
-    return std::sqrt(sum / count);
+    return std::sqrt(squares / motion);
   }
-  std::shared_ptr<const LevelGeometry> geometry_;
 };
 
-TEST_F(Swinging, velocities_bring_the_hair_several_times_nearer_to_where_it_was) {
-  // Rounding to the class's step is off by step / sqrt(12) in each of three coordinates, however it is played.
-  const double rounding_m = double{codec::kStep_m[static_cast<std::size_t>(codec::ErrorClass::quarter_mm)]} / 2;
-  for (const int stride : {1, 2, 4}) {
-    const double cubic_m = error_m(stride, true), straight_m = error_m(stride, false);
-    EXPECT_LT(cubic_m - rounding_m, straight_m / 4) << "stride " << stride;
-    EXPECT_GT(straight_m, 2 * rounding_m) << "stride " << stride;
-  }
+TEST_F(Swinging, hair_is_shown_where_it_was) {
+  const auto all = [](std::int64_t) { return true; };
+  EXPECT_LT(error(all), 0.004);
+  EXPECT_LT(error(all, 2), 0.03);
+  EXPECT_LT(error(all, 4), 0.2);
 }
 
-TEST_F(Swinging, frames_with_and_without_velocities_are_played_as_they_can) {
-  Playout playout;
-  const auto interval = static_cast<std::int64_t>(kStep_s * 1e9);
-  for (std::int64_t i = 0; i < 40; ++i) {
-    const std::int64_t now = i * interval;
-    playout.push(frame_at(1e-9 * static_cast<double>(now), i % 3 != 0), now, now);
-    const Playout::Sample sample = playout.sample(now);
-    ASSERT_EQ(sample.displacement.size(), 27u);
-    if (i < 10) continue;
-    for (std::size_t node = 0; node < 27; ++node) {
-      const Vec3 wanted = displacement_at(1e-9 * static_cast<double>(sample.time_ns), node);
-      EXPECT_LT((sample.displacement[node].cast<double>() - wanted).norm(), 2e-3);
-    }
-  }
-}
-
-// A level may have no active nodes: its frames then have a geometry and no displacements.
-TEST_F(Playing, a_level_that_loses_its_nodes_keeps_displacements_and_geometry_together) {
-  const auto geometry_of = [](std::uint32_t node_count) {
-    auto geometry = std::make_shared<LevelGeometry>();
-    for (std::uint32_t node = 0; node < node_count; ++node) geometry->active_nodes.push_back(node);
-    return geometry;
-  };
-  Frame from = frame_at(10), to = frame_at(20);
-  from.geometry = geometry_of(2);
-  to.displacements.clear();
-  to.geometry = geometry_of(0);
-  playout_.push(from, 0, kLateness);
-  playout_.push(to, kInterval, kInterval + kLateness);
-  const Playout::Sample sample = playout_.sample(kDelay + kInterval / 2);
-  ASSERT_TRUE(sample.geometry);
-  EXPECT_EQ(sample.displacement.size(), 2u);
-  EXPECT_EQ(sample.geometry->active_nodes.size(), sample.displacement.size());
+TEST_F(Swinging, a_fifth_of_the_frames_lost_at_random_leaves_it_smooth) {
+  std::mt19937 random(3);
+  std::vector<bool> lost;
+  for (int i = 0; i < 600; ++i) lost.push_back(random() % 5 == 0);
+  EXPECT_LT(error([&](std::int64_t i) { return !lost[static_cast<std::size_t>(i)]; }), 0.06);
 }
 
 TEST_F(Playing, memory_is_bounded_without_sampling) {

@@ -10,6 +10,8 @@
 #include "client/render/egl_context.hpp"
 #include "client/render/vector_texture.hpp"
 #include "core/ffd/lattice.hpp"
+#include "core/ffd/skin_push.hpp"
+#include "core/levels/make_skin.hpp"
 #include "core/random.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -52,15 +54,15 @@ class ShaderTest : public testing::Test {
   virtual void set_up_drawing() = 0;
   virtual void tear_down_drawing() = 0;
 
-  // Fills the records of two characters; the second has the layers. Displacements are in head space, so the poses do
-  // not matter. `first` and `second`: the rows of their points.
+  // Fills the records of two characters; the second has the layers and the pose. Displacements are in head space, so
+  // without a skin the poses do not matter. `first` and `second`: the rows of their points.
   void fill_records(std::span<const Layer> layers, float quadratic, const CharacterRecords::PointRows& first = {},
                     const CharacterRecords::PointRows& second = {}) {
     std::vector<LatticeLayer> shown;
     for (const Layer& layer : layers) shown.push_back({&layer.geometry, layer.displacements, layer.weight});
     ShownCharacter character;
     character.layers = shown;
-    character.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
+    character.pose = pose_;
     DrawDetail detail;
     detail.quadratic = quadratic;
     CharacterRecords records;
@@ -72,7 +74,19 @@ class ShaderTest : public testing::Test {
 
   std::optional<EglContext> context_;
   std::optional<VectorTexture> records_, lattices_;
+  Pose pose_ = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
 };
+
+// Neck, shoulders and trunk moved against the head.
+inline Pose bent(Pose pose) {
+  for (std::size_t b = 1; b < kBoneCount; ++b) {
+    const auto by = static_cast<double>(b);
+    pose.bones[b] =
+        pose.bones[b] * RigidTransform{Quat(Eigen::AngleAxisd(0.12 * by, Vec3(1, by - 2, 0.5).normalized())),
+                                       Vec3(0.01, 0.004 * by, 0.02)};
+  }
+  return pose;
+}
 
 inline std::vector<std::string> all_grooms() {
   std::vector<std::string> names = fidelity::made_grooms();

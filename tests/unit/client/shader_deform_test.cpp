@@ -8,6 +8,7 @@
 #include "client/assets/made/made.hpp"
 #include "client/render/groom_geometry.hpp"
 #include "client/render/program.hpp"
+#include "client/render/skin_texture.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/fit_lattice.hpp"
 #include "core/random.hpp"
@@ -83,7 +84,8 @@ class ShaderDeform : public ShaderTest {
     program_.reset();
   }
 
-  Deformed by_shader(const Points& points, const std::vector<Layer>& layers, float quadratic) {
+  Deformed by_shader(const Points& points, const std::vector<Layer>& layers, float quadratic,
+                     const SkinTexture& skin = {}) {
     fill_records(layers, quadratic);
 
     const VertexArray array;
@@ -98,6 +100,7 @@ class ShaderDeform : public ShaderTest {
     program_->use();
     program_->set("first_record", 1);
     program_->set("copies", 1);
+    skin.use(*program_);
     glEnable(GL_RASTERIZER_DISCARD);
     glBeginTransformFeedback(GL_POINTS);
     glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(points.rest.size()));
@@ -248,6 +251,26 @@ TEST_F(ShaderDeform, leaves_out_layers_that_are_not_finite) {
   const Deformed still = by_shader(points, {layer}, 1);
   ASSERT_EQ(still.positions.size(), points.rest.size());
   EXPECT_EQ(still.positions.front(), points.positions().front());
+}
+
+TEST_F(ShaderDeform, keeps_hair_out_of_the_skin_as_core_does) {
+  const Groom groom = *make_hairstyle("bob", {.strand_count = 300});
+  const SkinPush push(*make_skin(groom), groom.materials.base.thickness_m);
+  SkinTexture skin;
+  skin.fill(push);
+  Points points;
+  points.add(make_groom_geometry(groom));
+  const std::vector<Vec3f> rest = points.positions();
+  EXPECT_EQ(by_shader(points, {}, 1, skin).positions, rest);
+  pose_ = bent(pose_);
+  const Layer layer = rough_layer(fit_lattice(groom.points, {10, 10, 10}), 9);
+  Deformed wanted = by_core(points, layer, FfdKind::quadratic);
+  const std::vector<Vec3f> before = wanted.positions;
+  push.push(pose_, rest, points.blend(), wanted.positions);
+  std::size_t moved = 0;
+  for (std::size_t p = 0; p < before.size(); ++p) moved += before[p] != wanted.positions[p];
+  EXPECT_GT(moved, 1000u);
+  expect_equal(by_shader(points, {layer}, 1, skin), wanted);
 }
 
 class ShaderDeformGroom : public ShaderDeform, public testing::WithParamInterface<std::string> {};

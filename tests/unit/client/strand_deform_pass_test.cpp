@@ -33,8 +33,10 @@ class StrandDeformPassTest : public ShaderTest {
   void tear_down_drawing() override { placement_.reset(); }
 
   // Two characters have the groom; returns the points of the second, which has the layers.
-  Placed by_shader(const GroomGeometry& geometry, std::span<const Layer> layers, float quadratic) {
-    const GroomBuffers groom(geometry);
+  Placed by_shader(const GroomGeometry& geometry, std::span<const Layer> layers, float quadratic,
+                   const SkinPush& skin = {{}, 0}) {
+    GroomBuffers groom(geometry);
+    groom.skin().fill(skin);
     const std::size_t rows = groom.point_rows(geometry.strand_count);
     fill_records(layers, quadratic, {0, rows}, {rows, rows});
     records_->bind();
@@ -62,12 +64,14 @@ class StrandDeformPassTest : public ShaderTest {
     for (const auto& [x, y, z, delta] : geometry.strand_points.rest) rest.emplace_back(x, y, z);
     return rest;
   }
-  static std::vector<Vec3f> by_core(const GroomGeometry& geometry, const Layer& layer, FfdKind kind) {
+  [[nodiscard]] std::vector<Vec3f> by_core(const GroomGeometry& geometry, const Layer& layer, FfdKind kind,
+                                           const SkinPush& skin = {{}, 0}) const {
     const std::vector<Vec3f> rest = rest_of(geometry);
     std::vector<float> blend;
     for (const auto& point : geometry.strand_points.rest) blend.push_back(point[3]);
     std::vector<Vec3f> points(rest.size());
     Deformer(layer.geometry.lattice, rest, blend, kind).deform(layer.displacements, points);
+    skin.push(pose_, rest, blend, points);
     StrandLengths(rest, geometry.strand_points.end).limit(points);
     return points;
   }
@@ -105,6 +109,18 @@ TEST_F(StrandDeformPassTest, turns_small_things_with_the_hair_even_upside_down) 
   ASSERT_GT(placed.rotations.size(), 1000u);
   for (const Eigen::Quaternionf& rotation : placed.rotations)
     ASSERT_LT(rotation.normalized().angularDistance(turn), 0.03f);
+}
+
+TEST_F(StrandDeformPassTest, keeps_strands_out_of_the_skin_as_core_does) {
+  const Groom groom = *make_hairstyle("long_straight", {.strand_count = 300});
+  const SkinPush skin(*make_skin(groom), groom.materials.base.thickness_m);
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  EXPECT_LT(furthest(by_shader(geometry, {}, 1, skin).positions, rest_of(geometry)), 1e-6f);
+  pose_ = bent(pose_);
+  const Layer layer = rough_layer(fit_lattice(groom.points, {10, 10, 10}), 9);
+  const std::vector<Vec3f> wanted = by_core(geometry, layer, FfdKind::quadratic, skin);
+  EXPECT_GT(furthest(wanted, by_core(geometry, layer, FfdKind::quadratic)), 0.01f);
+  EXPECT_LT(furthest(by_shader(geometry, {&layer, 1}, 1, skin).positions, wanted), kPosition_m);
 }
 
 class StrandDeformPassGroom : public StrandDeformPassTest, public testing::WithParamInterface<std::string> {};

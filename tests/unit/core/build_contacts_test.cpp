@@ -6,7 +6,7 @@
 
 #include "core/geometry/mesh_query.hpp"
 #include "core/levels/build.hpp"
-#include "core/levels/skin_distance_field.hpp"
+#include "core/levels/make_skin.hpp"
 #include "tests/support/build_grooms.hpp"
 
 namespace hairnet {

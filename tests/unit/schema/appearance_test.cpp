@@ -146,8 +146,8 @@ TEST(Hello, of_a_client_that_knows_too_few_messages_is_refused) {
     hello.message_max = message_max;
     return decode_packet(encode_packet({1, hello})).error;
   };
-  EXPECT_EQ(error(25), DecodeError::invalid);
-  EXPECT_EQ(error(26), DecodeError::none) << "of a client that was made before there were more";
+  EXPECT_EQ(error(27), DecodeError::invalid);
+  EXPECT_EQ(error(28), DecodeError::none) << "of a client that was made before there were more";
   EXPECT_EQ(error(255), DecodeError::none) << "of a newer client";
 }
 

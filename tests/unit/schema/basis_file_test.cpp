@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
 #include "core/random.hpp"
 #include "schema/wire/packing.hpp"
 
@@ -32,13 +36,24 @@ class BasisFile : public testing::Test {
       for (std::size_t i = 0; i < 3 * basis_.node_count; ++i)
         basis_.modes.push_back(static_cast<std::int16_t>(32767 * random.symmetric()));
     }
+    skin_ = {field(Bone::neck, {4, 3, 2}), field(Bone::head, {3, 5, 7})};
   }
+  // Distances in steps of a byte, near the skin and not.
+  static SkinDistanceField field(Bone bone, const std::array<int, 3>& dims) {
+    SkinDistanceField field{bone, Vec3f(-0.1f, 0.2f, 0.05f), 0.008f, dims, {}};
+    for (int node = 0; node < dims[0] * dims[1] * dims[2]; ++node)
+      field.distance.push_back(distance_of_skin_byte(static_cast<std::uint8_t>(37 * node * node)));
+    return field;
+  }
+  [[nodiscard]] Bytes encoded() const { return encode_basis(geometry_, basis_, skin_); }
+
   LevelGeometry geometry_;
   Basis basis_;
+  Skin skin_;
 };
 
 TEST_F(BasisFile, comes_back_the_same) {
-  const Bytes bytes = encode_basis(geometry_, basis_);
+  const Bytes bytes = encoded();
   const Result<HairBasis> got = decode_basis(bytes);
   ASSERT_TRUE(got) << got.error();
   EXPECT_EQ(got->basis.node_count, basis_.node_count);
@@ -48,11 +63,38 @@ TEST_F(BasisFile, comes_back_the_same) {
   EXPECT_EQ(got->geometry.lattice.dims, geometry_.lattice.dims);
   EXPECT_EQ(got->geometry.active_nodes, geometry_.active_nodes);
   EXPECT_EQ(got->geometry.trimmed_weights, geometry_.trimmed_weights);
-  EXPECT_EQ(encode_basis(got->geometry, got->basis), bytes);
+  ASSERT_EQ(got->skin.size(), skin_.size());
+  for (std::size_t f = 0; f < skin_.size(); ++f) {
+    EXPECT_EQ(got->skin[f].bone, skin_[f].bone);
+    EXPECT_EQ(got->skin[f].origin, skin_[f].origin);
+    EXPECT_EQ(got->skin[f].cell_m, skin_[f].cell_m);
+    EXPECT_EQ(got->skin[f].dims, skin_[f].dims);
+    EXPECT_EQ(got->skin[f].distance, skin_[f].distance);
+  }
+  EXPECT_EQ(encode_basis(got->geometry, got->basis, got->skin), bytes);
+}
+
+TEST_F(BasisFile, rounds_distances_to_a_byte_near_the_skin_and_ends_them_far_from_it) {
+  for (std::size_t node = 0; node < skin_[0].distance.size(); ++node)
+    skin_[0].distance[node] = 0.01f * static_cast<float>(node) - 0.1f;
+  const Result<HairBasis> got = decode_basis(encoded());
+  ASSERT_TRUE(got) << got.error();
+  const float farthest_m = distance_of_skin_byte(255);
+  EXPECT_GT(farthest_m, 0.015f);
+  for (std::size_t node = 0; node < skin_[0].distance.size(); ++node)
+    EXPECT_NEAR(got->skin[0].distance[node], std::clamp(skin_[0].distance[node], kSkinDeepest_m, farthest_m),
+                0.5001f * kSkinStep_m);
+}
+
+TEST_F(BasisFile, has_no_skin_where_the_groom_has_no_body) {
+  skin_.clear();
+  const Result<HairBasis> got = decode_basis(encoded());
+  ASSERT_TRUE(got) << got.error();
+  EXPECT_TRUE(got->skin.empty());
 }
 
 TEST_F(BasisFile, that_is_spoilt_is_refused_or_valid) {
-  const Bytes bytes = encode_basis(geometry_, basis_);
+  const Bytes bytes = encoded();
   for (std::size_t size = 0; size < bytes.size(); size += 7) {
     EXPECT_FALSE(decode_basis(std::span(bytes).first(size))) << size;
   }
@@ -68,6 +110,7 @@ TEST_F(BasisFile, that_is_spoilt_is_refused_or_valid) {
     ++accepted;
     ASSERT_EQ(validate(got->basis), "");
     ASSERT_EQ(validate(got->geometry), "");
+    ASSERT_EQ(validate(got->skin), "");
     ASSERT_EQ(got->geometry.active_nodes.size(), got->basis.node_count);
   }
   EXPECT_GT(accepted, 0);
@@ -75,16 +118,48 @@ TEST_F(BasisFile, that_is_spoilt_is_refused_or_valid) {
 
 TEST_F(BasisFile, of_other_counts_is_refused) {
   const auto error_of = [this](const auto& spoil) {
-    HairBasis file{geometry_, basis_};
+    HairBasis file{geometry_, basis_, skin_};
     spoil(file);
-    const Bytes table = unpack(encode_basis(file.geometry, file.basis), kPackedBasis).value();
-    const Result<HairBasis> got = decode_basis(pack(table, kPackedBasis));
+    const Result<HairBasis> got = decode_basis(encode_basis(file.geometry, file.basis, file.skin));
     return got ? std::string() : got.error();
   };
   EXPECT_EQ(error_of([](HairBasis&) {}), "");
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto spoilt = [&](auto&& spoil) { return error_of([&](HairBasis& file) { spoil(file.geometry); }) != ""; };
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.dims[0] = -1; }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.dims[2] = 1 << 30; }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.dims = {0, 0, 0}; }));
+  EXPECT_TRUE(spoilt([=](LevelGeometry& g) { g.lattice.origin.x() = kInfinity; }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.origin.x() = 2 * kLatticeCoordinateMax_m; }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.spacing.z() = 0; }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.trimmed_from[0] = 1u << 31; }));
+  EXPECT_TRUE(spoilt([=](LevelGeometry& g) { g.trimmed_weights[0] = kInfinity; }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.trimmed_begin.clear(); }));
+  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }));
   EXPECT_NE(error_of([](HairBasis& file) { file.geometry.lattice.spacing.x() = 1e9f; }), "");
   EXPECT_NE(error_of([](HairBasis& file) { file.geometry.trimmed_nodes.pop_back(); }), "");
   EXPECT_FALSE(decode_basis(Bytes(100, 0)));
+}
+
+TEST_F(BasisFile, of_a_wrong_skin_is_refused) {
+  const Bytes table = unpack(encoded(), kPackedBasis).value();
+  // Replaces all numbers that lie like `before`.
+  const auto error_of = [&](const auto& before, const auto& after) {
+    static_assert(sizeof before == sizeof after);
+    Bytes spoilt = table;
+    const auto* from = reinterpret_cast<const std::uint8_t*>(&before);
+    const auto at = std::search(spoilt.begin(), spoilt.end(), from, from + sizeof before);
+    EXPECT_NE(at, spoilt.end());
+    std::memcpy(&*at, &after, sizeof after);
+    const Result<HairBasis> got = decode_basis(pack(spoilt, kPackedBasis));
+    return got ? std::string() : got.error();
+  };
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(error_of(skin_[0].origin, Vec3f(0, 0, 0)), "");
+  EXPECT_EQ(error_of(skin_[0].origin, Vec3f(0, kNaN, 0)), "skin: an origin is not finite");
+  EXPECT_EQ(error_of(skin_[0].cell_m, kNaN), "skin: a cell without size");
+  EXPECT_EQ(error_of(skin_[0].cell_m, -0.008f), "skin: a cell without size");
+  EXPECT_EQ(error_of(std::uint32_t{105}, std::uint32_t{104}), "skin: counts disagree");
 }
 
 }  // namespace

@@ -101,20 +101,6 @@ TEST_F(LevelFile, without_springs_or_skin_comes_back) {
   support::expect_equal(set->levels[0], decoded.levels->levels[0]);
 }
 
-TEST_F(LevelFile, with_a_geometry_larger_than_a_packet_is_refused) {
-  LevelSet set = *levels_;
-  LevelGeometry& geometry = set.levels[0].geometry;
-  ASSERT_FALSE(geometry.trimmed_nodes.empty());
-  const std::size_t more = kPacketBytesMax / sizeof(std::uint32_t) / 2;  // of nodes and of weights
-  geometry.trimmed_from.insert(geometry.trimmed_from.end(), more, 0);
-  geometry.trimmed_weights.insert(geometry.trimmed_weights.end(), more, 0.0f);
-  geometry.trimmed_begin.back() += static_cast<std::uint32_t>(more);
-  ASSERT_EQ(validate(set.levels[0]), "") << "the solver would run it";
-  const DecodedLevels decoded = decode_levels(encode_levels(kGroom, set), kGroom);
-  EXPECT_EQ(decoded.fault, LevelFileFault::unsound);
-  EXPECT_NE(decoded.detail.find("larger than a packet"), std::string::npos) << decoded.detail;
-}
-
 TEST_F(LevelFile, is_refused_at_every_truncation) {
   for (std::size_t size = 0; size < bytes_.size(); ++size) {
     const DecodedLevels decoded = decode_levels(std::span(bytes_).first(size), kGroom);

@@ -197,8 +197,6 @@ TEST(Packet, with_an_enum_out_of_range_is_invalid) {
   EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(static_cast<int>(kGoodbyeReasonLast) + 1), {}}),
             DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Goodbye{}), DecodeError::invalid) << "a goodbye without a reason";
-  RandomMessages random(10);
-  EXPECT_EQ(round_trip_error(LevelRecord{{}, LevelIndex::rigid, random.geometry()}), DecodeError::invalid);
 }
 
 TEST(Packet, with_a_time_out_of_range_is_invalid) {
@@ -268,35 +266,7 @@ TEST(Packet, with_a_bad_frame_is_invalid) {
   EXPECT_EQ(error_of([](Frame& f) { f.member = 5; }), DecodeError::invalid) << "twice the same";
   EXPECT_EQ(error_of([](Frame& f) { f.member = 4; }), DecodeError::invalid) << "descending";
   EXPECT_EQ(error_of([](Frame& f) { f.level = static_cast<LevelIndex>(5); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.error_class = static_cast<codec::ErrorClass>(3); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.stride = 8; }), DecodeError::invalid);
   EXPECT_EQ(error_of([](Frame& f) { f.step_stride = 8; }), DecodeError::invalid);
-}
-
-TEST(Packet, with_a_bad_level_record_is_invalid) {
-  RandomMessages random(13);
-  LevelGeometry sound = random.geometry();
-  while (sound.trimmed_from.empty() || sound.trimmed_nodes.empty()) sound = random.geometry();
-  const auto error_of = [&](auto&& spoil) {
-    LevelRecord record{{}, LevelIndex::low, sound};
-    spoil(record.geometry);
-    return round_trip_error(record);
-  };
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(error_of([](LevelGeometry&) {}), DecodeError::none);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.dims[0] = -1; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.dims[2] = 1 << 30; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.dims = {0, 0, 0}; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.origin.x() = kInfinity; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.origin.x() = 2 * kLatticeCoordinateMax_m; }),
-            DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.spacing.z() = 0; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.active_nodes.push_back(0); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.active_nodes.clear(); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_from[0] = 1u << 31; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_weights[0] = kInfinity; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_begin.clear(); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }), DecodeError::invalid);
 }
 
 // The counts inside a valid packet, each replaced by one that does not fit the packet.

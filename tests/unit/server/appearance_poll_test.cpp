@@ -107,22 +107,6 @@ TEST_F(AppearancePollTest, a_resumed_session_learns_what_has_changed_meanwhile) 
   EXPECT_EQ(joined[0].appearance, kGreen);
 }
 
-TEST_F(AppearancePollTest, a_client_that_does_not_know_the_message_is_not_sent_it) {
-  start();
-  FakeClient older(*server_, now_ns_);
-  wire::Hello hello;
-  hello.room = "hall";
-  hello.message_max = 26;
-  older.send(hello, now_ns_);
-  const auto ann = join("Ann", kRed);
-  set(*ann, "Anna", kGreen);
-  ann->send(wire::SetWind{{.mean_m_per_s = {1, 0, 0}}}, now_ns_);
-  run_ms(300);
-  EXPECT_THAT(older.connection->all<wire::MemberJoined>(), SizeIs(1));
-  EXPECT_THAT(older.connection->all<wire::MemberChanged>(), IsEmpty());
-  EXPECT_THAT(older.connection->all<wire::RoomWind>(), IsEmpty());
-}
-
 TEST_F(AppearancePollTest, everyone_learns_the_wind_of_the_room_and_who_has_set_it) {
   Config config;
   config.wind.mean_m_per_s = {2, 0, 1};

@@ -1,16 +1,49 @@
 #pragma once
 
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "core/modes/make_modes.hpp"
 #include "server/grooms/level_build.hpp"
 #include "tests/support/quick_training.hpp"
 
 namespace hairnet::server {
 
-// build_levels_here, with little training where modes are wanted.
+// The modes that build_quickly() has found, by groom. Any thread.
+class BuiltModes {
+ public:
+  static BuiltModes& instance() {
+    static BuiltModes modes;
+    return modes;
+  }
+  void put(const wire::GroomHash& groom, std::shared_ptr<const Modes> modes) {
+    const std::lock_guard lock(mutex_);
+    modes_[groom] = std::move(modes);
+  }
+  std::shared_ptr<const Modes> of(const wire::GroomHash& groom) {
+    const std::lock_guard lock(mutex_);
+    return modes_[groom];
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<wire::GroomHash, std::shared_ptr<const Modes>> modes_;
+};
+
+inline LevelBuild build_with(const ModeTraining& training, const LevelBuildDef& def, const wire::GroomHash& hash,
+                             std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
+  LevelBuildDef some = def;
+  some.training = training;
+  LevelBuild build = build_levels_here(some, hash, file, groom, goes_on);
+  if (build.levels) BuiltModes::instance().put(hash, build.levels->modes);
+  return build;
+}
+
+// build_levels_here, with little training.
 inline LevelBuild build_quickly(const LevelBuildDef& def, const wire::GroomHash& hash,
                                 std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
-  LevelBuildDef quick = def;
-  if (quick.training) quick.training = support::kQuickTraining;
-  return build_levels_here(quick, hash, file, groom, goes_on);
+  return build_with(support::kQuickTraining, def, hash, file, groom, goes_on);
 }
 
 }  // namespace hairnet::server

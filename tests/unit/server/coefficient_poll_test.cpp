@@ -3,8 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/ffd/deform.hpp"
-#include "schema/codec/coefficient_frame.hpp"
+#include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 
@@ -19,13 +18,9 @@ class CoefficientFrames : public PollTest {
   CoefficientFrames() {
     build_ = [](const LevelBuildDef& def, const wire::GroomHash& hash, std::span<const std::uint8_t> file,
                 const Groom& groom, const GoesOn& goes_on) {
-      LevelBuildDef some = def;
-      if (some.training) some.training = ModeTraining{.motion_count = 8, .duration_s = 2, .snapshot_s = 0.1};
-      return build_levels_here(some, hash, file, groom, goes_on);
+      return build_with({.motion_count = 8, .duration_s = 2, .snapshot_s = 0.1}, def, hash, file, groom, goes_on);
     };
-    Config config;
-    config.modes = true;
-    start(config);
+    start();
   }
   void ask(FakeClient& client, float error_m) {
     wire::Observe observe;
@@ -60,7 +55,6 @@ class CoefficientFrames : public PollTest {
     std::map<std::uint64_t, Seen> seen;
     for (const wire::FrameBatch& batch : client.connection->all<wire::FrameBatch>()) {
       for (const wire::Frame& frame : batch.frames) {
-        if (!frame.coefficients) continue;
         Seen& one = seen[batch.tick];
         one.frame = frame;
         one.bytes = frame.content.size();
@@ -70,46 +64,6 @@ class CoefficientFrames : public PollTest {
     return seen;
   }
 };
-
-TEST_F(CoefficientFrames, show_the_hair_that_frames_of_nodes_show) {
-  const auto owner = join("", LevelIndex::high);
-  FakeClient fine(*server_, now_ns_);
-  fine.hello(now_ns_);
-  ask(fine, 0.25e-3f);
-  run_ms(1500, {owner.get()});
-  const wire::HairBasis basis = basis_for(fine);
-  run_ms(1500, {owner.get()});
-
-  const std::vector<FakeClient::SeenFrame> nodes = owner->frames(1);
-  const std::map<std::uint64_t, Seen> seen = frames(fine, basis);
-  const Groom groom = small_groom();
-  const Deformer deformer(groom, basis.geometry.lattice, FfdKind::quadratic);
-  const auto points_of = [&](const std::vector<Vec3f>& active) {
-    std::vector<Vec3f> grid(basis.geometry.lattice.node_count()), points(groom.points.size());
-    expand_displacements(basis.geometry, active, grid);
-    deformer.deform(grid, points);
-    return points;
-  };
-  double motion = 0, error = 0;
-  std::size_t compared = 0;
-  for (const FakeClient::SeenFrame& truth : nodes) {
-    const auto found = seen.find(truth.tick);
-    if (found == seen.end() || truth.level != LevelIndex::high) continue;
-    std::vector<Vec3f> shown(basis.basis.node_count), sent;
-    displacements_of(basis.basis, found->second.decoded.coefficients, shown);
-    codec::dequantise_nodes(truth.displacements, codec::ErrorClass::half_mm, sent);
-    ASSERT_EQ(sent.size(), shown.size());
-    const std::vector<Vec3f> shown_points = points_of(shown), sent_points = points_of(sent);
-    for (std::size_t p = 0; p < groom.points.size(); ++p) {
-      motion += static_cast<double>((sent_points[p] - groom.points[p]).squaredNorm());
-      error += static_cast<double>((shown_points[p] - sent_points[p]).squaredNorm());
-    }
-    EXPECT_LT((found->second.decoded.pose.head().position - truth.pose.head().position).norm(), 2e-4);
-    ++compared;
-  }
-  EXPECT_GT(compared, 20u);
-  EXPECT_LT(std::sqrt(error / motion), 0.2);
-}
 
 TEST_F(CoefficientFrames, are_shorter_the_more_error_is_allowed) {
   const auto owner = join("", LevelIndex::high);
@@ -157,40 +111,6 @@ TEST_F(CoefficientFrames, go_on_when_the_level_changes) {
   }
   EXPECT_TRUE(has_switched);
   EXPECT_LT(at_switch, 1.5 * fastest);
-}
-
-TEST_F(CoefficientFrames, give_way_to_frames_of_nodes_and_come_back) {
-  const auto owner = join("", LevelIndex::low);
-  ask(*owner, 1e-3f);
-  run_ms(1500, {owner.get()});
-  const wire::HairBasis basis = basis_for(*owner);
-  ask(*owner, 0);
-  run_ms(500, {owner.get()});
-  ask(*owner, 1e-3f);
-  run_ms(500, {owner.get()});
-  bool has_nodes_after_coefficients = false, has_coefficients = false;
-  unsigned first_order = 9;
-  for (const wire::FrameBatch& batch : owner->connection->all<wire::FrameBatch>()) {
-    for (const wire::Frame& frame : batch.frames) {
-      if (!frame.coefficients && has_coefficients && !has_nodes_after_coefficients) {
-        has_nodes_after_coefficients = true;
-        first_order = frame.order;
-      }
-      has_coefficients = has_coefficients || frame.coefficients;
-    }
-  }
-  EXPECT_TRUE(has_nodes_after_coefficients);
-  EXPECT_EQ(first_order, 0u);  // it has no nodes to refer to
-  EXPECT_GT(frames(*owner, basis).rbegin()->first, 60u);
-}
-
-TEST_F(CoefficientFrames, do_not_come_without_modes) {
-  start({});
-  const auto owner = join("", LevelIndex::low);
-  ask(*owner, 1e-3f);
-  run_ms(1500, {owner.get()});
-  EXPECT_THAT(owner->connection->all<wire::GroomBasis>(), SizeIs(0));
-  EXPECT_FALSE(owner->frames(1).empty());
 }
 
 TEST_F(CoefficientFrames, are_refused_for_an_error_out_of_range) {

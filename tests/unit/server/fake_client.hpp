@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "server/app/server.hpp"
 #include "tests/support/frame_reader.hpp"
+#include "tests/unit/server/build_quickly.hpp"
 #include "tests/unit/server/fake_connection.hpp"
 
 namespace hairnet::server {
@@ -57,24 +59,35 @@ class FakeClient {
     std::uint32_t member = 0;
     LevelIndex level = LevelIndex::rigid;
     bool discontinuous = false, asleep = false;
-    unsigned order = 0;
     Pose pose;
-    std::vector<std::int16_t> displacements, velocities;
+    std::vector<std::int16_t> displacements;  // of the finest level's nodes, in kStep_m; empty: at rest
+    std::vector<float> coefficients;          // m
+    // Of the hair from that of another frame, RMS, m.
+    [[nodiscard]] float distance_m(const SeenFrame& other) const {
+      float squares = 0;
+      for (std::size_t k = 0; k < std::min(coefficients.size(), other.coefficients.size()); ++k)
+        squares += std::pow(coefficients[k] - other.coefficients[k], 2.0f);
+      return std::sqrt(squares);
+    }
   };
+  static constexpr float kStep_m = 0.5e-3f;
   [[nodiscard]] std::vector<SeenFrame> all_frames() const {
-    FrameReader reader;
+    FrameReader reader([](const wire::GroomHash& groom) { return BuiltModes::instance().of(groom); });
     std::vector<SeenFrame> seen;
     std::vector<std::string> faults;
     for (const wire::Envelope& envelope : connection->received) {
       if (const auto* added = std::get_if<wire::CharacterAdded>(&envelope.message)) reader.take(*added);
       if (const auto* joined = std::get_if<wire::MemberJoined>(&envelope.message)) reader.take(*joined);
-      if (const auto* record = std::get_if<wire::LevelRecord>(&envelope.message)) reader.take(*record);
+      if (const auto* basis = std::get_if<wire::GroomBasis>(&envelope.message)) reader.take(*basis);
       const auto* batch = std::get_if<wire::FrameBatch>(&envelope.message);
       if (!batch) continue;
       for (const ReadFrame& read : reader.take(*batch, faults)) {
         const wire::Frame& f = read.frame;
-        seen.push_back({read.tick, f.member, f.level, f.discontinuous, f.asleep, f.order, read.pose,
-                        read.integers.nodes, read.integers.velocities});
+        SeenFrame& one = seen.emplace_back(
+            SeenFrame{read.tick, f.member, f.level, f.discontinuous, f.asleep, read.pose, {}, read.coefficients});
+        for (const Vec3f& d : read.displacements) {
+          for (const float x : d) one.displacements.push_back(static_cast<std::int16_t>(std::lround(x / kStep_m)));
+        }
       }
     }
     EXPECT_TRUE(faults.empty()) << faults.size() << " faults, the first: " << faults.front();

@@ -78,9 +78,9 @@ TEST_F(OutboxTest, forgets_the_change_of_a_member_that_leaves_unannounced) {
 }
 
 TEST_F(OutboxTest, sends_no_message_that_the_client_does_not_know) {
-  outbox_.set_message_max(26);
+  outbox_.set_message_max(7);
+  outbox_.push(wire::MemberLeft{5}, 0);
   outbox_.push(wire::RoomWind{}, 0);
-  outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
   EXPECT_TRUE(is_empty());
 }
 
@@ -207,7 +207,7 @@ TEST_F(OutboxTest, frames_of_a_member_that_the_client_never_hears_of_are_dropped
   outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);
   outbox_.push_frames(frames_of(1));
   outbox_.push(wire::MemberLeft{1}, 0);
-  EXPECT_TRUE(outbox_.drop_if_congested()) << "the next frames must be keyframes";
+  EXPECT_TRUE(outbox_.drop_if_congested());
   EXPECT_FALSE(outbox_.drop_if_congested());
   EXPECT_TRUE(is_empty());
   outbox_.mark_blocked();

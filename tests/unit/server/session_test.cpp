@@ -81,7 +81,7 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   hello();
   send(wire::Welcome{});
   send(wire::FrameBatch{});
-  send(wire::LevelRecord{});
+  send(wire::GroomBasis{});
   EXPECT_THAT(errors(), testing::Each(ErrorReason::unexpected_message));
   EXPECT_EQ(counters_.messages_refused_unexpected.value(), 3u);
   EXPECT_EQ(session_.state(), State::active);
@@ -443,13 +443,11 @@ TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_ra
   EXPECT_EQ(counters_.requests_refused_observe.value(), 2u);
   send(wire::ReportImportance{{{4, 0.5f, false}}});
   EXPECT_EQ(requests<wire::ReportImportance>().at(0).members.size(), 1u);
-  send(wire::RequestKeyframes{{4, 5}});
-  EXPECT_THAT(requests<wire::RequestKeyframes>().at(0).members, ElementsAre(4, 5));
 }
 
 TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
   hello();
-  wire::HairState state{LevelIndex::low, 0.5e-3f, {1, 2, 3}, {}};
+  wire::HairState state{0.5e-3f, {1, 2, 3}, {}};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low, state});
   EXPECT_TRUE(requests<wire::AddCharacter>().at(0).state.has_value());
   state.step_m = 1;

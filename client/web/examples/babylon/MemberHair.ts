@@ -7,7 +7,7 @@ import { CreateLineSystem } from "@babylonjs/core/Meshes/Builders/linesBuilder";
 import type { LinesMesh } from "@babylonjs/core/Meshes/linesMesh";
 import { TransformNode } from "@babylonjs/core/Meshes/transformNode";
 import type { Scene } from "@babylonjs/core/scene";
-import { Deformer, type Groom, type LatticeLayer, type Member } from "hairnet-client";
+import { Deformer, type Groom, type LevelGeometry, type Member } from "hairnet-client";
 
 const kStrandsMax = 3000;
 
@@ -15,12 +15,12 @@ const kStrandsMax = 3000;
 export class MemberHair {
   readonly node: TransformNode;
   readonly #lines: LinesMesh;
-  /** head space, m: at rest, as drawn, and each point's sum of displacements */
+  /** head space, m: at rest, and as drawn */
   readonly #rest: Float32Array;
   readonly #points: Float32Array;
-  readonly #layer: Float32Array;
-  /** by the lattice they move by; old levels' are dropped with their lattices */
-  readonly #deformers = new WeakMap<LatticeLayer["geometry"], Deformer>();
+  /** of the lattice that the hair follows */
+  #deformer: Deformer | null = null;
+  #geometry: LevelGeometry | null = null;
 
   constructor(groom: Groom, scene: Scene) {
     const { begin, count } = groom.strands;
@@ -28,7 +28,6 @@ export class MemberHair {
     const drawn = Array.from({ length: count }, (_, s) => s).filter((s) => s % every === 0);
     this.#rest = Float32Array.from(drawn.flatMap((s) => [...groom.points.subarray(3 * begin[s], 3 * begin[s + 1])]));
     this.#points = this.#rest.slice();
-    this.#layer = new Float32Array(this.#rest.length);
     this.node = new TransformNode("member", scene);
     this.node.rotationQuaternion = Quaternion.Identity();
     const lines = drawn.map((s) =>
@@ -50,16 +49,13 @@ export class MemberHair {
     bust.parent = this.node;
   }
 
-  /** Moves the hair to the member's last sample. Hair = rest + the sum of its layers' weighted displacements. */
-  update({ pose, layers }: Member): void {
+  /** Moves the hair to the member's last sample. */
+  update({ pose, lattice }: Member): void {
     if (!pose) return;
     this.node.rotationQuaternion?.set(pose[0], pose[1], pose[2], pose[3]);
     this.node.position.set(pose[4], pose[5], pose[6]);
-    this.#points.set(this.#rest);
-    for (const { geometry, grid, weight } of layers) {
-      this.#deformerOf(geometry).deform(grid, { points: this.#layer });
-      for (let i = 0; i < this.#points.length; ++i) this.#points[i] += weight * (this.#layer[i] - this.#rest[i]);
-    }
+    if (lattice) this.#deformerOf(lattice.geometry).deform(lattice.grid, { points: this.#points });
+    else this.#points.set(this.#rest);
     this.#lines.updateVerticesData("position", this.#points);
   }
 
@@ -67,12 +63,11 @@ export class MemberHair {
     this.node.dispose(false, true); // with its meshes and their materials
   }
 
-  #deformerOf(geometry: LatticeLayer["geometry"]): Deformer {
-    const known = this.#deformers.get(geometry);
-    if (known) return known;
-    const made = new Deformer(geometry.lattice, this.#rest, null, "quadratic");
-    this.#deformers.set(geometry, made);
-    return made;
+  #deformerOf(geometry: LevelGeometry): Deformer {
+    if (!this.#deformer || this.#geometry !== geometry)
+      this.#deformer = new Deformer(geometry.lattice, this.#rest, null, "quadratic");
+    this.#geometry = geometry;
+    return this.#deformer;
   }
 }
 

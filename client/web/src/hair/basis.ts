@@ -1,5 +1,7 @@
 import { kModeCountMax } from "../generated/constants";
 import { HairnetError } from "./hairnetError";
+import type { LevelGeometry } from "./lattice";
+import type { Skin } from "./skin";
 
 /**
  * The shapes in which the hair of one groom moves, the most important first. The displacements of the active nodes of the
@@ -15,6 +17,16 @@ export interface Basis {
   readonly unit: Float32Array;
   /** by mode, then by active node: x, y, z; head axes */
   readonly modes: Int16Array;
+}
+
+/**
+ * What draws the hair of a groom from coefficients: the finest level's lattice and its modes, and the skin to keep it
+ * out of. Immutable.
+ */
+export interface HairBasis {
+  readonly geometry: LevelGeometry;
+  readonly basis: Basis;
+  readonly skin: Skin;
 }
 
 /** Describes a fault of a basis in one line, or returns null. */

@@ -1,16 +1,16 @@
-import type { LevelGeometry } from "./lattice";
-import type { ErrorClass, LevelIndex } from "./level";
+import type { HairBasis } from "./basis";
+import type { LevelIndex } from "./level";
 import type { Pose } from "./pose";
 
-/** One character at one moment, decoded. */
+/** One character at one moment, decoded. Immutable. */
 export interface Frame {
   /** its number in the room */
   readonly member: number;
   /** this client's own number for it; 0: another client's character */
   readonly character: number;
+  /** that the server steps */
   readonly level: LevelIndex;
-  readonly errorClass: ErrorClass;
-  /** teleport, reset or level switch: do not interpolate from the last frame */
+  /** teleport or reset: do not interpolate from the last frame */
   readonly discontinuous: boolean;
   /** the lattice is at rest: the server sends no further frame until the character wakes */
   readonly asleep: boolean;
@@ -22,10 +22,8 @@ export interface Frame {
   readonly stepS: number;
   /** the pose of the step */
   readonly pose: Pose;
-  /** 3 an active node, head space, in steps of the error class; empty: rigid */
-  readonly displacements: Int16Array;
-  /** in units of 32 steps a second, of the node in the world, in head axes; empty: not sent */
-  readonly velocities: Int16Array;
-  /** of the level; null: rigid */
-  readonly geometry: LevelGeometry | null;
+  /** m, of the basis; those that are missing at the end are 0 */
+  readonly coefficients: Float32Array;
+  /** null: the hair is at rest, or its basis has not arrived yet */
+  readonly basis: HairBasis | null;
 }

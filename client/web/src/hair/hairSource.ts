@@ -1,7 +1,8 @@
 import type { Appearance } from "./appearance";
 import type { Groom } from "./groom";
-import type { LatticeLayer } from "./latticeBlend";
+import type { MovedLattice } from "./lattice";
 import type { Pose } from "./pose";
+import type { Skin } from "./skin";
 
 /** One character of a room at one moment. */
 export interface ShownMember {
@@ -15,8 +16,10 @@ export interface ShownMember {
   readonly groom: Groom | null;
   /** world; null: not received yet */
   readonly pose: Pose | null;
-  /** at most five; empty: its hair is rigid */
-  readonly layers: readonly LatticeLayer[];
+  /** that its hair follows; null: its hair is at rest */
+  readonly lattice: MovedLattice | null;
+  /** the skin to keep its hair out of; absent or null: not known, or none */
+  readonly skin?: Skin | null;
   /** how its owner wants it drawn; absent: the default of its number */
   readonly appearance?: Appearance;
 }

@@ -1,26 +1,18 @@
-import { displacementsOf } from "../hair/basis";
+import type { HairBasis } from "../hair/basis";
 import { HairnetError } from "../hair/hairnetError";
-import { ErrorClass, kStepsM } from "../hair/level";
-import type { LevelGeometry } from "../hair/lattice";
-import type { Pose } from "../hair/pose";
-import { decodeBasis, type HairBasis } from "./basisFile";
+import type { Skin } from "../hair/skin";
+import { decodeBasis } from "./basisFile";
 import { CoefficientCode } from "./codec/coefficientCode";
-import { decodeCoefficientFrame } from "./codec/coefficientFrame";
-import type { FrameIntegers } from "./codec/frameIntegers";
 import type { GroomFetched } from "./events";
 import type { GroomHash } from "./groomHash";
 import type { GroomBasis } from "./messages";
 
-/** The error class of nodes that come from coefficients. */
-export const kBasisErrorClass = ErrorClass.quarterMm;
-
 // Between two requests for one basis: a server that sends too much already refuses.
 const kAskAgainNs = 2e9;
 
-interface KnownBasis extends HairBasis {
+/** The data for decoding frames of a groom. Immutable. */
+export interface KnownBasis extends HairBasis {
   readonly code: CoefficientCode;
-  /** room for one frame */
-  readonly displacements: Float32Array;
 }
 
 interface Entry {
@@ -30,10 +22,12 @@ interface Entry {
   askedNs: number;
 }
 
-/** The bases of grooms, as the server announced them and as they have arrived; they turn coefficients into nodes. */
+/** The bases of grooms, as the server announced them and as they have arrived. */
 export class Bases {
   /** by groom */
   readonly #entries = new Map<GroomHash, Entry>();
+  /** by file: a session that is lost may come back with the same bases, whose hair then continues */
+  readonly #used = new Map<GroomHash, WeakRef<KnownBasis>>();
 
   /**
    * The server announces the same basis again over each connection. Another one replaces the basis that is here: its
@@ -41,7 +35,8 @@ export class Bases {
    */
   announce({ groom, basis }: GroomBasis): void {
     if (this.#entries.get(groom)?.file === basis) return;
-    this.#entries.set(groom, { file: basis, basis: null, isUnusable: false, askedNs: -Infinity });
+    const used = this.#used.get(basis)?.deref() ?? null;
+    this.#entries.set(groom, { file: basis, basis: used, isUnusable: false, askedNs: -Infinity });
   }
 
   /**
@@ -55,53 +50,38 @@ export class Bases {
     return entry.file;
   }
 
-  /** The groom whose basis the file of this hash is; null: of none. */
+  /** A groom whose basis the file of this hash is; null: of none. */
   groomOf(file: GroomHash): GroomHash | null {
     for (const [groom, entry] of this.#entries) if (entry.file === file) return groom;
     return null;
   }
 
-  /** Takes the file of an announced basis. Returns why it cannot be used; empty: it can. */
-  take(groom: GroomHash, { bytes, fault }: GroomFetched): string {
+  /** Takes the file of a basis, which several grooms may have. Returns why it cannot be used; empty: it can. */
+  take({ hash, bytes, fault }: GroomFetched): string {
     if (!bytes) return fault;
-    const entry = this.#entries.get(groom)!;
+    const entries = [...this.#entries.values()].filter((entry) => entry.file === hash);
     try {
-      const { geometry, basis } = decodeBasis(bytes);
-      const displacements = new Float32Array(3 * basis.nodeCount);
-      entry.basis = { geometry, basis, code: new CoefficientCode(basis.deviationM), displacements };
+      const hair = decodeBasis(bytes);
+      const basis = { ...hair, code: new CoefficientCode(hair.basis.deviationM) };
+      for (const entry of entries) entry.basis = basis;
+      for (const [file, used] of this.#used) if (!used.deref()) this.#used.delete(file);
+      this.#used.set(hash, new WeakRef(basis));
       return "";
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
-      entry.isUnusable = true;
+      for (const entry of entries) entry.isUnusable = true;
       return error.message;
     }
   }
 
-  /**
-   * Decodes a frame of coefficients. Returns the geometry of its nodes; null while the basis is on its way: the frame
-   * has a pose alone; undefined when it cannot be decoded. `isRigid`: the hair has no nodes at all.
-   */
-  decode(
-    groom: GroomHash,
-    content: Uint8Array,
-    isRigid: boolean,
-    integers: FrameIntegers,
-    pose: Pose,
-  ): LevelGeometry | null | undefined {
-    const known = this.#entries.get(groom)?.basis;
-    const coded = decodeCoefficientFrame(content, known?.code ?? null);
-    if (!coded) return undefined;
-    pose.set(coded.pose);
-    if (!known || isRigid) {
-      integers.resize(0, 0);
-      return null;
-    }
-    displacementsOf(known.basis, coded.coefficients, known.displacements);
-    integers.resize(known.displacements.length, 0);
-    const perStep = 1 / kStepsM[kBasisErrorClass];
-    for (let i = 0; i < known.displacements.length; ++i)
-      integers.nodes[i] = Math.max(-32767, Math.min(32767, Math.round(known.displacements[i] * perStep)));
-    return known.geometry;
+  /** Null: not here. */
+  of(groom: GroomHash): KnownBasis | null {
+    return this.#entries.get(groom)?.basis ?? null;
+  }
+
+  /** The skin of the groom's body; null: its basis is not here. */
+  skinOf(groom: GroomHash): Skin | null {
+    return this.#entries.get(groom)?.basis?.skin ?? null;
   }
 
   /** The session is lost. Returns the files that were announced. */

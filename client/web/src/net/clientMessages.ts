@@ -30,7 +30,7 @@ import {
   type ClientCodec,
 } from "./messageCodec";
 import { roomCodecs } from "./roomMessages";
-import type { Moderate, Observe, ReportImportance, RequestKeyframes, SetWind } from "./roomMessages";
+import type { Moderate, Observe, ReportImportance, SetWind } from "./roomMessages";
 import { fitText } from "./text";
 
 // What a client says to its server: here who it is, its grooms and its goodbye. A message is its interface, its codec below
@@ -58,7 +58,7 @@ export interface Hello {
   readonly messageMax: number;
 }
 /** Every client of this version knows these. */
-const kMessageMaxLeast: number = fb.Body.Moderate;
+const kMessageMaxLeast: number = fb.Body.GroomBasis;
 /** @internal */
 export const kMessageMax = Math.max(...Object.values(fb.Body).filter((value) => typeof value === "number"));
 
@@ -206,7 +206,6 @@ export type ClientMessage =
   | SetWind
   | Observe
   | ReportImportance
-  | RequestKeyframes
   | GroomRequest
   | Moderate
   | Goodbye;

@@ -89,13 +89,11 @@ export class EventQueue {
 
 function bytesOfBatch(batch: FrameBatch): number {
   let bytes = kObjectBytes;
-  for (const frame of batch.frames) bytes += kObjectBytes + 2 * (frame.displacements.length + frame.velocities.length);
+  for (const frame of batch.frames) bytes += kObjectBytes + frame.coefficients.byteLength;
   return bytes;
 }
 
 function bytesOf(event: LinkEvent): number {
   if (event.type === "groomFetched") return kObjectBytes + (event.bytes?.length ?? 0);
-  if (event.type !== "levelReceived") return 4 * kObjectBytes;
-  const { activeNodes, trimmedNodes, trimmedFrom } = event.geometry;
-  return kObjectBytes + 4 * (activeNodes.length + 2 * trimmedNodes.length + 2 * trimmedFrom.length);
+  return 4 * kObjectBytes;
 }

@@ -1,6 +1,4 @@
 import type { Frame } from "../hair/frame";
-import type { LevelGeometry } from "../hair/lattice";
-import type { LevelIndex } from "../hair/level";
 import type { GroomHash } from "./groomHash";
 import type {
   CharacterAdded,
@@ -40,13 +38,6 @@ export interface Disconnected {
   /** one line of what happened */
   readonly detail: string;
 }
-/** How frames of a level are read. */
-export interface LevelReceived {
-  readonly type: "levelReceived";
-  readonly groom: GroomHash;
-  readonly level: LevelIndex;
-  readonly geometry: LevelGeometry;
-}
 /** A groom that was requested: its file's bytes, as `decodeGroom` takes them; or null, and why in one line. */
 export interface GroomFetched {
   readonly type: "groomFetched";
@@ -74,13 +65,9 @@ export type LinkEvent =
   | MemberChanged
   | MemberLeft
   | RoomWind
-  | LevelReceived
   | FrameBatch
   | GroomFetched
   | ErrorMessage;
 
-/**
- * Takes frames in place of events, without any copy: `frame` and its arrays are valid during the call alone.
- * `sampleTimeNs` is on the server's clock. Not to call back into the link.
- */
+/** Takes frames in place of events. `sampleTimeNs` is on the server's clock. Not to call back into the link. */
 export type FrameSink = (frame: Frame, sampleTimeNs: number, tick: number) => void;

@@ -1,23 +1,17 @@
 import { HairnetError } from "../hair/hairnetError";
-import { ErrorClass, LevelIndex } from "../hair/level";
+import { LevelIndex } from "../hair/level";
 
 // `frames` of a FrameBatch: one frame after the other without anything between (schema/PROTOCOL.md, Frames).
 
 /** A frame as it travels, its content still coded. */
 export interface CodedFrame {
   readonly member: number;
+  /** that the server steps; rigid: the hair is at rest */
   readonly level: LevelIndex;
-  readonly errorClass: ErrorClass;
   /** do not interpolate from the last frame */
   readonly discontinuous: boolean;
   /** no frame will come before the character wakes */
   readonly asleep: boolean;
-  readonly velocities: boolean;
-  /** the content has coefficients of the groom's basis instead of nodes */
-  readonly coefficients: boolean;
-  /** 0 to 3: of the earlier frames that it refers to, `stride` ticks apart */
-  readonly order: number;
-  readonly stride: number;
   /** ticks from one step of the character to the next */
   readonly stepStride: number;
   readonly content: Uint8Array;
@@ -50,34 +44,21 @@ export function decodeFrames(packed: Uint8Array): CodedFrame[] {
   while (at < packed.length) {
     const step = takeVarint();
     const head = takeByte();
-    const reference = takeByte();
     const byteCount = takeVarint();
     if (byteCount > packed.length - at) throw new HairnetError("invalid", "frame batch: ends within a frame");
     if (step === 0 || member + step > kMemberMax)
       throw new HairnetError("invalid", "frame batch: members do not ascend");
     member += step;
     const level: LevelIndex = head & 7;
-    const errorClass: ErrorClass = head >> 6;
-    const stride = (reference >> 2) & 3;
-    const stepStride = (reference >> 4) & 3;
+    const logStride = head >> 5;
     if (level > LevelIndex.rigid) throw new HairnetError("invalid", `level ${level} does not exist`);
-    if (errorClass > ErrorClass.oneMm) throw new HairnetError("invalid", "frame: no such error class");
-    if (stride === 3 || stepStride === 3 || reference >> 7 !== 0)
-      throw new HairnetError("invalid", "frame: no such stride");
-    const coefficients = (reference & 64) !== 0;
-    if (coefficients && ((head & 32) !== 0 || (reference & 3) !== 0))
-      throw new HairnetError("invalid", "frame: coefficients refer to no other frame");
+    if (logStride > 2) throw new HairnetError("invalid", "frame: no such stride");
     frames.push({
       member,
       level,
-      errorClass,
       discontinuous: (head & 8) !== 0,
       asleep: (head & 16) !== 0,
-      velocities: (head & 32) !== 0,
-      coefficients,
-      order: reference & 3,
-      stride: 1 << stride,
-      stepStride: 1 << stepStride,
+      stepStride: 1 << logStride,
       content: packed.subarray(at, at + byteCount),
     });
     at += byteCount;

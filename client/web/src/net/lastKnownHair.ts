@@ -1,16 +1,16 @@
-import type { LevelGeometry } from "../hair/lattice";
-import type { ErrorClass } from "../hair/level";
+import type { HairBasis } from "../hair/basis";
 import type { GroomHash } from "./groomHash";
 import type { HairState } from "./messages";
 
 const kLatticeWaitNs = 1_000_000_000;
 
-/** A lattice as a frame gave it. */
+/** The hair of one frame. */
 export interface HairSnapshot {
   readonly groom: GroomHash;
-  readonly errorClass: ErrorClass;
+  readonly basis: HairBasis;
+  readonly coefficients: Float32Array;
+  /** the same, for the server */
   readonly state: HairState;
-  readonly geometry: LevelGeometry;
 }
 
 /**

@@ -67,7 +67,7 @@ export class Link {
   #failure: ErrorCode = "unreachable";
 
   constructor(server: string, options: LinkOptions = {}) {
-    checkLinkOptions(options);
+    checkLinkOptions(options, kLinkOptions);
     const { makeSocket, nowNs, ...linkOptions } = options;
     this.#url = webSocketUrl(server);
     this.#makeSocket = makeSocket ?? makeWebSocket;
@@ -234,16 +234,18 @@ export class Link {
   }
 }
 
-const kOptions: Readonly<Record<keyof LinkOptions, unknown>> = {
+/** @internal The defaults. */
+export const kLinkOptions: Readonly<Record<keyof LinkOptions, unknown>> = {
   ...kDefaultOptions,
   makeSocket: makeWebSocket,
   nowNs: monotonicNs,
 };
 
-function checkLinkOptions(options: LinkOptions): void {
-  checkOptions(options, kOptions, "connect");
+/** @internal Throws `HairnetError` unless each option is in `known`, with the type of its default. */
+export function checkLinkOptions<T extends object>(options: T, known: Readonly<Record<keyof T, unknown>>): void {
+  checkOptions(options, known, "connect");
   for (const [name, value] of Object.entries(options)) {
-    const wanted = typeof kOptions[name as keyof LinkOptions];
+    const wanted = typeof known[name as keyof T];
     if (value !== undefined && typeof value !== wanted)
       throw new HairnetError("invalid", `connect: the option '${name}' is a ${wanted}, not ${String(value)}`);
   }

@@ -1,5 +1,7 @@
+import type { Frame } from "../hair/frame";
 import { HairnetError } from "../hair/hairnetError";
 import { LevelIndex } from "../hair/level";
+import type { Skin } from "../hair/skin";
 import { backoffNs } from "./backoff";
 import { BulkScheduler } from "./bulkScheduler";
 import { ClockEstimate } from "./clockEstimate";
@@ -8,7 +10,6 @@ import { kMessageMax, validateMessage } from "./clientMessages";
 import { EventQueue } from "./eventQueue";
 import type { FrameSink, GroomFetched, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
-import { FrameDispatcher } from "./frameDispatcher";
 import { type Downloads, GroomFetch } from "./groomFetch";
 import type { GroomHash } from "./groomHash";
 import { hashBytes, hashGroom } from "./groomHash";
@@ -16,7 +17,7 @@ import { ImportanceReporter } from "./importanceReporter";
 import { LastKnownHair } from "./lastKnownHair";
 import type { LinkCounters, LinkCoreOptions } from "./linkCoreOptions";
 import { kDefaultOptions } from "./linkCoreOptions";
-import { Members } from "./members";
+import { type DecodedFrame, Members } from "./members";
 import type * as m from "./messages";
 import { ErrorReason, GoodbyeReason, GroomState, kMembersPerMessageMax, kProtocolVersion } from "./messages";
 import { decodePacket, encodePacket } from "./packet";
@@ -77,7 +78,6 @@ export class LinkCore {
   readonly #importance = new ImportanceReporter();
   readonly #fetch = new GroomFetch();
   readonly #events = new EventQueue();
-  readonly #frames = new FrameDispatcher(this.#lastKnown);
   readonly #counters = {
     bytesSent: 0,
     bytesReceived: 0,
@@ -88,6 +88,7 @@ export class LinkCore {
     reconnects: 0,
     resumes: 0,
   };
+  #sink: FrameSink | null = null;
   #welcome: m.Welcome | null = null;
   #endDetail = "";
   #endReason = GoodbyeReason.none;
@@ -148,6 +149,11 @@ export class LinkCore {
     if (request) this.#enqueue(request);
   }
 
+  /** The skin to keep the groom's hair out of; null until frames of coefficients have brought the groom's basis. */
+  skinOf(groom: GroomHash): Skin | null {
+    return this.#members.bases.skinOf(groom);
+  }
+
   /** of other members' grooms */
   get downloads(): Downloads {
     return this.#fetch.downloads;
@@ -155,7 +161,7 @@ export class LinkCore {
 
   /** Frames then go there, and no `FrameBatch` events come; null: events again. */
   setFrameSink(sink: FrameSink | null): void {
-    this.#frames.sink = sink;
+    this.#sink = sink;
   }
 
   /** Says goodbye; `hasEnded` follows. */
@@ -329,10 +335,6 @@ export class LinkCore {
         this.#importance.forget(message.member);
         if (this.#members.leave(message.member)) this.#push(message);
         return;
-      case "levelRecord": {
-        const { groom, level } = message;
-        return this.#push({ type: "levelReceived", groom, level, geometry: this.#members.addLevel(message) });
-      }
       case "groomBasis":
         return this.#members.bases.announce(message);
       case "groomData": {
@@ -353,7 +355,7 @@ export class LinkCore {
   #onFetched(fetched: GroomFetched): void {
     const groom = this.#members.bases.groomOf(fetched.hash);
     if (groom === null) return this.#push(fetched);
-    const fault = this.#members.bases.take(groom, fetched);
+    const fault = this.#members.bases.take(fetched);
     if (fault === "") return;
     const detail = `its basis cannot be used: ${fault}`;
     this.#push({ type: "error", reason: ErrorReason.groomInvalid, character: 0, groom, detail });
@@ -439,7 +441,6 @@ export class LinkCore {
     this.#deadlineNs = this.#giveUpNs = Infinity;
     this.#activeSinceNs = nowNs;
     this.#welcome = welcome;
-    this.#frames.tickRateHz = welcome.tickRateHz;
     if (again) ++this.#counters.reconnects;
     if (resumed) ++this.#counters.resumes;
     this.#push({ type: "connected", welcome, again });
@@ -503,27 +504,36 @@ export class LinkCore {
     else if (what === "changed") this.#push({ type: "memberChanged", member, tag, appearance }); // during the outage
   }
 
-  #onFrameBatch(batch: m.CodedFrameBatch, nowNs: number): void {
-    const keyframes: number[] = [];
-    this.#frames.begin(batch);
-    for (const frame of batch.frames) {
-      const decoded = this.#members.decodeMemberFrame(frame, batch.tick, nowNs);
+  #onFrameBatch({ tick, sampleTimeNs, frames }: m.CodedFrameBatch, nowNs: number): void {
+    const events: Frame[] = [];
+    for (const coded of frames) {
+      const decoded = this.#members.decodeMemberFrame(coded, tick, sampleTimeNs, nowNs);
       ++this.#counters.framesReceived;
       if (decoded.outcome === "unknown") ++this.#counters.framesUnknown;
       if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
-      if (decoded.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
       if (decoded.wantsBasis) this.requestGroom(decoded.wantsBasis);
-      if (decoded.outcome !== "decoded") continue;
-      if (decoded.character !== 0 && decoded.level !== LevelIndex.rigid) {
-        // The server has a lattice of it.
-        this.#lastKnown.drop(decoded.character);
-        this.#requested.forgetState(decoded.character);
-      }
-      this.#frames.pass(frame, decoded, nowNs);
+      const frame = this.#frameOf(coded, decoded, nowNs);
+      if (!frame) continue;
+      if (this.#sink) this.#sink(frame, sampleTimeNs, tick);
+      else events.push(frame);
     }
-    if (keyframes.length > 0) this.#enqueue({ type: "requestKeyframes", members: keyframes });
-    const frames = this.#frames.finish();
-    if (frames) this.#push(frames);
+    if (events.length > 0) this.#push({ type: "frameBatch", tick, sampleTimeNs, frames: events });
+  }
+
+  #frameOf(coded: m.CodedFrame, decoded: DecodedFrame, nowNs: number): Frame | null {
+    const { character, discontinuous, pose, coefficients, basis } = decoded;
+    if (!pose) return null;
+    if (character !== 0 && basis) {
+      // The server simulates it.
+      this.#lastKnown.drop(character);
+      this.#requested.forgetState(character);
+    }
+    const hair = character !== 0 && !basis ? this.#lastKnown.of(character, nowNs) : null;
+    const { member, level, asleep, stepStride } = coded;
+    const stepS = stepStride / this.#welcome!.tickRateHz;
+    const frame = { member, character, level, discontinuous, asleep, stepStride, stepS, pose };
+    if (!hair) return { ...frame, lastKnown: false, coefficients, basis };
+    return { ...frame, lastKnown: true, coefficients: hair.coefficients, basis: hair.basis };
   }
 
   #onError(error: m.ErrorMessage): void {

@@ -40,9 +40,9 @@ export interface LinkCounters {
   framesReceived: number;
   /** not taken in time */
   framesDropped: number;
-  /** what they refer to was missing, or their bytes were wrong */
+  /** their bytes were wrong */
   framesUndecodable: number;
-  /** of no announced member, or no newer than the last */
+  /** of no announced member, or not newer than its last frame */
   framesUnknown: number;
   /** not sent in time */
   posesDropped: number;

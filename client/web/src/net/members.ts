@@ -1,44 +1,21 @@
-import { dequantisePose } from "../hair/dequantise";
-import type { LevelGeometry } from "../hair/lattice";
-import { ErrorClass, LevelIndex, kStepsM } from "../hair/level";
-import type { Pose } from "../hair/pose";
-import { poseFault, rigidPose } from "../hair/pose";
 import { isSameAppearance, type Appearance } from "../hair/appearance";
-import { Bases, kBasisErrorClass } from "./bases";
-import { decodeFrame } from "./codec/decodeFrame";
-import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
+import { LevelIndex } from "../hair/level";
+import { poseFault, type Pose } from "../hair/pose";
+import { Bases, type KnownBasis } from "./bases";
+import { decodeFrame } from "./codec/frame";
 import type { GroomHash } from "./groomHash";
+import { hairStateOf, type HairMoment } from "./hairState";
 import type { HairSnapshot } from "./lastKnownHair";
-import type { KnownLevel } from "./levelCatalog";
-import { LevelCatalog, levelKey } from "./levelCatalog";
-import type { CharacterAdded, CodedFrame, LevelRecord, MemberChanged, MemberJoined } from "./messages";
-
-// Between two requests for a keyframe of one member: the answer takes a round trip.
-const kKeyframeWaitNs = 500_000_000;
-// Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
-const kSlotCount = kHistoryMax + 1;
-
-class HistoryEntry {
-  valid = false;
-  tick = 0;
-  level = LevelIndex.rigid;
-  errorClass = ErrorClass.halfMm;
-  geometry: LevelGeometry | null = null;
-  readonly integers = new FrameIntegers();
-}
+import type { CharacterAdded, CodedFrame, MemberChanged, MemberJoined } from "./messages";
 
 class Member {
   confirmed = true;
   /** an undecodable frame was discontinuous */
   discontinuityPending = false;
   lastTick = -1;
-  keyframeAskedNs = 0;
-  keyframeAsked = false;
-  newest = 0;
-  readonly history = Array.from({ length: kSlotCount }, () => new HistoryEntry());
-  readonly pose = rigidPose();
-  /** looked up already, by level */
-  readonly levels: (KnownLevel | undefined)[] = [undefined, undefined, undefined, undefined];
+  /** of the last frame and the one before; null: no hair */
+  newest: HairMoment | null = null;
+  before: HairMoment | null = null;
 
   constructor(
     /** the owner's; null: this one */
@@ -54,52 +31,38 @@ class Member {
   }
 }
 
-/** What became of a frame. Reused by the next `decodeMemberFrame`. */
+/** What became of a frame. */
 export interface DecodedFrame {
-  /**
-   * undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the
-   * last
-   */
-  outcome: "decoded" | "undecodable" | "unknown";
-  wantsKeyframe: boolean;
+  /** undecodable: its bytes are wrong; unknown: no such member, or not newer than the last frame */
+  readonly outcome: "decoded" | "undecodable" | "unknown";
   /** the file of a basis that the frame lacks */
-  wantsBasis: GroomHash | null;
-  /** the frame's own, or that of an undecodable one before it */
-  discontinuous: boolean;
+  readonly wantsBasis: GroomHash | null;
+  /** the frame's own mark, or that of an earlier undecodable frame */
+  readonly discontinuous: boolean;
   /** this client's number; 0: another client's character */
-  character: number;
-  /** of a decoded frame; until the next frame of the member */
-  integers: FrameIntegers | null;
-  pose: Pose | null;
-  /** of the geometry; the finest for frames of coefficients */
-  level: LevelIndex;
-  errorClass: ErrorClass;
-  /** of a decoded frame's level; null: rigid */
-  geometry: LevelGeometry | null;
+  readonly character: number;
+  /** of a decoded frame */
+  readonly pose: Pose | null;
+  readonly coefficients: Float32Array;
+  /** null: the hair is at rest, or its basis has not arrived yet */
+  readonly basis: KnownBasis | null;
 }
 
-/**
- * The members of the room as the server announced them, and the recent frames of each, from which the next are
- * decoded.
- */
+const kNone = new Float32Array(0);
+const kUnknown: DecodedFrame = {
+  outcome: "unknown",
+  wantsBasis: null,
+  discontinuous: false,
+  character: 0,
+  pose: null,
+  coefficients: kNone,
+  basis: null,
+};
+
+/** The members of the room, as the server announced them, and the last frames of each. */
 export class Members {
   readonly bases = new Bases();
   readonly #members = new Map<number, Member>();
-  readonly #catalog = new LevelCatalog();
-  readonly #levels = new Map<string, KnownLevel>();
-  readonly #history: FrameIntegers[] = [];
-  readonly #decoded: DecodedFrame = {
-    outcome: "unknown",
-    wantsKeyframe: false,
-    wantsBasis: null,
-    discontinuous: false,
-    character: 0,
-    integers: null,
-    pose: null,
-    level: LevelIndex.rigid,
-    errorClass: ErrorClass.halfMm,
-    geometry: null,
-  };
 
   /**
    * After a resume the server announces all members again. Those that are known already are the same, or their tag or
@@ -136,67 +99,45 @@ export class Members {
     if (found) this.#members.delete(found[0]);
   }
 
-  /** The geometry as it is known from now on. */
-  addLevel(record: LevelRecord): LevelGeometry {
-    const known = this.#catalog.keep(record);
-    this.#levels.set(levelKey(record.groom, record.level), known);
-    for (const member of this.#members.values()) {
-      if (member.groom === record.groom) member.levels[record.level] = known;
-    }
-    return known.geometry;
-  }
-
-  decodeMemberFrame(frame: CodedFrame, tick: number, nowNs: number): DecodedFrame {
-    const decoded = this.#decoded;
-    decoded.outcome = "unknown";
-    decoded.wantsKeyframe = decoded.discontinuous = false;
-    decoded.wantsBasis = null;
-    decoded.character = 0;
-    decoded.integers = decoded.pose = decoded.geometry = null;
+  decodeMemberFrame(frame: CodedFrame, tick: number, timeNs: number, nowNs: number): DecodedFrame {
     const member = this.#members.get(frame.member);
-    if (!member || tick <= member.lastTick) return decoded;
+    if (!member || tick <= member.lastTick) return kUnknown;
     member.lastTick = tick;
-    decoded.character = member.isOwn ? member.character : 0;
-    decoded.discontinuous = frame.discontinuous || member.discontinuityPending;
-    if (frame.coefficients) decoded.wantsBasis = this.bases.wanted(member.groom, nowNs);
-    if (this.#decode(member, frame, tick, decoded)) {
-      decoded.outcome = "decoded";
-      member.discontinuityPending = member.keyframeAsked = false;
-      return decoded;
-    }
-    decoded.outcome = "undecodable";
-    member.discontinuityPending = decoded.discontinuous;
-    decoded.wantsKeyframe = !member.keyframeAsked || nowNs - member.keyframeAskedNs >= kKeyframeWaitNs;
-    if (decoded.wantsKeyframe) member.keyframeAskedNs = nowNs;
-    member.keyframeAsked = true;
-    return decoded;
-  }
-
-  /** The last hair of an own character, copied; null when it has none. */
-  hairOf(character: number): HairSnapshot | null {
-    const found = this.#findOwn(character);
-    if (!found) return null;
-    const member = found[1];
-    const last = member.history[member.newest];
-    if (!last.valid || last.integers.nodes.length === 0 || !last.geometry) return null;
-    return {
-      groom: member.groom,
-      errorClass: last.errorClass,
-      state: {
-        level: last.level,
-        stepM: kStepsM[last.errorClass],
-        displacements: last.integers.nodes.slice(),
-        velocities: last.integers.velocities.slice(),
-      },
-      geometry: last.geometry,
+    member.before = member.newest;
+    member.newest = null;
+    const isRigid = frame.level === LevelIndex.rigid;
+    const shared = {
+      wantsBasis: isRigid ? null : this.bases.wanted(member.groom, nowNs),
+      discontinuous: frame.discontinuous || member.discontinuityPending,
+      character: member.isOwn ? member.character : 0,
     };
+    const known = this.bases.of(member.groom);
+    const decoded = decodeFrame(frame.content, known?.code ?? null);
+    if (!decoded || poseFault(decoded.pose)) {
+      member.discontinuityPending = shared.discontinuous;
+      return { ...kUnknown, ...shared, outcome: "undecodable" };
+    }
+    member.discontinuityPending = false;
+    const basis = isRigid ? null : known;
+    const { pose } = decoded;
+    const coefficients = basis ? decoded.coefficients : kNone;
+    if (shared.discontinuous) member.before = null;
+    if (basis) member.newest = { timeNs, pose, basis, coefficients };
+    return { ...shared, outcome: "decoded", pose, coefficients, basis };
   }
 
+  /** The hair of an own character's last frame; null unless it had coefficients of the groom's newest basis. */
+  hairOf(character: number): HairSnapshot | null {
+    const member = this.#findOwn(character)?.[1];
+    const newest = member?.newest;
+    if (!newest || newest.basis !== this.bases.of(member.groom)) return null;
+    const { basis, coefficients } = newest;
+    return { groom: member.groom, basis, coefficients, state: hairStateOf(newest, member.before) };
+  }
+
+  /** The connection broke: the next frame may be of another server, and comes later. */
   forgetFrames(): void {
-    for (const member of this.#members.values()) {
-      for (const past of member.history) past.valid = false;
-      member.keyframeAsked = false;
-    }
+    for (const member of this.#members.values()) member.newest = member.before = null;
   }
 
   /**
@@ -235,7 +176,6 @@ export class Members {
   /** The session is lost. Returns all others. */
   dropAll(): number[] {
     this.markAllUnconfirmed();
-    this.#levels.clear();
     return this.dropUnconfirmed();
   }
 
@@ -256,61 +196,5 @@ export class Members {
       if (entry[1].isOwn && entry[1].character === character) return entry;
     }
     return null;
-  }
-
-  #decode(member: Member, frame: CodedFrame, tick: number, decoded: DecodedFrame): boolean {
-    const slot = (member.newest + 1) % kSlotCount;
-    const next = member.history[slot];
-    next.valid = false;
-    const isDecoded = frame.coefficients
-      ? this.#decodeCoefficients(member, frame, next)
-      : this.#decodeNodes(member, frame, tick, next);
-    if (!isDecoded || poseFault(member.pose)) return false;
-    next.valid = true;
-    next.tick = tick;
-    member.newest = slot;
-    decoded.integers = next.integers;
-    decoded.pose = member.pose;
-    decoded.level = next.level;
-    decoded.errorClass = next.errorClass;
-    decoded.geometry = next.geometry;
-    return true;
-  }
-
-  #decodeCoefficients(member: Member, frame: CodedFrame, entry: HistoryEntry): boolean {
-    const isRigid = frame.level === LevelIndex.rigid;
-    const geometry = this.bases.decode(member.groom, frame.content, isRigid, entry.integers, member.pose);
-    if (geometry === undefined) return false;
-    entry.level = geometry ? LevelIndex.high : LevelIndex.rigid;
-    entry.errorClass = kBasisErrorClass;
-    entry.geometry = geometry;
-    return true;
-  }
-
-  #decodeNodes(member: Member, frame: CodedFrame, tick: number, entry: HistoryEntry): boolean {
-    const level = frame.level === LevelIndex.rigid ? null : this.#levelOf(member, frame.level);
-    if (level === undefined) return false;
-    const numbers = level ? 3 * level.geometry.activeNodes.length : 0;
-    const history = this.#history;
-    history.length = 0;
-    for (let k = 0; k < frame.order; ++k) {
-      const past = member.history[(member.newest + kSlotCount - k) % kSlotCount];
-      const expected = tick - (k + 1) * frame.stride;
-      if (!past.valid || past.tick !== expected || past.integers.nodes.length !== numbers) return false;
-      history.push(past.integers);
-    }
-    const { integers } = entry;
-    if (!decodeFrame(frame.content, history, frame.order, level?.neighbours ?? null, frame.velocities, integers))
-      return false;
-    dequantisePose(integers.bones, member.pose);
-    entry.level = frame.level;
-    entry.errorClass = frame.errorClass;
-    entry.geometry = level?.geometry ?? null;
-    return true;
-  }
-
-  #levelOf(member: Member, level: LevelIndex): KnownLevel | undefined {
-    member.levels[level] ??= this.#levels.get(levelKey(member.groom, level));
-    return member.levels[level];
   }
 }

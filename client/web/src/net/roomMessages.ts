@@ -1,5 +1,4 @@
 import type { MemberImportance } from "../hair/hairSource";
-import { ErrorClass } from "../hair/level";
 import { ModerateAction, ObserveMode } from "../generated/enums";
 import * as fb from "./generated/messages";
 import {
@@ -98,15 +97,15 @@ export interface Observe {
   readonly from: readonly [number, number, number] | null;
   /** list */
   readonly members: readonly number[];
-  readonly errorClass: ErrorClass;
   /** ticks between frames, at least: 1, 2, 4 */
   readonly stride: number;
-  /** of nodes, beside their displacements */
-  readonly velocities: boolean;
-  /** above 0: frames carry coefficients; about the error of hair that is wanted where a head fills the screen, m */
+  /**
+   * About the error of hair, RMS, that is wanted where a head fills the screen, m. Where a head is smaller, the error may
+   * be as much larger. 0: the least that there is.
+   */
   readonly errorM: number;
 }
-/** Every frame of all members, as frames of nodes with their velocities. */
+/** Every frame of all members. */
 export const kObserveAll: Observe = {
   type: "observe",
   mode: ObserveMode.all,
@@ -114,10 +113,8 @@ export const kObserveAll: Observe = {
   radiusM: 0,
   from: null,
   members: [],
-  errorClass: ErrorClass.halfMm,
   stride: 1,
-  velocities: true,
-  errorM: 0,
+  errorM: 0.001,
 };
 const observe: ClientCodec<Observe> = {
   resent: "session",
@@ -130,8 +127,6 @@ const observe: ClientCodec<Observe> = {
     fb.Observe.addRadiusM(to, message.radiusM);
     fb.Observe.addStride(to, message.stride);
     fb.Observe.addMode(to, message.mode);
-    fb.Observe.addErrorClass(to, message.errorClass);
-    fb.Observe.addVelocities(to, message.velocities);
     fb.Observe.addErrorM(to, message.errorM);
     return fb.Observe.endObserve(to);
   },
@@ -143,16 +138,13 @@ const observe: ClientCodec<Observe> = {
       radiusM: from.radiusM(),
       from: origin ? vectorOf(origin) : null,
       members: membersOf(from.membersArray(), "observe"),
-      errorClass: enumOf(from.errorClass(), ErrorClass.quarterMm, ErrorClass.oneMm, "error class"),
       stride: from.stride(),
-      velocities: from.velocities(),
-      errorM: from.errorM(),
+      errorM: Math.fround(from.errorM()), // also the default
     };
   },
-  check({ mode, count, radiusM, from, members, errorClass, stride, errorM }) {
+  check({ mode, count, radiusM, from, members, stride, errorM }) {
     checkInteger(mode, ObserveMode.all, ObserveMode.list, "observe mode");
     checkInteger(count, 0, 0xffffffff, "observed count");
-    checkInteger(errorClass, ErrorClass.quarterMm, ErrorClass.oneMm, "error class");
     checkMembers(members, "observed members");
     if (![1, 2, 4].includes(stride)) throw invalid("observe: stride is not 1, 2 or 4");
     if (!(radiusM >= 0 && radiusM <= kObserveRadiusMaxM))
@@ -203,20 +195,6 @@ const reportImportance: ClientCodec<ReportImportance> = {
   },
 };
 
-export interface RequestKeyframes {
-  readonly type: "requestKeyframes";
-  /** empty: of all */
-  readonly members: readonly number[];
-}
-const requestKeyframes: ClientCodec<RequestKeyframes> = {
-  write(to, message) {
-    const members = fb.RequestKeyframes.createMembersVector(to, message.members as number[]);
-    return fb.RequestKeyframes.createRequestKeyframes(to, members);
-  },
-  read: (from) => ({ members: membersOf(from.membersArray(), "keyframes") }),
-  check: ({ members }) => checkMembers(members, "members of a request"),
-};
-
 /** What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`. */
 export interface Moderate {
   readonly type: "moderate";
@@ -250,4 +228,4 @@ const moderate: ClientCodec<Moderate> = {
 };
 
 /** @internal */
-export const roomCodecs = { setWind, observe, reportImportance, requestKeyframes, moderate };
+export const roomCodecs = { setWind, observe, reportImportance, moderate };

@@ -1,12 +1,10 @@
-import type { LevelGeometry } from "../hair/lattice";
 import type { Appearance } from "../hair/appearance";
-import { LevelIndex } from "../hair/level";
+import type { LevelIndex } from "../hair/level";
 import { appearanceOf, tagOf } from "./appearanceCodec";
 import type { Goodbye } from "./clientMessages";
 import { checkWind, windOf, type Wind } from "./roomMessages";
 import { GroomState, kErrorReasonLast, type ErrorReason } from "../generated/enums";
 import { decodeFrames, type CodedFrame } from "./frameBatch";
-import { readGeometry } from "./geometryTable";
 import type { GroomHash } from "./groomHash";
 import { kGroomBytesMax, kGroomChunkBytesMax, kTickRateMaxHz } from "../generated/limits";
 import { enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, type MessageReader } from "./messageCodec";
@@ -185,20 +183,6 @@ const memberLeft: MessageReader<MemberLeft> = {
   read: (from) => ({ member: from.member() }),
 };
 
-export interface LevelRecord {
-  readonly type: "levelRecord";
-  readonly groom: GroomHash;
-  readonly level: LevelIndex;
-  readonly geometry: LevelGeometry;
-}
-const levelRecord: MessageReader<LevelRecord> = {
-  read(from) {
-    const geometry = readGeometry(from);
-    const level: LevelIndex = enumOf(from.level(), LevelIndex.high, LevelIndex.ether, "level of a level record");
-    return { groom: hashOf(from.groom()), level, geometry };
-  },
-};
-
 /** The hash of a groom's basis, a file to ask for. Comes before the groom's first frame with coefficients. */
 export interface GroomBasis {
   readonly type: "groomBasis";
@@ -258,7 +242,6 @@ type ServersAlone =
   | MemberChanged
   | MemberLeft
   | RoomWind
-  | LevelRecord
   | GroomBasis
   | CodedFrameBatch
   | ErrorMessage;
@@ -276,7 +259,6 @@ export const serverReaders: { readonly [M in ServersAlone as M["type"]]: Message
   memberChanged,
   memberLeft,
   roomWind,
-  levelRecord,
   groomBasis,
   frameBatch,
   error,

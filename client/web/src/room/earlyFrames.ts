@@ -4,20 +4,14 @@ const kMembersMax = 4096;
 
 /**
  * Frames of members that are not known yet. The first frame of a member may arrive before its `memberJoined` event is
- * processed, and a sleeping member sends no second one. Stores a copy of the newest frame of each member.
+ * processed, and a sleeping member sends no second one. Stores the newest frame of each member.
  */
 export class EarlyFrames {
   readonly #frames = new Map<number, { frame: Frame; sampleNs: number; arrivalNs: number }>();
 
   put(frame: Frame, sampleNs: number, arrivalNs: number): void {
     if (this.#frames.size >= kMembersMax && !this.#frames.has(frame.member)) return;
-    const copy = {
-      ...frame,
-      pose: frame.pose.slice(),
-      displacements: frame.displacements.slice(),
-      velocities: frame.velocities.slice(),
-    };
-    this.#frames.set(frame.member, { frame: copy, sampleNs, arrivalNs });
+    this.#frames.set(frame.member, { frame, sampleNs, arrivalNs });
   }
 
   /** Passes on all frames, and forgets them: a member that is still unknown then has left. */

@@ -1,21 +1,24 @@
 import { defaultAppearance, type Appearance } from "../hair/appearance";
 import type { Groom } from "../hair/groom";
-import { LatticeBlend, type LatticeLayer } from "../hair/latticeBlend";
-import { Playout } from "../hair/playout";
+import { expandDisplacements, nodeCount, type MovedLattice } from "../hair/lattice";
+import { Playout, type PlayoutSample } from "../hair/playout";
 import type { Pose } from "../hair/pose";
+import type { Skin } from "../hair/skin";
 import type { GroomHash } from "../net/groomHash";
 import { decodeText } from "../net/text";
 
 /** One character of a room, from its frames. */
 export class Member {
   readonly playout: Playout;
-  readonly #blend: LatticeBlend;
   groom: Groom | null = null;
+  /** the skin to keep its hair out of; null: not received yet */
+  skin: Skin | null = null;
   /** why its groom cannot be shown; empty: it can, or has not arrived yet */
   fault = "";
   /** null: no frame has arrived */
   pose: Pose | null = null;
-  layers: readonly LatticeLayer[] = [];
+  /** null: its hair is at rest */
+  lattice: MovedLattice | null = null;
   /** Any bytes, at most 256, that the owner's application gave it. */
   tag: Uint8Array = new Uint8Array();
   /** As the owner wants it drawn; the default of its number if the owner does not say. */
@@ -35,7 +38,6 @@ export class Member {
   ) {
     this.appearance = defaultAppearance(member);
     this.playout = former?.playout ?? new Playout();
-    this.#blend = former ? former.#blend : new LatticeBlend();
   }
 
   get own(): boolean {
@@ -53,14 +55,24 @@ export class Member {
     this.appearance = appearance ?? defaultAppearance(this.member);
   }
 
-  /** Updates pose and layers to the state at `nowNs`. `newest`: a pose that replaces that of the frames. */
+  /** Updates pose and lattice to the state at `nowNs`. `newest`: a pose that replaces that of the frames. */
   sample(nowNs: number, newest: Pose | null): void {
     const sample = this.playout.sample(nowNs);
     if (!sample) {
       this.pose = newest;
       return;
     }
-    this.layers = this.#blend.update(sample);
+    this.#move(sample);
     this.pose = newest ?? sample.pose;
+  }
+
+  #move({ geometry, displacement }: PlayoutSample): void {
+    if (!geometry) {
+      this.lattice = null;
+      return;
+    }
+    if (this.lattice?.geometry !== geometry)
+      this.lattice = { geometry, grid: new Float32Array(3 * nodeCount(geometry.lattice)) };
+    expandDisplacements(geometry, displacement, this.lattice.grid);
   }
 }

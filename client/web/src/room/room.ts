@@ -2,7 +2,7 @@ import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
 import { HairnetError } from "../hair/hairnetError";
 import { LevelIndex } from "../hair/level";
-import { Link, type LinkOptions } from "../net/link";
+import { checkLinkOptions, kLinkOptions, Link, type LinkOptions } from "../net/link";
 import { validateMessage } from "../net/clientMessages";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
@@ -28,6 +28,14 @@ const kUnseenShare = 0.01;
 /** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
 export type RoomState = "connected" | "reconnecting" | "closed";
 
+export interface RoomOptions extends LinkOptions {
+  /**
+   * About the error of hair, RMS, that is wanted where a head fills the screen, m; 0.001 by default. Where a head is
+   * smaller, the error may be as much larger. 0: the least that there is.
+   */
+  readonly errorM?: number;
+}
+
 /** The events of a `Room`. */
 export interface RoomEvents {
   /**
@@ -51,9 +59,11 @@ const kCharacterOptions: Readonly<Record<keyof CharacterOptions, true>> = { leve
  * Joins a room. Rejects with a one-line `HairnetError` when the first attempt fails; afterwards the room reconnects by
  * itself whenever the connection breaks.
  */
-export async function connect(server: string, options: LinkOptions = {}): Promise<Room> {
-  const link = new Link(server, options);
-  const room = new Room(link);
+export async function connect(server: string, options: RoomOptions = {}): Promise<Room> {
+  checkLinkOptions(options, { ...kLinkOptions, errorM: kObserveAll.errorM });
+  const { errorM, ...rest } = options;
+  const link = new Link(server, rest);
+  const room = new Room(link, errorM);
   await link.connect();
   return room;
 }
@@ -84,7 +94,11 @@ export class Room implements HairSource {
   #state: RoomState = "connected";
   #nextCharacter = 1;
 
-  constructor(readonly link: Link) {
+  /** `errorM`: as in `RoomOptions`. */
+  constructor(
+    readonly link: Link,
+    errorM = kObserveAll.errorM,
+  ) {
     link.use((core) => {
       core.setFrameSink((frame, sampleTimeNs) => {
         const sampleNs = core.toLocalNs(sampleTimeNs);
@@ -94,7 +108,7 @@ export class Room implements HairSource {
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
       });
-      core.send(kObserveAll);
+      core.send({ ...kObserveAll, errorM });
     });
   }
 
@@ -158,7 +172,10 @@ export class Room implements HairSource {
     const wanted = this.#queue.next(1e-6 * nowNs, first);
     if (wanted) this.link.use((core) => core.requestGroom(wanted));
     const shown = [...this.members.values()];
-    for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
+    for (const member of shown) {
+      member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
+      member.skin = this.link.core.skinOf(member.groomKey) ?? member.skin;
+    }
     return shown;
   }
 

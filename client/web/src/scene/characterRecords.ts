@@ -1,23 +1,15 @@
-import {
-  kDensityTexel,
-  kFirstBone,
-  kFirstLayer,
-  kLatticeLayersMax,
-  kLatticeRow,
-  kRecordTexels,
-} from "../generated/constants";
+import { kDensityTexel, kFirstBone, kFirstLayer, kLatticeRow, kRecordTexels } from "../generated/constants";
 import type { Pose } from "../hair/pose";
 import { kBoneCount, kNumbersPerBone } from "../hair/pose";
 import type { DensityGrid } from "./densityGrid";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
 
-/** A lattice that moves hair, and its place in `lattices`. */
-export interface PlacedLayer {
+/** A lattice that moves hair, and its place in `Lattices`. */
+export interface PlacedLattice {
   readonly origin: ArrayLike<number>;
   readonly spacing: ArrayLike<number>;
   readonly dims: ArrayLike<number>;
-  readonly weight: number;
   readonly firstNode: number;
 }
 
@@ -37,7 +29,8 @@ export interface CharacterRecord {
   /** its scale; 1: the size of its groom */
   readonly size: number;
   readonly bodyVisible: boolean;
-  readonly layers: readonly PlacedLayer[];
+  /** null: the hair is at rest */
+  readonly lattice: PlacedLattice | null;
   /** rows of `StrandDeformPass` with the points of its strands */
   readonly pointRows: PointRows;
   /** null: none */
@@ -86,7 +79,7 @@ export class CharacterRecords {
 
 /** Writes it into the first kRecordTexels texels of `out`. */
 export function writeRecord(record: CharacterRecord, out: Float32Array): void {
-  const { pose, detail, layers } = record;
+  const { pose, detail, lattice } = record;
   const put = (texel: number, a: number, b: number, c: number, d: number) => {
     out[4 * texel] = a;
     out[4 * texel + 1] = b;
@@ -97,8 +90,7 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
   put(1, pose[4], pose[5], pose[6], record.pointRows.first);
   put(2, ...record.hairAlbedo, record.widthM);
   put(3, detail.strandShare, Math.min(2 - 2 * detail.cards, 1), Math.min(2 * detail.cards, 1), detail.quadratic);
-  const layerCount = Math.min(layers.length, kLatticeLayersMax);
-  put(4, detail.followHairCount, record.strayM, layerCount, record.size - 1);
+  put(4, detail.followHairCount, record.strayM, lattice ? 1 : 0, record.size - 1);
   put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
   for (let bone = 0; bone < kBoneCount; ++bone) {
     const at = bone * kNumbersPerBone;
@@ -112,13 +104,13 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
       out[4 * (kFirstBone + 3 + 2 * n) + 3] = value;
     });
   } else put(kDensityTexel, 0, 0, 0, 0);
-  for (let l = 0; l < layerCount; ++l) {
-    const { origin, spacing, dims, weight, firstNode } = layers[l];
-    put(kFirstLayer + 3 * l, origin[0], origin[1], origin[2], weight);
-    put(kFirstLayer + 3 * l + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
-    put(kFirstLayer + 3 * l + 2, dims[0], dims[1], dims[2], 0);
+  if (lattice) {
+    const { origin, spacing, dims, firstNode } = lattice;
+    put(kFirstLayer, origin[0], origin[1], origin[2], 1);
+    put(kFirstLayer + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
+    put(kFirstLayer + 2, dims[0], dims[1], dims[2], 0);
   }
-  // The w of the last texels of layers, also of those that are not there.
+  // The w of the last texels of layers, which are not there.
   for (let i = 0; i < 4; ++i)
     out[4 * (kFirstLayer + 3 * i + 2) + 3] = i < 3 ? record.hairTipAlbedo[i] : record.roughness;
 }

@@ -1,6 +1,6 @@
 import { type Box3, Vector3 } from "three";
 import { kCellsBeside, kDensityShare, kDensitySide } from "../generated/constants";
-import type { LatticeLayer } from "../hair/latticeBlend";
+import type { MovedLattice } from "../hair/lattice";
 
 /** Where a character's grid of density lies (client/shaders/density.glsl). Head space, m. */
 export interface DensityGrid {
@@ -12,15 +12,13 @@ export interface DensityGrid {
 }
 
 /**
- * The box that contains the hair as the layers move it: `rest` contains the resting hair, `roots` what does not move.
- * The newest layer counts: older ones only fade. Equals client/render/density_grid.cpp.
+ * The box that contains the hair as the lattice moves it: `rest` contains the resting hair, `roots` what does not move.
+ * Equals client/render/density_grid.cpp.
  */
-export function movedBox(rest: Box3, roots: Box3, layers: readonly LatticeLayer[]): Box3 {
-  let newest: LatticeLayer | null = null;
-  for (const layer of layers) if (!newest || layer.weight > newest.weight) newest = layer;
-  if (!newest) return rest;
-  const { origin, spacing, dims } = newest.geometry.lattice;
-  const { grid } = newest;
+export function movedBox(rest: Box3, roots: Box3, lattice: MovedLattice | null): Box3 {
+  if (!lattice) return rest;
+  const { geometry, grid } = lattice;
+  const { origin, spacing, dims } = geometry.lattice;
   const near = rest.clone().expandByVector(new Vector3(spacing[0], spacing[1], spacing[2]));
   const box = roots.clone();
   const at = new Vector3();

@@ -19,6 +19,7 @@ import { kDensityStrandsMax, kFollowHairsMax, kPointRow } from "../generated/con
 import type { DrawDetail } from "./drawDetail";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
+import { SkinTexture } from "./skinTexture";
 import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
 /** One character to draw, in the order of its records. */
@@ -71,13 +72,17 @@ export class GroomDrawing {
   readonly #body: Part | null;
   readonly #parts: Part[];
 
-  /** Its meshes become children of `group`. `adapt` may change each material. `castShadow`: into shadow maps. */
+  /**
+   * Its meshes become children of `group`. `skin`: to keep the hair out of; the caller owns it. `adapt` may change each
+   * material. `castShadow`: into shadow maps.
+   */
   constructor(
     geometry: GroomGeometry,
     private readonly group: Group,
     uniforms: SceneUniforms,
     adapt: (material: RawShaderMaterial, part: HairPart) => void,
     castShadow = false,
+    readonly skin: SkinTexture = new SkinTexture(),
   ) {
     this.#geometry = geometry;
     this.strandCount = geometry.strandCount;
@@ -96,12 +101,18 @@ export class GroomDrawing {
       arrays.triangles.length > 0 ? make(part, attributesOf(arrays, extra), arrays.triangles, own) : null;
     const side: Extra[] = [["side", 0, 4]];
     this.#body = whole("body", geometry.body, [["shares", 0, 4]]);
-    this.#fabric = whole("fabric", geometry.fabric, [
+    const albedoAndCord: Extra[] = [
       ["albedo", 0, 4],
       ["cord", 4, 1],
-    ]);
-    this.#cards = whole("card", geometry.cards, side, { far_cards: { value: 0 }, waviness: { value: 0 } });
+    ];
+    this.#fabric = whole("fabric", geometry.fabric, albedoAndCord, skin.uniforms);
+    this.#cards = whole("card", geometry.cards, side, {
+      ...skin.uniforms,
+      far_cards: { value: 0 },
+      waviness: { value: 0 },
+    });
     this.#farCards = whole("card", geometry.farCards, side, {
+      ...skin.uniforms,
       far_cards: { value: 1 },
       waviness: { value: geometry.waviness },
     });

@@ -9,7 +9,7 @@ import {
   RGBAFormat,
   Vector3,
 } from "three";
-import type { LatticeLayer } from "../hair/latticeBlend";
+import type { MovedLattice } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
 
 /** Characters whose motion is known to a picture; the largest on the screen. The same number as in accumulate.frag. */
@@ -28,12 +28,12 @@ export interface MovingCharacter {
   readonly ballRadiusM: number;
   /** of its head over the screen's height */
   readonly screenHeight: number;
-  readonly layers: readonly LatticeLayer[];
+  readonly lattice: MovedLattice | null;
 }
 
 interface Before {
   readonly headToScene: Matrix4;
-  readonly layers: readonly LatticeLayer[];
+  readonly lattice: MovedLattice | null;
 }
 
 /** The motion of one character's hair since the last picture. */
@@ -73,7 +73,7 @@ export class HairMotion {
       const before = this.#before.get(one.character);
       if (!before) continue;
       if (motions.length === kMovingMax) break;
-      this.#writeSwing(motions.length, one, before.layers);
+      this.#writeSwing(motions.length, one, before.lattice);
       motions.push({
         headToScene: headToScene(one),
         headToSceneBefore: before.headToScene,
@@ -89,8 +89,8 @@ export class HairMotion {
     const known = this.#before;
     this.#before = new Map();
     for (const one of this.#shown) {
-      const layers = copyLayers(one.layers, known.get(one.character)?.layers ?? []);
-      this.#before.set(one.character, { headToScene: headToScene(one), layers });
+      const lattice = copied(one.lattice, known.get(one.character)?.lattice ?? null);
+      this.#before.set(one.character, { headToScene: headToScene(one), lattice });
     }
   }
 
@@ -102,7 +102,7 @@ export class HairMotion {
     this.swing.dispose();
   }
 
-  #writeSwing(slice: number, one: MovingCharacter, before: readonly LatticeLayer[]): void {
+  #writeSwing(slice: number, one: MovingCharacter, before: MovedLattice | null): void {
     let at = 4 * kSwingNodes ** 3 * slice;
     const place = (n: number) => ((2 * n) / (kSwingNodes - 1) - 1) * one.ballRadiusM;
     const now = new Float64Array(3);
@@ -114,9 +114,9 @@ export class HairMotion {
           const y = place(j);
           const z = place(k);
           // About the place at rest: rest + displacement(rest) = place.
-          displacementAt(one.layers, x, y, z, now);
+          displacementAt(one.lattice, x, y, z, now);
           const rest = [x - now[0], y - now[1], z - now[2]] as const;
-          displacementAt(one.layers, ...rest, now);
+          displacementAt(one.lattice, ...rest, now);
           displacementAt(before, ...rest, then);
           for (let axis = 0; axis < 3; ++axis) this.#values[at + axis] = DataUtils.toHalfFloat(then[axis] - now[axis]);
         }
@@ -133,43 +133,35 @@ function headToScene({ pose, size }: MovingCharacter): Matrix4 {
   );
 }
 
-// Reuses the arrays of an earlier copy.
-function copyLayers(layers: readonly LatticeLayer[], into: readonly LatticeLayer[]): LatticeLayer[] {
-  return layers.map(({ geometry, grid, weight }, n) => {
-    const kept = into[n]?.grid;
-    const copy = kept?.length === grid.length ? kept : new Float32Array(grid.length);
-    copy.set(grid);
-    return { geometry, grid: copy, weight };
-  });
+// Reuses the array of an earlier copy.
+function copied(lattice: MovedLattice | null, into: MovedLattice | null): MovedLattice | null {
+  if (!lattice) return null;
+  const { geometry, grid } = lattice;
+  const copy = into?.grid.length === grid.length ? into.grid : new Float32Array(grid.length);
+  copy.set(grid);
+  return { geometry, grid: copy };
 }
 
-/** The hair's displacement by linear FFD at a place at rest; beyond a lattice it is that of its border. */
-export function displacementAt(
-  layers: readonly LatticeLayer[],
-  x: number,
-  y: number,
-  z: number,
-  out: Float64Array,
-): void {
+/** The hair's displacement by linear FFD at a place at rest; beyond the lattice it is that of its border. */
+export function displacementAt(lattice: MovedLattice | null, x: number, y: number, z: number, out: Float64Array): void {
   out.fill(0);
-  for (const { geometry, grid, weight } of layers) {
-    if (weight === 0) continue;
-    const { origin, spacing, dims } = geometry.lattice;
-    const gx = Math.min(Math.max((x - origin[0]) / spacing[0], 0), dims[0] - 1);
-    const gy = Math.min(Math.max((y - origin[1]) / spacing[1], 0), dims[1] - 1);
-    const gz = Math.min(Math.max((z - origin[2]) / spacing[2], 0), dims[2] - 1);
-    const i = Math.min(Math.floor(gx), dims[0] - 2);
-    const j = Math.min(Math.floor(gy), dims[1] - 2);
-    const k = Math.min(Math.floor(gz), dims[2] - 2);
-    for (let corner = 0; corner < 8; ++corner) {
-      const a = corner & 1;
-      const b = (corner >> 1) & 1;
-      const c = corner >> 2;
-      const share = weight * (a ? gx - i : 1 - gx + i) * (b ? gy - j : 1 - gy + j) * (c ? gz - k : 1 - gz + k);
-      const node = 3 * (i + a + dims[0] * (j + b + dims[1] * (k + c)));
-      out[0] += share * grid[node];
-      out[1] += share * grid[node + 1];
-      out[2] += share * grid[node + 2];
-    }
+  if (!lattice) return;
+  const { grid } = lattice;
+  const { origin, spacing, dims } = lattice.geometry.lattice;
+  const gx = Math.min(Math.max((x - origin[0]) / spacing[0], 0), dims[0] - 1);
+  const gy = Math.min(Math.max((y - origin[1]) / spacing[1], 0), dims[1] - 1);
+  const gz = Math.min(Math.max((z - origin[2]) / spacing[2], 0), dims[2] - 1);
+  const i = Math.min(Math.floor(gx), dims[0] - 2);
+  const j = Math.min(Math.floor(gy), dims[1] - 2);
+  const k = Math.min(Math.floor(gz), dims[2] - 2);
+  for (let corner = 0; corner < 8; ++corner) {
+    const a = corner & 1;
+    const b = (corner >> 1) & 1;
+    const c = corner >> 2;
+    const share = (a ? gx - i : 1 - gx + i) * (b ? gy - j : 1 - gy + j) * (c ? gz - k : 1 - gz + k);
+    const node = 3 * (i + a + dims[0] * (j + b + dims[1] * (k + c)));
+    out[0] += share * grid[node];
+    out[1] += share * grid[node + 1];
+    out[2] += share * grid[node + 2];
   }
 }

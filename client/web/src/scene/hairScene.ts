@@ -9,12 +9,15 @@ import {
   type Vector3,
   type WebGLRenderer,
 } from "three";
-import { kCopies, kDensityGridsMax, kLatticeLayersMax, kStrayM } from "../generated/constants";
+import { kCopies, kDensityGridsMax, kStrayM } from "../generated/constants";
 import { checkOptions } from "../hair/checkOptions";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
-import type { LatticeLayer } from "../hair/latticeBlend";
+import type { Groom } from "../hair/groom";
+import type { MovedLattice } from "../hair/lattice";
 import { poseFault } from "../hair/pose";
+import type { Skin } from "../hair/skin";
+import { SkinPush } from "../hair/skinPush";
 import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
@@ -28,7 +31,8 @@ import { HairMotion, type MovingCharacter } from "./hairMotion";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
-import { CharacterRecords, Lattices, type PlacedLayer, type PointRows } from "./characterRecords";
+import { SkinTexture } from "./skinTexture";
+import { CharacterRecords, Lattices, type PlacedLattice, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
 import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
@@ -57,6 +61,8 @@ export interface HairStatistics extends DrawCounts {
 }
 
 const kImportanceEveryMs = 250;
+/** of grooms without a material, whose hair is normal (core/groom/material.hpp) */
+const kNormalThicknessM = 0.006;
 
 /** The events of `HairScene.addEventListener`, by name. */
 export interface HairSceneEventMap {
@@ -190,7 +196,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#renderer.domElement.removeEventListener("webglcontextrestored", this.#onRestored);
     this.removeFromParent();
     this.#builder.dispose();
-    for (const groom of this.#grooms.values()) groom.drawing?.dispose();
+    for (const groom of this.#grooms.values()) disposeGroom(groom);
     this.#grooms.clear();
     for (const character of this.characters.values()) this.remove(character);
     this.characters.clear();
@@ -221,11 +227,12 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
       const groom = this.#grooms.get(member.groomKey);
       if (groom) groom.isWorn = true;
+      if (groom && member.groom && member.skin) keepOut(groom, member.skin, member.groom);
     }
     for (const [number, character] of this.characters) if (!here.has(number)) this.#removeCharacter(character);
     for (const [key, groom] of this.#grooms) {
       if (groom.isWorn) continue;
-      groom.drawing?.dispose();
+      disposeGroom(groom);
       this.#grooms.delete(key);
     }
   }
@@ -244,14 +251,14 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
-    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [] };
+    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [], skin: null, skinTexture: new SkinTexture() };
     this.#grooms.set(key, entry);
     const show = (geometry: GroomGeometry): void => {
       // The groom may have been removed meanwhile, or removed and added again.
       if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
       const adapt = this.#options.onMaterial ?? (() => {});
       entry.drawing?.dispose();
-      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows);
+      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skinTexture);
     };
     this.#builder.build(groom, show).then(show, (fault: Error) => {
       if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
@@ -287,7 +294,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
         ballRadiusM: 1.3 * (groom?.radiusM ?? 0.5) + 0.1,
         screenHeight: seen.screenHeight,
-        layers: member.layers,
+        lattice: member.lattice,
       };
       this.#shown.push(one);
       if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
@@ -312,7 +319,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     let rows = 0;
     for (const { shown } of this.#grooms.values()) {
       rows += shown.length;
-      for (const one of shown) for (const layer of one.member.layers) nodes += layer.grid.length / 3;
+      for (const one of shown) nodes += (one.lattice?.grid.length ?? 0) / 3;
     }
     this.#lattices.begin(nodes);
     this.#records.begin(rows);
@@ -362,7 +369,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     if (number >= kDensityGridsMax || strands === 0 || quadratic <= 0 || !this.#density.isSupported(this.#renderer))
       return null;
     const widthM = ((groom.strandWidthM * kCopies * groom.strandCount) / strands) * quadratic;
-    return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.member.layers), number, widthM);
+    return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.lattice), number, widthM);
   }
 
   #addRecord(one: ShownCharacter, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
@@ -379,22 +386,15 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       strayM: kStrayM,
       size: one.size,
       bodyVisible: character.bodyVisible,
-      layers: this.#placeLayers(one.member.layers),
+      lattice: this.#placeLattice(one.lattice),
       pointRows,
       density,
     });
   }
 
-  #placeLayers(layers: readonly LatticeLayer[]): PlacedLayer[] {
-    const placed: PlacedLayer[] = [];
-    for (const { geometry, grid, weight } of layers) {
-      if (placed.length === kLatticeLayersMax) break;
-      const firstNode = weight === 0 ? null : this.#lattices.add(grid);
-      if (firstNode === null) continue;
-      const { origin, spacing, dims } = geometry.lattice;
-      placed.push({ origin, spacing, dims, weight, firstNode });
-    }
-    return placed;
+  #placeLattice(moved: MovedLattice | null): PlacedLattice | null {
+    const firstNode = moved && this.#lattices.add(moved.grid);
+    return firstNode === null ? null : { ...moved!.geometry.lattice, firstNode };
   }
 
   get #castsShadows(): boolean {
@@ -422,9 +422,24 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 }
 
+/** Its hair is kept out of the skin from now on. */
+function keepOut(entry: GroomEntry, skin: Skin, groom: Groom): void {
+  if (entry.skin === skin) return;
+  entry.skin = skin;
+  entry.skinTexture.fill(new SkinPush(skin, groom.material?.thicknessM ?? kNormalThicknessM));
+}
+
+function disposeGroom({ drawing, skinTexture }: GroomEntry): void {
+  drawing?.dispose();
+  skinTexture.dispose();
+}
+
 interface GroomEntry {
   /** null: still being made; at first of few strands */
   drawing: GroomDrawing | null;
+  /** that `skinTexture` has */
+  skin: Skin | null;
+  readonly skinTexture: SkinTexture;
   /** a current member has it */
   isWorn: boolean;
   /** characters that are drawn with it */

@@ -20,6 +20,7 @@ import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
 import shadowFrag from "../../../shaders/shadow.frag?raw";
+import skinPush from "../../../shaders/skin_push.glsl?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
 import strandVert from "../../../shaders/strand.vert?raw";
 import strandPoints from "../../../shaders/strand_points.glsl?raw";
@@ -49,6 +50,7 @@ const files: Record<string, string> = {
   "scene.glsl": scene,
   "screen.vert": screenVert,
   "shadow.frag": shadowFrag,
+  "skin_push.glsl": skinPush,
   "strand.frag": strandFrag,
   "strand.vert": strandVert,
   "strand_points.glsl": strandPoints,

@@ -17,6 +17,7 @@ import {
 import { kPointRow, kRowsMax } from "../generated/constants";
 import type { Drawn, GroomDrawing } from "./groomDrawing";
 import { shader } from "./shaders";
+import { SkinTexture } from "./skinTexture";
 
 /** Characters with one groom: their records from `first` on. */
 export interface PlacedGroom {
@@ -26,8 +27,8 @@ export interface PlacedGroom {
 }
 
 /**
- * Places the points of strands before the strands are drawn: deforms them, and limits every strand to its length at
- * rest (`StrandLengths` in shaders). Two passes write textures of points; client/shaders/strand_points.glsl has their
+ * Places the points of strands before the strands are drawn: deforms them, pushes them out of the skin, and limits
+ * every strand to its length at rest (`SkinPush` and `StrandLengths` in shaders). Two passes write textures of points; client/shaders/strand_points.glsl has their
  * layout.
  */
 export class StrandDeformPass {
@@ -48,6 +49,7 @@ export class StrandDeformPass {
       rest_arcs: { value: null },
       first_record: { value: 0 },
       target_rows: { value: 1 },
+      ...new SkinTexture().uniforms,
     };
     this.#geometry.setDrawRange(0, 6);
     this.#deform = this.#makePass("deform_points.frag");
@@ -84,6 +86,7 @@ export class StrandDeformPass {
       this.#uniforms.first_record.value = first;
       this.#uniforms.rest_points.value = drawing.restPoints;
       this.#uniforms.rest_arcs.value = drawing.restArcs;
+      for (const [name, { value }] of Object.entries(drawing.skin.uniforms)) this.#uniforms[name].value = value;
       renderer.setRenderTarget(this.#deformed);
       renderer.render(this.#deform, this.#camera);
       renderer.setRenderTarget(this.#placed);

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
-import { basisFault, displacementsOf, type Basis } from "../../src/hair/basis";
+import { basisFault, displacementsOf, type Basis, type HairBasis } from "../../src/hair/basis";
 import { HairnetError } from "../../src/hair/hairnetError";
-import { decodeBasis, type HairBasis } from "../../src/net/basisFile";
+import { decodeBasis } from "../../src/net/basisFile";
 import { geometryOf, type GeometryVector } from "../support/shapes";
 import { fromHex, furthest, vectors } from "../support/vectors";
 
@@ -32,7 +32,7 @@ function attempt(file: Uint8Array): HairBasis | HairnetError {
 }
 
 /** Of integers, and of the bits of floats, as words of 32 bits. */
-function checksumOf({ geometry, basis }: HairBasis): number {
+function checksumOf({ geometry, basis, skin }: HairBasis): number {
   const { lattice } = geometry;
   let sum = 0;
   const add = (numbers: Iterable<number>) => {
@@ -48,6 +48,13 @@ function checksumOf({ geometry, basis }: HairBasis): number {
   addFloats(basis.deviationM);
   addFloats(basis.unit);
   add(basis.modes);
+  for (const { bone, origin, cellM, dims, bytes } of skin) {
+    add([bone]);
+    addFloats(origin);
+    addFloats(Float32Array.of(cellM));
+    add(dims);
+    add(bytes);
+  }
   return sum >>> 0;
 }
 

@@ -7,14 +7,13 @@ import type { FrameBatch } from "../../src/net/events";
 
 /** Frames of some megabytes each. */
 function batch(tick: number, members: readonly number[], discontinuous = false): FrameBatch {
-  const displacements = new Int16Array(6 << 20);
+  const coefficients = new Float32Array(3 << 20);
   const frames = members.map((member) => ({
     member,
     level: LevelIndex.low,
     discontinuous,
     pose: rigidPose(),
-    displacements,
-    velocities: new Int16Array(0),
+    coefficients,
   }));
   return { type: "frameBatch", tick, sampleTimeNs: tick, frames: frames as unknown as Frame[] };
 }

@@ -5,10 +5,11 @@ import { rigidPose } from "../../src/hair/pose";
 import { hashGroom } from "../../src/net/groomHash";
 import { LinkCore } from "../../src/net/linkCore";
 import type * as m from "../../src/net/messages";
-import { GoodbyeReason, GroomState } from "../../src/net/messages";
+import { ErrorReason, GoodbyeReason, GroomState } from "../../src/net/messages";
 import { encodePacket } from "../../src/net/packet";
 import { LinkCoreDriver, addCharacter, kSecond } from "../support/linkCoreDriver";
-import { batch, framesOf, geometry, groom, joined, record, sequence } from "../support/memberFrames";
+import { announced, basisData, batch, framesOf, giveBasis, groom, joined, sequence } from "../support/memberFrames";
+import { rigidContent } from "../support/rigidContent";
 import { serverPacket } from "../support/serverPacket";
 import { fromHex, seeded, vectors } from "../support/vectors";
 
@@ -25,7 +26,7 @@ describe("link: opening", () => {
     const driver = new LinkCoreDriver({ clientName: "me", room: "hall" });
     driver.core.send(addCharacter(7, groom));
     const hello = driver.open();
-    expect(hello).toMatchObject({ type: "hello", protocolVersion: 3, clientName: "me", room: "hall", session: 0n });
+    expect(hello).toMatchObject({ type: "hello", protocolVersion: 4, clientName: "me", room: "hall", session: 0n });
     expect(driver.sent()).toEqual([]);
   });
 
@@ -189,22 +190,21 @@ describe("link: frames", () => {
     const driver = new LinkCoreDriver();
     driver.join();
     driver.tell(joined);
-    driver.tell(record);
-    driver.events();
+    giveBasis(driver);
     return driver;
   }
 
-  it("decodes each from those before it", () => {
-    const driver = joinedDriver();
+  it("decodes each without those before it", () => {
     for (let n = 0; n < sequence.contents.length; ++n) {
+      const driver = joinedDriver();
       driver.tell(batch(n));
       const [frame] = framesOf(driver.events());
-      expect(Array.from(frame.displacements)).toEqual(sequence.nodes[n]);
+      expect(Array.from(frame.coefficients)).toEqual(sequence.coefficients[n]);
       expect(frame).toMatchObject({ member: 300, character: 0, level: LevelIndex.low, stepStride: 2 });
       expect(frame.stepS).toBeCloseTo(2 / 30, 9);
-      expect(frame.geometry).toEqual(geometry);
+      expect(frame.basis!.basis.deviationM.length).toBe(frame.coefficients.length);
+      expect(driver.core.counters).toMatchObject({ framesUndecodable: 0, framesUnknown: 0 });
     }
-    expect(driver.core.counters).toMatchObject({ framesUndecodable: 0, framesUnknown: 0 });
   });
 
   it("hands them to a sink in place of events", () => {
@@ -212,34 +212,63 @@ describe("link: frames", () => {
     const seen: number[][] = [];
     driver.core.setFrameSink((frame, sampleTimeNs, tick) => {
       expect(sampleTimeNs).toBe(tick * 33e6);
-      seen.push(Array.from(frame.displacements));
+      seen.push(Array.from(frame.coefficients));
     });
     for (let n = 0; n < 8; ++n) driver.tell(batch(n));
-    expect(seen).toEqual(sequence.nodes.slice(0, 8));
+    expect(seen).toEqual(sequence.coefficients.slice(0, 8));
     expect(driver.events()).toEqual([]);
   });
 
-  it("asks for a keyframe when one is missing, once in a while, and carries a jump over", () => {
-    const driver = joinedDriver();
-    driver.tell(batch(0));
-    driver.tell(batch(2, { discontinuous: true })); // 1 was lost
-    expect(driver.sent()).toMatchObject([{ type: "requestKeyframes", members: [300] }]);
-    driver.tell(batch(3));
-    expect(driver.sent()).toEqual([]);
-    driver.pass(0.6 * kSecond);
-    driver.tell(batch(4));
-    expect(driver.sent()).toMatchObject([{ type: "requestKeyframes", members: [300] }]);
+  it("shows hair at rest until its basis is here, and asks for it once in a while", () => {
+    const driver = new LinkCoreDriver();
+    driver.join();
+    driver.tell(joined);
+    driver.tell(announced);
     driver.events();
-    driver.tell(batch(0, {}, 110));
-    expect(framesOf(driver.events())[0].discontinuous).toBe(true);
-    driver.tell(batch(1, {}, 111));
-    expect(framesOf(driver.events())[0].discontinuous).toBe(false);
-    expect(driver.core.counters.framesUndecodable).toBe(3);
+    driver.tell(batch(0, { level: LevelIndex.rigid, content: rigidContent() }));
+    expect(driver.sent()).toEqual([]); // at rest anyway
+    driver.tell(batch(1));
+    expect(driver.sent()).toMatchObject([{ type: "groomRequest", hash: announced.basis }]);
+    driver.tell(batch(2));
+    expect(driver.sent()).toEqual([]);
+    const [, before] = framesOf(driver.events());
+    expect(before).toMatchObject({ level: LevelIndex.low, basis: null });
+    expect(before.coefficients.length).toBe(0);
+    driver.tell(basisData);
+    driver.tell(batch(3));
+    expect(Array.from(framesOf(driver.events())[0].coefficients)).toEqual(sequence.coefficients[3]);
+    expect(driver.core.counters.framesUndecodable).toBe(0);
+  });
+
+  it("says what is wrong with a basis, and does not ask for it again", () => {
+    const driver = new LinkCoreDriver();
+    driver.join();
+    driver.tell(joined);
+    const file = new Uint8Array(100);
+    driver.tell({ ...announced, basis: hashGroom(file) });
+    driver.tell(batch(0));
+    driver.events();
+    driver.tell({ ...basisData, hash: hashGroom(file), byteCount: file.length, bytes: file });
+    expect(driver.events()).toMatchObject([{ type: "error", reason: ErrorReason.groomInvalid, groom }]);
+    driver.sent();
+    driver.pass(5 * kSecond);
+    driver.tell(batch(1));
+    expect(driver.sent()).toEqual([]);
+  });
+
+  it("carries a jump over from a frame that cannot be decoded", () => {
+    const driver = joinedDriver();
+    driver.tell(batch(2, { discontinuous: true, content: new Uint8Array(3) }));
+    expect(framesOf(driver.events())).toEqual([]);
+    driver.tell(batch(3));
+    driver.tell(batch(4));
+    expect(framesOf(driver.events()).map((frame) => frame.discontinuous)).toEqual([true, false]);
+    expect(driver.core.counters.framesUndecodable).toBe(1);
   });
 
   it("refuses spoilt contents without harm to those that follow", () => {
     const driver = joinedDriver();
-    driver.tell(batch(0, { content: fromHex(sequence.contents[0]).subarray(1) }));
+    driver.tell(batch(0, { content: Uint8Array.of(...fromHex(sequence.contents[0]), 1) }));
     driver.tell(batch(0, {}, 101));
     expect(framesOf(driver.events()).length).toBe(1);
     expect(driver.core.isActive).toBe(true);
@@ -257,7 +286,7 @@ describe("link: frames", () => {
   it("drops the oldest frames of a caller that never polls, and keeps their jumps", () => {
     const driver = joinedDriver();
     driver.tell(batch(0, { discontinuous: true }, 1));
-    const frameBytes = 2 * 3 * geometry.activeNodes.length * 2 + 1024;
+    const frameBytes = 4 * sequence.coefficients[0].length + 1024;
     const count = Math.ceil((33 << 20) / frameBytes);
     for (let tick = 2; tick < count; ++tick) driver.tell(batch(0, {}, tick));
     const frames = framesOf(driver.events());
@@ -272,7 +301,9 @@ describe("link: spoilt packets", () => {
     const random = seeded(9);
     const below = (count: number) => Math.floor(random() * count);
     const welcome = serverPacket(1, new LinkCoreDriver().welcome());
-    const sound = [joined, record, batch(0), batch(1), batch(2)].map((message) => serverPacket(1, message));
+    const sound = [joined, announced, batch(0), basisData, batch(1), batch(2)].map((message) =>
+      serverPacket(1, message),
+    );
     const others = vectors<{ packet: string }[]>("packets.json").map((each) => fromHex(each.packet));
     const packets = [welcome, ...sound, ...sound, ...others];
     let ended = 0;

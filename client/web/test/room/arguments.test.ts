@@ -52,6 +52,16 @@ describe("addresses and options of connect", () => {
     expect(await refusalOf({ room: "no/slash" })).toMatch(/^invalid: a room's name is up to 64/);
   });
 
+  test("for the error of hair are in its range, and the server is asked for it", async () => {
+    const refusalOf = (errorM: unknown) =>
+      connect("localhost:1", { errorM: any(errorM) }).catch((error: HairnetError) => `${error.code}: ${error.message}`);
+    expect(await refusalOf("small")).toBe("invalid: connect: the option 'errorM' is a number, not small");
+    for (const bad of [-0.001, NaN, 2]) expect(await refusalOf(bad)).toMatch(/^invalid: observe: errorM not in \[0, /);
+    const served = new ServedRoom({ errorM: 0.005 });
+    expect(served.sent()).toMatchObject([{ type: "hello" }, { type: "observe", errorM: Math.fround(0.005) }]);
+    expect(new ServedRoom().sent()[1]).toMatchObject({ type: "observe", errorM: Math.fround(0.001) });
+  });
+
   test("that are undefined are as absent", () => {
     expect(() => new Link("localhost", { room: undefined, token: undefined })).not.toThrow();
   });

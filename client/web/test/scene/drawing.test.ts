@@ -25,7 +25,7 @@ const record: CharacterRecord = {
   strayM: 0.002,
   size: 1.25,
   bodyVisible: false,
-  layers: [{ origin: [-1, -2, -3], spacing: [0.5, 0.25, 0.125], dims: [3, 4, 5], weight: -0.5, firstNode: 1030 }],
+  lattice: { origin: [-1, -2, -3], spacing: [0.5, 0.25, 0.125], dims: [3, 4, 5], firstNode: 1030 },
   pointRows: { first: 7, count: 11 },
 };
 
@@ -41,7 +41,7 @@ describe("records", () => {
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
     expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
-    expect(texel(kFirstLayer)).toEqual([-1, -2, -3, -0.5]);
+    expect(texel(kFirstLayer)).toEqual([-1, -2, -3, 1]);
     expect(texel(kFirstLayer + 1)).toEqual([2, 4, 8, 1030]);
     expect(texel(kFirstLayer + 2)).toEqual([3, 4, 5, Math.fround(0.2)]);
     const tipAndRoughness = [0, 1, 2, 3].map((layer) => texel(kFirstLayer + 3 * layer + 2)[3]);

@@ -45,7 +45,7 @@ interface Vectors {
     pointRows: { first: number; count: number };
     strandBox: number[];
     rootBox: number[];
-    layers: { geometry: GeometryVector; grid: number[]; weight: number }[];
+    lattice: { geometry: GeometryVector; grid: number[] };
     record: string;
     lattices: string;
   };
@@ -195,21 +195,14 @@ test("the studio's lights stand in the same places about the camera and have the
   }
 });
 
-test("a character's record and its lattices lie in textures as in C++", () => {
-  const { pose, strandWidthM, layers, record, lattices, strandBox, rootBox, ...same } = all.record;
+test("a character's record and its lattice lie in textures as in C++", () => {
+  const { pose, strandWidthM, lattice, record, lattices, strandBox, rootBox, ...same } = all.record;
   const nodes = new Lattices();
-  nodes.begin(layers.reduce((sum, layer) => sum + layer.grid.length / 3, 0));
-  const placed = layers.map(({ geometry, grid, weight }) => {
-    const { origin, spacing, dims } = geometryOf(geometry).lattice;
-    return { origin, spacing, dims, weight, firstNode: nodes.add(Float32Array.from(grid))! };
-  });
+  const moved = { geometry: geometryOf(lattice.geometry), grid: Float32Array.from(lattice.grid) };
+  nodes.begin(moved.grid.length / 3);
+  const placed = { ...moved.geometry.lattice, firstNode: nodes.add(moved.grid)! };
   const out = new Float32Array(floats(record).length);
   const box = (ends: number[]) => new Box3().setFromArray(ends);
-  const moved = layers.map(({ geometry, grid, weight }) => ({
-    geometry: geometryOf(geometry),
-    grid: Float32Array.from(grid),
-    weight,
-  }));
   const density = densityGrid(movedBox(box(strandBox), box(rootBox), moved), 3, 1e-3);
   const widthM = strandWidthM * widthScale(same.detail);
   writeRecord(
@@ -220,7 +213,7 @@ test("a character's record and its lattices lie in textures as in C++", () => {
       strayM: kStrayM,
       size: 1,
       bodyVisible: false,
-      layers: placed,
+      lattice: placed,
       density,
     },
     out,

@@ -138,7 +138,14 @@ describe("a HairScene", () => {
     hair.update(camera);
     expect(camera.position.length()).toBe(0);
     const join = (member: number, x: number) =>
-      members.push({ member, own: false, groomKey: "a", groom, pose: rigidPose([0, 0, 0, 1], [x, 0, 0]), layers: [] });
+      members.push({
+        member,
+        own: false,
+        groomKey: "a",
+        groom,
+        pose: rigidPose([0, 0, 0, 1], [x, 0, 0]),
+        lattice: null,
+      });
     join(1, 1);
     hair.update(camera);
     join(2, 3);

@@ -1,7 +1,7 @@
 import { PerspectiveCamera, Scene, Vector2, type WebGLRenderer } from "three";
 import { expect, test } from "vitest";
 import { Deformer } from "../../src/hair/deform";
-import type { LatticeLayer } from "../../src/hair/latticeBlend";
+import type { MovedLattice } from "../../src/hair/lattice";
 import { rigidPose } from "../../src/hair/pose";
 import { displacementAt, HairMotion, kMovingMax, type MovingCharacter } from "../../src/scene/hairMotion";
 import { Picture, placeOf } from "../../src/scene/picture";
@@ -9,7 +9,7 @@ import { shader } from "../../src/scene/shaders";
 import { fullGrid } from "../support/shapes";
 
 /** Displacements that grow with the place: x += share * y, so that places before and after differ. */
-function slanted(share: number, wave = 0): LatticeLayer {
+function slanted(share: number, wave = 0): MovedLattice {
   const geometry = fullGrid([6, 6, 6], 0.2);
   geometry.lattice.origin.fill(-0.5);
   const grid = new Float32Array(3 * 216);
@@ -17,17 +17,17 @@ function slanted(share: number, wave = 0): LatticeLayer {
     const y = -0.5 + 0.2 * (Math.floor(node / 6) % 6);
     grid[3 * node] = share * y + wave * Math.sin(12.9898 * node);
   }
-  return { geometry, grid, weight: 1 };
+  return { geometry, grid };
 }
 
-function character(name: object, layers: LatticeLayer[], x = 0, screenHeight = 0.4): MovingCharacter {
+function character(name: object, lattice: MovedLattice | null, x = 0, screenHeight = 0.4): MovingCharacter {
   return {
     character: name,
     pose: rigidPose([0, 0, 0, 1], [x, 0, 0]),
     size: 1,
     ballRadiusM: 0.45,
     screenHeight,
-    layers,
+    lattice,
   };
 }
 
@@ -37,26 +37,25 @@ const fromHalf = (half: number) => {
   return (half >> 15 ? -1 : 1) * (power === 0 ? size * 2 ** -14 : (1 + size) * 2 ** (power - 15));
 };
 
-test("a displacement between nodes is the linear FFD's, and a layer counts by its weight", () => {
+test("a displacement between nodes is the linear FFD's", () => {
   const { geometry, grid } = slanted(0.1, 0.03);
   const rest = Float32Array.of(0.013, -0.21, 0.33);
   const points = new Float32Array(3);
   new Deformer(geometry.lattice, rest, Float32Array.of(1), "linear").deform(grid, { points });
   const out = new Float64Array(3);
-  displacementAt([{ geometry, grid, weight: 1 }], rest[0], rest[1], rest[2], out);
+  displacementAt({ geometry, grid }, rest[0], rest[1], rest[2], out);
   for (let axis = 0; axis < 3; ++axis) expect(rest[axis] + out[axis]).toBeCloseTo(points[axis], 6);
-  const half = new Float64Array(3);
-  displacementAt([{ geometry, grid, weight: 0.5 }], rest[0], rest[1], rest[2], half);
-  expect(half[0]).toBeCloseTo(out[0] / 2, 9);
+  displacementAt(null, rest[0], rest[1], rest[2], out);
+  expect([...out]).toEqual([0, 0, 0]);
 });
 
 test("swing leads from where hair is to where it was", () => {
   const motion = new HairMotion();
   const one = {};
-  motion.shown = [character(one, [slanted(0.1)])];
+  motion.shown = [character(one, slanted(0.1))];
   expect(motion.motions()).toEqual([]);
   motion.remember();
-  motion.shown = [character(one, [slanted(0.3)], 0.05)];
+  motion.shown = [character(one, slanted(0.3), 0.05)];
   const [moved] = motion.motions();
   expect(moved.headToScene.elements[12]).toBeCloseTo(0.05);
   expect(moved.headToSceneBefore.elements[12]).toBe(0);
@@ -71,7 +70,7 @@ test("swing leads from where hair is to where it was", () => {
 
 test("the motions are those of the largest characters that were in the picture before", () => {
   const motion = new HairMotion();
-  const all = Array.from({ length: kMovingMax + 3 }, (_, n) => character({ n }, [], 0.1 * n, 0.1 * n));
+  const all = Array.from({ length: kMovingMax + 3 }, (_, n) => character({ n }, null, 0.1 * n, 0.1 * n));
   motion.shown = all.slice(0, -1);
   motion.remember();
   motion.shown = all;

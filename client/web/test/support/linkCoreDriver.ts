@@ -2,7 +2,13 @@ import { LevelIndex } from "../../src/hair/level";
 import type { LinkEvent } from "../../src/net/events";
 import type { LinkCoreOptions } from "../../src/net/linkCoreOptions";
 import { LinkCore } from "../../src/net/linkCore";
-import type { AddCharacter, Message, ServerMessage, Welcome } from "../../src/net/messages";
+import {
+  kProtocolVersion,
+  type AddCharacter,
+  type Message,
+  type ServerMessage,
+  type Welcome,
+} from "../../src/net/messages";
 import { decodePacket } from "../../src/net/packet";
 import { serverPacket } from "./serverPacket";
 
@@ -30,7 +36,7 @@ export class LinkCoreDriver {
   welcome(more: Partial<Welcome> = {}): Welcome {
     return {
       type: "welcome",
-      protocolVersion: 3,
+      protocolVersion: kProtocolVersion,
       session: 77n,
       tickRateHz: 30,
       tick: 0,

@@ -1,18 +1,23 @@
-import type { FrameBatch, LinkEvent } from "../../src/net/events";
 import type { Frame } from "../../src/hair/frame";
-import { ErrorClass, LevelIndex } from "../../src/hair/level";
+import { LevelIndex } from "../../src/hair/level";
+import type { FrameBatch, LinkEvent } from "../../src/net/events";
+import { hashGroom } from "../../src/net/groomHash";
 import type * as m from "../../src/net/messages";
-import { kPlain } from "./linkCoreDriver";
-import type { GeometryVector } from "./shapes";
-import { geometryOf } from "./shapes";
+import { kPlain, type LinkCoreDriver } from "./linkCoreDriver";
 import { fromHex, vectors } from "./vectors";
 
-// Member 300 with a groom, the record of its level, and its frames.
-export const sequence = vectors<{ contents: string[]; orders: number[]; nodes: number[][]; geometry: GeometryVector }>(
-  "sequence.json",
-);
-export const geometry = geometryOf(sequence.geometry);
+// Member 300 with a groom, the groom's basis, and its frames.
+export const sequence = vectors<{
+  file: string;
+  contents: string[];
+  coefficients: number[][];
+  /** the hair of an own character after the last frame */
+  state: { stepM: number; displacements: number[]; velocities: number[] };
+}>("sequence.json");
 export const groom = "ab".repeat(32);
+
+const file = fromHex(sequence.file);
+const basis = hashGroom(file);
 
 export const joined: m.MemberJoined = {
   type: "memberJoined",
@@ -22,25 +27,37 @@ export const joined: m.MemberJoined = {
   groom,
   ...kPlain,
 };
-export const record: m.LevelRecord = { type: "levelRecord", groom, level: LevelIndex.low, geometry };
+export const announced: m.GroomBasis = { type: "groomBasis", groom, basis };
+/** The file of the basis, as it is downloaded. */
+export const basisData: m.GroomData = {
+  type: "groomData",
+  hash: basis,
+  byteCount: file.length,
+  offset: 0,
+  bytes: file,
+};
 
 /** The frame number n of the sequence. */
 export function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + n): m.CodedFrameBatch {
   const frame: m.CodedFrame = {
     member: 300,
     level: LevelIndex.low,
-    errorClass: ErrorClass.quarterMm,
     discontinuous: false,
     asleep: false,
-    velocities: true,
-    coefficients: false,
-    order: sequence.orders[n],
-    stride: 1,
     stepStride: 2,
     content: fromHex(sequence.contents[n]),
     ...more,
   };
   return { type: "frameBatch", tick, sampleTimeNs: tick * 33e6, frames: [frame] };
+}
+
+/** Gives the client the basis of a groom, of which it has a member: a frame makes it ask. */
+export function giveBasis(driver: LinkCoreDriver, of = groom): void {
+  driver.tell({ ...announced, groom: of });
+  driver.tell(batch(0, {}, 0));
+  driver.sent();
+  driver.tell(basisData);
+  driver.events();
 }
 
 export function framesOf(events: LinkEvent[]): Frame[] {

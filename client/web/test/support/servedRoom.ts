@@ -1,8 +1,8 @@
-import { ErrorClass, LevelIndex } from "../../src/hair/level";
+import { LevelIndex } from "../../src/hair/level";
 import { Link } from "../../src/net/link";
 import type { ClientMessage, ServerMessage, Welcome } from "../../src/net/messages";
 import { decodePacket } from "../../src/net/packet";
-import { Room } from "../../src/room/index";
+import { Room, type RoomOptions } from "../../src/room/index";
 import { FakeSocket } from "./fakeSocket";
 import { LinkCoreDriver } from "./linkCoreDriver";
 import { rigidContent } from "./rigidContent";
@@ -22,9 +22,10 @@ export class ServedRoom {
     nowNs: () => this.nowNs,
     random: () => 0.5,
   });
-  readonly room = new Room(this.link);
+  readonly room: Room;
 
-  constructor() {
+  constructor({ errorM }: Pick<RoomOptions, "errorM"> = {}) {
+    this.room = new Room(this.link, errorM);
     void this.link.connect();
     this.welcome();
   }
@@ -56,21 +57,8 @@ export class ServedRoom {
   }
   /** A rigid frame at the origin, after which no other comes. */
   receiveAsleep(member: number): void {
-    const frame = {
-      member,
-      level: LevelIndex.rigid,
-      errorClass: ErrorClass.halfMm,
-      discontinuous: false,
-      asleep: true,
-    };
-    const rest = {
-      velocities: false,
-      coefficients: false,
-      order: 0,
-      stride: 1,
-      stepStride: 1,
-      content: rigidContent(),
-    };
-    this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
+    const frame = { member, level: LevelIndex.rigid, discontinuous: false, asleep: true, stepStride: 1 };
+    const frames = [{ ...frame, content: rigidContent() }];
+    this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames });
   }
 }

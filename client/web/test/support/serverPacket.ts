@@ -101,30 +101,6 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
     }
     case "memberLeft":
       return [fb.Body.MemberLeft, fb.MemberLeft.createMemberLeft(to, message.member)];
-    case "levelRecord": {
-      const { geometry } = message;
-      const { lattice } = geometry;
-      const active = fb.LevelRecord.createActiveNodesVector(to, geometry.activeNodes);
-      const trimmed = fb.LevelRecord.createTrimmedNodesVector(to, geometry.trimmedNodes);
-      const begin = fb.LevelRecord.createTrimmedBeginVector(to, geometry.trimmedBegin);
-      const from = fb.LevelRecord.createTrimmedFromVector(to, geometry.trimmedFrom);
-      const weights = fb.LevelRecord.createTrimmedWeightsVector(to, geometry.trimmedWeights);
-      fb.LevelRecord.startLevelRecord(to);
-      fb.LevelRecord.addGroom(to, writeHash(to, message.groom));
-      const three = (v: Float32Array) => fb.Vec3.createVec3(to, v[0], v[1], v[2]);
-      fb.LevelRecord.addOrigin(to, three(lattice.origin));
-      fb.LevelRecord.addSpacing(to, three(lattice.spacing));
-      fb.LevelRecord.addNodeCountX(to, lattice.dims[0]);
-      fb.LevelRecord.addNodeCountY(to, lattice.dims[1]);
-      fb.LevelRecord.addNodeCountZ(to, lattice.dims[2]);
-      fb.LevelRecord.addActiveNodes(to, active);
-      fb.LevelRecord.addTrimmedNodes(to, trimmed);
-      fb.LevelRecord.addTrimmedBegin(to, begin);
-      fb.LevelRecord.addTrimmedFrom(to, from);
-      fb.LevelRecord.addTrimmedWeights(to, weights);
-      fb.LevelRecord.addLevel(to, message.level);
-      return [fb.Body.LevelRecord, fb.LevelRecord.endLevelRecord(to)];
-    }
     case "groomBasis":
       fb.GroomBasis.startGroomBasis(to);
       fb.GroomBasis.addGroom(to, writeHash(to, message.groom));
@@ -168,10 +144,8 @@ function packFrames(frames: readonly m.CodedFrame[]): Uint8Array {
   for (const f of frames) {
     varint(f.member - member);
     member = f.member;
-    bytes.push(
-      f.level | (f.discontinuous ? 8 : 0) | (f.asleep ? 16 : 0) | (f.velocities ? 32 : 0) | (f.errorClass << 6),
-      f.order | (Math.log2(f.stride) << 2) | (Math.log2(f.stepStride) << 4) | (f.coefficients ? 64 : 0),
-    );
+    const logStride = Math.log2(f.stepStride);
+    bytes.push(f.level | (f.discontinuous ? 8 : 0) | (f.asleep ? 16 : 0) | (logStride << 5));
     varint(f.content.length);
     bytes.push(...f.content);
   }

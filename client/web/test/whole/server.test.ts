@@ -2,15 +2,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import WebSocket from "ws";
-import {
-  ErrorClass,
-  Link,
-  LevelIndex,
-  LatticeBlend,
-  Playout,
-  decodeGroom,
-  rigidPose,
-} from "../../src/index";
+import { Link, LevelIndex, Playout, decodeGroom, rigidPose } from "../../src/index";
 import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
 import { kObserveAll } from "../../src/net/roomMessages";
 import { addCharacter } from "../support/linkCoreDriver";
@@ -18,20 +10,28 @@ import { Server, findServer } from "../support/server";
 import { until } from "../support/until";
 import { vectorFolder } from "../support/vectors";
 
+interface Received {
+  readonly frame: Frame;
+  readonly sampleTimeNs: number;
+  readonly arrivalNs: number;
+}
+
+const moves = ({ frame }: Received) => frame.coefficients.some((each) => Math.abs(each) > 0.001);
+
 /** One client with a record of its events. */
 class Client {
   readonly events: LinkEvent[] = [];
-  readonly frames: { frame: Frame; sampleTimeNs: number; arrivalNs: number }[] = [];
+  readonly frames: Received[] = [];
   readonly link: Link;
   socket: WebSocket | null = null;
   readonly #turns: ReturnType<typeof setInterval>;
   #sequence = 0;
   #isStreaming = false;
 
-  constructor(port: number, name: string) {
+  constructor(port: number, name: string, room: string) {
     this.link = new Link(`127.0.0.1:${port}`, {
       clientName: name,
-      room: "web",
+      room,
       makeSocket: (url) => {
         this.socket = new WebSocket(url, "hairnet");
         return this.socket as unknown as WebSocketLike;
@@ -80,8 +80,8 @@ describe.skipIf(program === null)("with a server", () => {
   const server = new Server(program!);
   const file = readFileSync(join(vectorFolder, "bob.groom"));
   const clients: Client[] = [];
-  const join_ = async (name: string): Promise<Client> => {
-    const client = new Client(server.port, name);
+  const join_ = async (name: string, room = "web"): Promise<Client> => {
+    const client = new Client(server.port, name, room);
     clients.push(client);
     await client.link.connect();
     return client;
@@ -104,15 +104,14 @@ describe.skipIf(program === null)("with a server", () => {
     const joined: MemberJoined = observer.of("memberJoined")[0];
     expect(joined).toMatchObject({ character: 1, groom: hash });
 
-    await until("a lattice comes", () => observer.frames.some((each) => each.frame.level === LevelIndex.low));
+    await until("hair comes", () => observer.frames.some((each) => each.frame.basis));
     observer.link.use((core) => core.requestGroom(hash));
     await until("the groom comes", () => observer.of("groomFetched").length > 0);
     const fetched: GroomFetched = observer.of("groomFetched")[0];
     expect(Buffer.compare(fetched.bytes!, file)).toBe(0);
     expect(decodeGroom(fetched.bytes!).strands.count).toBe(120);
 
-    const moves = (frame: Frame) => frame.displacements.some((integer) => Math.abs(integer) > 4);
-    await until("hair moves", () => observer.frames.filter((each) => moves(each.frame)).length > 40);
+    await until("hair moves", () => observer.frames.filter(moves).length > 40);
     expect(observer.link.counters).toMatchObject({ framesUndecodable: 0 });
     playOut(observer);
 
@@ -127,25 +126,47 @@ describe.skipIf(program === null)("with a server", () => {
     await server.start();
     await until("both come back", () => owner.of("connected").length === 3 && observer.of("connected").length === 2);
     const before = owner.frames.length;
-    await until("the new server sends a lattice", () =>
-      owner.frames.slice(before).some((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low),
-    );
+    const isSimulated = ({ frame }: Received) => frame.basis !== null && !frame.lastKnown;
+    await until("the new server sends hair", () => owner.frames.slice(before).some(isSimulated));
     // It continued from its last state: hair was not at rest. A server that needs more than two seconds for its levels
     // sends it rigid until then.
-    const first = owner.frames
-      .slice(before)
-      .find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
-    expect(moves(first.frame)).toBe(true);
+    expect(moves(owner.frames.slice(before).find(isSimulated)!)).toBe(true);
     await until("the member is announced again", () => observer.of("memberJoined").length === 2);
     expect(observer.of("memberLeft").length).toBe(1);
     expect(owner.of("error")).toEqual([]);
     expect(observer.of("error")).toEqual([]);
   });
 
-  /** The frames can be shown at any moment: finite, and without jumps except at the beginning of a level. */
+  it("hair keeps its basis on every level and over a broken line", async () => {
+    const client = await join_("wearer", "basis");
+    const { core } = client.link;
+    const hash = core.offerGroom(file);
+    core.send(addCharacter(1, hash, LevelIndex.high));
+    core.send({ ...kObserveAll, errorM: 0.0005 });
+    client.stream();
+    await until("hair moves", () => client.frames.filter(moves).length > 30);
+    const { basis } = client.frames.find(moves)!.frame;
+    expect(basis!.geometry.lattice.dims).toEqual([10, 10, 10]);
+
+    core.send({ type: "setLevel", character: 1, level: LevelIndex.low });
+    await until("the level is low", () => client.frames.at(-1)!.frame.level === LevelIndex.low);
+    const before = client.frames.length;
+    await until("the low level moves it, too", () => client.frames.slice(before).filter(moves).length > 30);
+    for (const { frame } of client.frames.slice(before)) expect(frame.basis).toBe(basis);
+
+    client.socket!.terminate();
+    await until("it comes back", () => client.of("connected").length === 2);
+    const after = client.frames.length;
+    await until("hair moves again", () => client.frames.slice(after).filter(moves).length > 30);
+    // The basis that was here is used again.
+    expect(client.frames.at(-1)!.frame.basis).toBe(basis);
+    expect(client.link.counters).toMatchObject({ framesUndecodable: 0 });
+    expect(client.of("error")).toEqual([]);
+  });
+
+  /** The frames can be shown at any moment: finite, and without jumps. */
   function playOut(observer: Client): void {
     const playout = new Playout();
-    const blend = new LatticeBlend();
     const frames = observer.frames.slice();
     let last: Float64Array | null = null;
     let next = 0;
@@ -155,54 +176,9 @@ describe.skipIf(program === null)("with a server", () => {
       const sample = playout.sample(now)!;
       expect(sample.displacement.every(Number.isFinite)).toBe(true);
       expect(sample.pose.every(Number.isFinite)).toBe(true);
-      for (const layer of blend.update(sample)) expect(layer.grid.every(Number.isFinite)).toBe(true);
       // The head moves by less than 0.4 m/s.
       if (last) expect(Math.abs(sample.pose[4] - last[4])).toBeLessThan(0.05);
       last = sample.pose.slice();
     }
   }
-});
-
-// Coefficients become nodes of one lattice, whatever the level.
-describe.skipIf(program === null)("with a server that finds modes", () => {
-  const server = new Server(program!, ["--modes", "on"]);
-  const clients: Client[] = [];
-  beforeAll(() => server.start());
-  afterAll(async () => {
-    for (const client of clients) client.stop();
-    await server.dispose();
-  });
-
-  it("frames of coefficients move hair, on every level and over a broken line", async () => {
-    const file = readFileSync(join(vectorFolder, "bob.groom"));
-    const client = new Client(server.port, "owner");
-    clients.push(client);
-    await client.link.connect();
-    const { core } = client.link;
-    const hash = core.offerGroom(file);
-    core.send(addCharacter(1, hash, LevelIndex.high));
-    core.send({ ...kObserveAll, errorM: 0.0005 });
-    client.stream();
-    const moves = ({ frame }: { frame: Frame }) => frame.displacements.some((integer) => Math.abs(integer) > 8);
-    const isOfBasis = ({ frame }: { frame: Frame }) =>
-      frame.level === LevelIndex.high && frame.errorClass === ErrorClass.quarterMm;
-    const seen = () => client.frames.filter((each) => isOfBasis(each) && moves(each));
-    await until("hair moves", () => seen().length > 30);
-    const { geometry } = seen()[0].frame;
-    expect(geometry!.lattice.dims).toEqual([10, 10, 10]);
-
-    core.send({ type: "setLevel", character: 1, level: LevelIndex.low });
-    const before = client.frames.length;
-    await until("the low level moves it, too", () => client.frames.length > before + 60);
-    for (const each of client.frames.slice(before)) expect(isOfBasis(each)).toBe(true);
-
-    client.socket!.terminate();
-    await until("it comes back", () => client.of("connected").length === 2);
-    const after = client.frames.length;
-    await until("hair moves again", () => client.frames.slice(after).filter(moves).length > 30);
-    // The basis that was here is used again.
-    expect(client.frames.at(-1)!.frame.geometry).toBe(geometry);
-    expect(client.link.counters).toMatchObject({ framesUndecodable: 0 });
-    expect(client.of("error")).toEqual([]);
-  });
 });

@@ -57,5 +57,5 @@ export class BitReader {
   }
 }
 
-/** More than is read between two looks at the end: the bones, a pose, or a node and its velocity. */
+/** More than is read between two looks at the end: a pose, or a coefficient. */
 const kBeyondEndBytes = 512;

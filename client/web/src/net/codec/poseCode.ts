@@ -6,9 +6,9 @@ import { unfold32 } from "./golomb";
 // order of the C++ ones, and numbers are rounded to float at the same places, so that both ends have the same bits.
 
 /** x y z */
-type Vector = readonly [number, number, number];
+export type Vector = readonly [number, number, number];
 /** x y z w, of unit length */
-type Rotation = readonly [number, number, number, number];
+export type Rotation = readonly [number, number, number, number];
 /** What x y z of a bone at a joint are expected to be, and the axes and steps of what is added. */
 type Expected = { readonly point: Vector; readonly axes: Rotation; readonly stepM: number };
 
@@ -147,7 +147,8 @@ function cross(a: Vector | Rotation, b: Vector): Vector {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }
 
-function turned(q: Rotation, v: Vector): Vector {
+/** `v` turned by `q`. */
+export function turned(q: Rotation, v: Vector): Vector {
   const [x, y, z] = cross(q, v);
   const twice: Vector = [x + x, y + y, z + z];
   const last = cross(q, twice);

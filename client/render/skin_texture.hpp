@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+
+#include "client/render/gl_objects.hpp"
+#include "client/render/program.hpp"
+#include "core/ffd/skin_push.hpp"
+
+namespace hairnet::render {
+
+// A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before fill() none is known.
+class SkinTexture {
+ public:
+  SkinTexture();
+  void fill(const SkinPush& skin);
+  // For the program in use.
+  void use(const Program& program) const;
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+ private:
+  Texture nodes_;
+  std::array<Eigen::Vector4f, kBoneCount> place_, dims_;
+  float thickness_m_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace hairnet::render

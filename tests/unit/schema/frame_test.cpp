@@ -1,0 +1,244 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/pose/complete_pose.hpp"
+#include "core/random.hpp"
+#include "schema/codec/frame.hpp"
+#include "schema/codec/pose_code.hpp"
+#include "schema/limits.hpp"
+
+namespace hairnet::codec {
+namespace {
+
+double angle(const Quat& a, const Quat& b) {
+  return a.angularDistance(b);
+}
+
+Quat any_rotation(Random& random) {
+  return Quat(random.bell(), random.bell(), random.bell(), random.bell()).normalized();
+}
+
+Quat small_rotation(Random& random, double most_rad) {
+  const Vec3 axis = Vec3(random.bell(), random.bell(), random.bell()).normalized();
+  return Quat(Eigen::AngleAxisd(most_rad * random.symmetric(), axis));
+}
+
+// A person who looks around in a hall.
+Pose natural_pose(Random& random) {
+  PoseCompletion completion(Vec3(0, -0.1, -0.02));
+  const Vec3 at(5 * random.symmetric(), 1.6, 5 * random.symmetric());
+  Pose pose = completion.complete({small_rotation(random, 0.6), at}, 0);
+  const Quat yaw(Eigen::AngleAxisd(3 * random.symmetric(), Vec3::UnitY()));
+  for (RigidTransform& bone : pose.bones) bone = RigidTransform{yaw, at - yaw * at} * bone;
+  return pose;
+}
+
+Pose round_trip(const Pose& pose, std::size_t* bytes = nullptr) {
+  EncodedFrame frame;
+  encode_frame(pose, nullptr, {}, 0, frame);
+  if (bytes) *bytes = frame.bytes.size();
+  DecodedFrame got;
+  EXPECT_TRUE(decode_frame(frame.bytes, nullptr, got));
+  return got.pose;
+}
+
+TEST(PoseCode, keeps_the_head_precise_anywhere) {
+  Random random(1);
+  for (int round = 0; round < 2000; ++round) {
+    const double far_m = wire::kPositionMax_m * std::pow(10.0, -5 * random.unit());
+    const RigidTransform head{any_rotation(random),
+                              far_m * Vec3(random.symmetric(), random.symmetric(), random.symmetric())};
+    const Pose got = round_trip(rigid_pose(head));
+    // Positions are floats in the end.
+    EXPECT_LE((got.head().position - head.position).cwiseAbs().maxCoeff(), kHeadPositionStep_m / 2 + 1e-7 * far_m);
+    EXPECT_LE(angle(got.head().rotation, head.rotation), 2.5e-4);
+  }
+}
+
+TEST(PoseCode, keeps_other_bones_within_millimetres_of_any_pose) {
+  Random random(2);
+  for (int round = 0; round < 2000; ++round) {
+    Pose pose = natural_pose(random);
+    if (round % 2 == 0) {
+      for (RigidTransform& bone : pose.bones) {
+        bone.rotation = any_rotation(random);
+        bone.position += 0.3 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
+      }
+    }
+    const Pose got = round_trip(pose);
+    for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
+      EXPECT_LE(angle(got.bones[bone].rotation, pose.bones[bone].rotation), 6e-3) << bone;
+      // where the bones' joints are
+      EXPECT_LE((got.bones[bone].point(Vec3(0, -0.12, 0)) - pose.bones[bone].point(Vec3(0, -0.12, 0))).norm(), 3e-3)
+          << bone;
+    }
+  }
+}
+
+TEST(PoseCode, gives_numbers_that_are_floats) {
+  Random random(4);
+  std::vector<float> floats;  // in memory: g++ 12 may leave out a rounding that it can see
+  for (int round = 0; round < 100; ++round) {
+    const Pose got = round_trip(natural_pose(random));
+    floats.clear();
+    for (const RigidTransform& bone : got.bones) {
+      for (const double number : bone.rotation.coeffs()) floats.push_back(static_cast<float>(number));
+      for (const double number : bone.position) floats.push_back(static_cast<float>(number));
+    }
+    auto next = floats.cbegin();
+    for (const RigidTransform& bone : got.bones) {
+      for (const double number : bone.rotation.coeffs()) ASSERT_EQ(number, *next++);
+      for (const double number : bone.position) ASSERT_EQ(number, *next++);
+    }
+  }
+}
+
+TEST(PoseCode, of_a_bent_body_is_short_and_of_a_still_one_shorter) {
+  Random random(3);
+  double bytes = 0;
+  for (int round = 0; round < 500; ++round) {
+    std::size_t size = 0;
+    round_trip(natural_pose(random), &size);
+    bytes += static_cast<double>(size) / 500;
+  }
+  EXPECT_LE(bytes, 24);
+  std::size_t still = 0;
+  round_trip(rigid_pose({Quat::Identity(), Vec3(2, 1.6, -3)}), &still);
+  EXPECT_LE(still, 18u);
+}
+
+TEST(PoseCode, refuses_positions_out_of_bounds) {
+  std::vector<std::uint8_t> bytes(64, 0);
+  bytes[0] = 30;  // bits of each coordinate
+  for (std::size_t i = 1; i < 16; ++i) bytes[i] = 0xFF;
+  DecodedFrame got;
+  EXPECT_FALSE(decode_frame(bytes, nullptr, got));
+}
+
+class Coefficients : public testing::Test {
+ protected:
+  static constexpr std::size_t kModes = 96;
+  Coefficients() : random_(7) {
+    for (std::size_t k = 0; k < kModes; ++k) deviation_m_.push_back(0.15f / (1 + static_cast<float>(k)));
+    code_.emplace(deviation_m_);
+  }
+  // Like hair that moves `lively` times as much as usual.
+  std::vector<float> draw(double lively = 1) {
+    std::vector<float> c;
+    for (const float deviation : deviation_m_) c.push_back(static_cast<float>(lively * random_.bell()) * deviation);
+    return c;
+  }
+  EncodedFrame encode(std::span<const float> c, unsigned step = 1) {
+    EncodedFrame frame;
+    encode_frame(Pose{}, &*code_, c, step, frame);
+    return frame;
+  }
+  DecodedFrame decode(std::span<const std::uint8_t> bytes) {
+    DecodedFrame got;
+    EXPECT_TRUE(decode_frame(bytes, &*code_, got));
+    EXPECT_EQ(got.coefficients.size(), kModes);
+    return got;
+  }
+  Random random_;
+  std::vector<float> deviation_m_;
+  std::optional<CoefficientCode> code_;
+};
+
+TEST_F(Coefficients, come_back_within_half_a_step) {
+  for (unsigned step = 0; step < kStepCount; ++step) {
+    for (const double lively : {0.0, 0.01, 1.0, 30.0}) {
+      const std::vector<float> c = draw(lively);
+      const std::vector<float> got = decode(encode(c, step).bytes).coefficients;
+      const float half_m = std::ldexp(kFinestStep_m, static_cast<int>(step)) / 2;
+      for (std::size_t k = 0; k < kModes; ++k) ASSERT_NEAR(got[k], c[k], 1.001f * half_m) << step << ", " << k;
+    }
+  }
+}
+
+TEST_F(Coefficients, cut_off_anywhere_are_the_first_ones) {
+  const std::vector<float> c = draw();
+  const EncodedFrame frame = encode(c);
+  const std::vector<float> whole = decode(frame.bytes).coefficients;
+  std::size_t before = 0;
+  for (std::size_t size = (frame.pose_bits + 7) / 8; size <= frame.bytes.size(); ++size) {
+    const std::vector<float> got = decode(std::span(frame.bytes).first(size)).coefficients;
+    std::size_t count = 0;
+    while (count < kModes && frame.ends[count] <= 8 * size) ++count;
+    for (std::size_t k = 0; k < kModes; ++k) ASSERT_EQ(got[k], k < count ? whole[k] : 0) << size << ", " << k;
+    EXPECT_GE(count, before);
+    before = count;
+  }
+  EXPECT_EQ(before, kModes);
+}
+
+TEST_F(Coefficients, can_be_asked_for_by_number) {
+  const std::vector<float> c = draw();
+  const EncodedFrame frame = encode(c);
+  const std::vector<float> whole = decode(frame.bytes).coefficients;
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, kModes / 2, kModes, 2 * kModes}) {
+    const std::vector<float> got = decode(frame.prefix(count)).coefficients;
+    for (std::size_t k = 0; k < std::min(count, kModes); ++k) ASSERT_EQ(got[k], whole[k]);
+  }
+  EXPECT_LT(frame.prefix(10).size(), frame.prefix(40).size());
+  EXPECT_EQ(frame.prefix(kModes).size(), frame.bytes.size());
+}
+
+TEST_F(Coefficients, of_calm_hair_take_few_bits) {
+  const std::size_t lively = encode(draw(1)).bytes.size(), calm = encode(draw(0.05)).bytes.size();
+  const std::size_t still = encode(std::vector<float>(kModes)).bytes.size();
+  EXPECT_LT(calm, 0.6 * static_cast<double>(lively));
+  EXPECT_LT(still, 18 + 1 + kModes / 8 + 12);
+}
+
+TEST_F(Coefficients, out_of_range_are_clamped) {
+  std::vector<float> c = draw();
+  c[3] = 1e30f;
+  c[4] = -1e30f;
+  const std::vector<float> got = decode(encode(c, 0).bytes).coefficients;
+  EXPECT_NEAR(got[3], 32, 0.01);
+  EXPECT_NEAR(got[4], -32, 0.01);
+  EXPECT_NEAR(got[5], c[5], kFinestStep_m);
+}
+
+TEST_F(Coefficients, of_any_bytes_are_finite) {
+  for (int round = 0; round < 20000; ++round) {
+    std::vector<std::uint8_t> bytes(random_.next() % 200);
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
+    if (!bytes.empty() && round % 2 == 0) bytes[0] &= 0xE7;  // a head that is near
+    DecodedFrame got;
+    if (!decode_frame(bytes, &*code_, got)) continue;
+    ASSERT_TRUE(is_valid(got.pose));
+    for (const float c : got.coefficients) ASSERT_TRUE(std::abs(c) <= 5000);
+  }
+}
+
+TEST_F(Coefficients, refuse_bytes_that_are_left_over) {
+  EncodedFrame frame = encode(draw());
+  DecodedFrame got;
+  frame.bytes.push_back(0);
+  EXPECT_FALSE(decode_frame(frame.bytes, &*code_, got));
+  EXPECT_FALSE(decode_frame(std::span(frame.bytes).first(3), &*code_, got));
+}
+
+TEST_F(Coefficients, are_chosen_by_the_error_that_is_allowed) {
+  for (int round = 0; round < 200; ++round) {
+    const std::vector<float> c = draw(random_.between(0.1, 3));
+    for (const float tolerance_m : {1e-3f, 5e-3f, 2e-2f}) {
+      const Detail detail = detail_for(c, tolerance_m);
+      const std::vector<float> got = decode(encode(c, detail.step).prefix(detail.count)).coefficients;
+      double square = 0;
+      for (std::size_t k = 0; k < kModes; ++k) square += std::pow(got[k] - c[k], 2);
+      // Rounding is a matter of chance; twice its mean never comes.
+      EXPECT_LE(std::sqrt(square), 1.2 * static_cast<double>(tolerance_m));
+    }
+    EXPECT_LE(detail_for(c, 2e-2f).count, detail_for(c, 1e-3f).count);
+    EXPECT_GE(detail_for(c, 2e-2f).step, detail_for(c, 1e-3f).step);
+  }
+  EXPECT_EQ(detail_for(draw(), 0).count, kModes);
+  EXPECT_EQ(detail_for(draw(), 0).step, 0u);
+  EXPECT_EQ(detail_for(draw(), 100).count, 0u);
+}
+
+}  // namespace
+}  // namespace hairnet::codec
