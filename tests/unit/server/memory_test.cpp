@@ -261,6 +261,8 @@ TEST_F(ServerMemoryTest, whichever_allocation_fails_only_the_session_that_asked_
       client.send(wire::AddCharacter{2, hash_, LevelIndex::low}, now_ns_);
       client.pose(1, pose(), now_ns_);
       client.send(wire::Observe{}, now_ns_);
+      client.send(wire::SetMaterial{1, {}}, now_ns_);
+      client.send(wire::GroomRequest{hash_, 0}, now_ns_);
       client.send(wire::RemoveCharacter{2}, now_ns_);
       run_ms(34);
       failing_allocator::until_failure = failing_allocator::kNever;
