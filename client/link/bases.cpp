@@ -33,9 +33,12 @@ std::optional<wire::GroomHash> Bases::wanted(const wire::GroomHash& groom, std::
   return entry.file;
 }
 
-std::optional<wire::GroomHash> Bases::groom_of(const wire::GroomHash& file) const {
-  const auto found = std::ranges::find(entries_, file, [](const auto& entry) { return entry.second.file; });
-  return found == entries_.end() ? std::nullopt : std::optional(found->first);
+std::vector<wire::GroomHash> Bases::grooms_of(const wire::GroomHash& file) const {
+  std::vector<wire::GroomHash> grooms;
+  for (const auto& [groom, entry] : entries_) {
+    if (entry.file == file) grooms.push_back(groom);
+  }
+  return grooms;
 }
 
 std::string Bases::take(const GroomFetched& fetched) {

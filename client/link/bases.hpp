@@ -25,8 +25,8 @@ class Bases {
   // The file to ask for, once a frame needs it: none while the basis is here, cannot be used, was not announced, or was
   // asked for a moment ago.
   std::optional<wire::GroomHash> wanted(const wire::GroomHash& groom, std::int64_t now_ns);
-  // A groom whose basis the file of this hash is, if it is one.
-  [[nodiscard]] std::optional<wire::GroomHash> groom_of(const wire::GroomHash& file) const;
+  // The grooms whose basis the file of this hash is.
+  [[nodiscard]] std::vector<wire::GroomHash> grooms_of(const wire::GroomHash& file) const;
   // Takes the file of a basis, which several grooms may have. Returns why it cannot be used; empty: it can.
   std::string take(const GroomFetched& fetched);
   // Null: not here.

@@ -17,6 +17,7 @@ struct Frame {
   LevelIndex level = LevelIndex::rigid;  // that the server steps
   bool discontinuous = false;            // teleport or reset: do not interpolate from the last frame
   bool asleep = false;           // the lattice is at rest: the server sends no further frame until the character wakes
+  bool repeated = false;         // it came already, before its basis
   bool last_known = false;       // the last known hair from before a reconnect; the new server has no lattice yet
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
   float step_s = 0;              // the same in seconds; 0: not known

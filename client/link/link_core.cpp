@@ -15,6 +15,7 @@ using wire::GoodbyeReason;
 constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kAskAgain_ns = 1'000'000'000;
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
@@ -155,6 +156,10 @@ void LinkCore::poll(std::int64_t now_ns) {
   }
   if (active()) {
     if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) enqueue(std::move(*report));
+    if (now_ns >= ask_again_ns_) {
+      ask_again_ns_ = now_ns + kAskAgain_ns;
+      for (const wire::GroomHash& file : members_.wanted_again(now_ns)) request_groom(file);
+    }
     if (now_ns >= members_due_ns_) {
       members_due_ns_ = kNever_ns;
       tell_left(members_.drop_unconfirmed());
@@ -417,14 +422,24 @@ void LinkCore::on(wire::GroomBasis& announced, std::int64_t) {
   members_.bases().announce(announced);
 }
 
-void LinkCore::on(wire::GroomData& data, std::int64_t) {
+void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
   std::optional<GroomFetched> fetched = fetch_.take(data);
   if (!fetched) return;
-  const std::optional<wire::GroomHash> groom = members_.bases().groom_of(fetched->hash);
-  if (!groom) return push(std::move(*fetched));
+  const std::vector<wire::GroomHash> grooms = members_.bases().grooms_of(fetched->hash);
+  if (grooms.empty()) return push(std::move(*fetched));
   std::string fault = members_.bases().take(*fetched);
   if (!fault.empty())
-    push(wire::Error{wire::ErrorReason::groom_invalid, 0, *groom, "its basis cannot be used: " + fault});
+    return push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its basis cannot be used: " + fault});
+  for (const wire::GroomHash& groom : grooms) {
+    for (const auto& [frame, tick, sample_time_ns, decoded] : members_.decode_waiting(groom)) {
+      counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;
+      if (sink_ || !decoded.pose) continue;
+      FrameBatch events{tick, sample_time_ns, {}};
+      dispatch({tick, sample_time_ns, frame, decoded}, events, now_ns);
+      events.frames[0].repeated = true;
+      push(std::move(events));
+    }
+  }
 }
 
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
@@ -481,7 +496,7 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   const bool may_be_fetch =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
   const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
-  if (ends_fetch && members_.bases().groom_of(error.groom)) return;  // frames that need it ask again
+  if (ends_fetch && !members_.bases().grooms_of(error.groom).empty()) return;  // frames that need it ask again
   if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
     requested_.on_refused(error.groom);

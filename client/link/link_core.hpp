@@ -47,7 +47,7 @@ struct LinkCounters {
   std::uint64_t frames_dropped = 0;        // not polled in time
   std::uint64_t poses_dropped = 0;         // not sent in time
   std::uint64_t frames_received = 0;
-  std::uint64_t frames_undecodable = 0;  // their reference frame is missing, or their bytes are wrong
+  std::uint64_t frames_undecodable = 0;  // their bytes are wrong
   std::uint64_t frames_unknown = 0;      // of a member that is not known, or not newer than its last frame
   std::uint64_t reconnects = 0;          // welcomes after the first
   std::uint64_t resumes = 0;             // of these, by a server that still had the session
@@ -169,6 +169,7 @@ class LinkCore {
   std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
   std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
   std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // after a resume: all are announced by then
+  std::int64_t ask_again_ns_ = 0;                                           // for bases that frames wait for
   std::int64_t active_since_ns_ = 0;
   std::optional<std::int64_t> away_since_ns_;  // start of the current or the last outage
   std::int64_t sent_ns_ = 0;                   // when a packet, or a sign of life, went out last

@@ -89,24 +89,59 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
   const bool is_rigid = frame.level == LevelIndex::rigid;
   if (!is_rigid) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
   const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
-  Moment& moment = member.newest;
-  std::swap(member.before, moment);
-  moment.basis = nullptr;
-  if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, moment.decoded) ||
-      wire::validate_pose(moment.decoded.pose) != wire::PoseRefusal::none) {
-    decoded.outcome = Outcome::undecodable;
+  if (!decode(member, frame, sample_time_ns, basis, decoded)) {
     member.discontinuity_pending = decoded.discontinuous;
     return decoded;
   }
-  moment.sample_time_ns = sample_time_ns;
-  if (!is_rigid) moment.basis = basis;
-  if (decoded.discontinuous) member.before.basis = nullptr;
   member.discontinuity_pending = false;
-  decoded.outcome = Outcome::decoded;
-  decoded.pose = &moment.decoded.pose;
-  decoded.basis = moment.basis;
-  if (decoded.basis) decoded.coefficients = moment.decoded.coefficients;
+  member.waiting.reset();
+  if (!is_rigid && !basis && frame.asleep) {
+    member.waiting_content.assign(frame.content.begin(), frame.content.end());
+    member.waiting = WaitingFrame{frame, tick, sample_time_ns, decoded};
+    member.waiting->frame.content = {};
+  }
   return decoded;
+}
+
+bool Members::decode(Member& member, const wire::Frame& frame, std::int64_t sample_time_ns,
+                     const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded) {
+  Moment& moment = member.before;  // overwritten also when decoding fails
+  moment.basis = nullptr;
+  decoded.outcome = Outcome::undecodable;
+  if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, moment.decoded)) return false;
+  if (wire::validate_pose(moment.decoded.pose) != wire::PoseRefusal::none) return false;
+  moment.sample_time_ns = sample_time_ns;
+  if (frame.level != LevelIndex::rigid) moment.basis = basis;
+  std::swap(member.before, member.newest);
+  if (decoded.discontinuous) member.before.basis = nullptr;
+  decoded.outcome = Outcome::decoded;
+  decoded.pose = &member.newest.decoded.pose;
+  decoded.basis = member.newest.basis;
+  if (decoded.basis) decoded.coefficients = member.newest.decoded.coefficients;
+  return true;
+}
+
+std::vector<Members::WaitingFrame> Members::decode_waiting(const wire::GroomHash& groom) {
+  std::vector<WaitingFrame> ready;
+  const std::shared_ptr<const KnownBasis> basis = bases_.of(groom);
+  if (!basis) return ready;
+  for (auto& [number, member] : members_) {
+    if (member.groom != groom || !member.waiting) continue;
+    WaitingFrame waiting = *std::exchange(member.waiting, std::nullopt);
+    waiting.frame.content = member.waiting_content;
+    decode(member, waiting.frame, waiting.sample_time_ns, basis, waiting.decoded);
+    ready.push_back(std::move(waiting));
+  }
+  return ready;
+}
+
+std::vector<wire::GroomHash> Members::wanted_again(std::int64_t now_ns) {
+  std::vector<wire::GroomHash> files;
+  for (const auto& [number, member] : members_) {
+    if (!member.waiting) continue;
+    if (const std::optional<wire::GroomHash> file = bases_.wanted(member.groom, now_ns)) files.push_back(*file);
+  }
+  return files;
 }
 
 std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
@@ -138,7 +173,10 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
 }
 
 void Members::forget_frames() {
-  for (auto& [number, member] : members_) member.newest.basis = member.before.basis = nullptr;
+  for (auto& [number, member] : members_) {
+    member.newest.basis = member.before.basis = nullptr;
+    member.waiting.reset();
+  }
 }
 
 void Members::mark_all_unconfirmed() {

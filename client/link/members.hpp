@@ -50,10 +50,23 @@ class Members {
     std::span<const float> coefficients;      // m; those that are missing at the end are 0
     std::shared_ptr<const KnownBasis> basis;  // null: the hair is at rest, or its basis has not arrived yet
   };
+  // After a frame that cannot be decoded, the character still has the one before.
   DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                             std::int64_t now_ns);
 
-  // The hair of an own character's last frame, if it had coefficients of the groom's newest basis.
+  // The frame of a sleeping character comes once. It waits here if the groom's basis had not arrived.
+  struct WaitingFrame {
+    wire::Frame frame;
+    std::uint64_t tick = 0;
+    std::int64_t sample_time_ns = 0;
+    DecodedFrame decoded;
+  };
+  // Decodes those that waited for the basis of this groom and are still the newest; valid until the next frame.
+  std::vector<WaitingFrame> decode_waiting(const wire::GroomHash& groom);
+  // The files of bases that such frames still lack and that are to be asked for again.
+  std::vector<wire::GroomHash> wanted_again(std::int64_t now_ns);
+
+  // The hair of an own character's last decoded frame, if it had coefficients of the groom's newest basis.
   [[nodiscard]] std::optional<HairSnapshot> hair_of(std::uint32_t character) const;
 
   // The connection broke: the next frame may be of another server, and comes later.
@@ -85,7 +98,11 @@ class Members {
     bool discontinuity_pending = false;  // an undecodable frame was discontinuous
     std::optional<std::uint64_t> last_tick;
     Moment newest, before;
+    std::optional<WaitingFrame> waiting;
+    std::vector<std::uint8_t> waiting_content;
   };
+  static bool decode(Member& member, const wire::Frame& frame, std::int64_t sample_time_ns,
+                     const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded);
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;
 

@@ -18,9 +18,17 @@ constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
 // notice.
 constexpr double kSlewMax = 0.1;
+// Farther frames say nothing about the speed at a frame.
+constexpr std::int64_t kSmooth_ns_max = 300'000'000;
+// How long the last speed would go on if it did not become less.
+constexpr double kGoOn_ns = 33e6;
+constexpr std::int64_t kCorrect_ns_min = 40'000'000, kCorrect_ns_max = 100'000'000;
 
-float at(const std::vector<float>& coefficients, std::size_t k) {
-  return k < coefficients.size() ? coefficients[k] : 0;
+RigidTransform corrected(const RigidTransform& curve, const RigidTransform& was_shown, const RigidTransform& was_curve,
+                         double left) {
+  const Quat turn = was_shown.rotation * was_curve.rotation.conjugate();
+  return {(Quat::Identity().slerp(left, turn) * curve.rotation).normalized(),
+          curve.position + left * (was_shown.position - was_curve.position)};
 }
 
 }  // namespace
@@ -35,31 +43,31 @@ void Playout::check_invariants() const {
 
 void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   HAIRNET_ASSERT(frame.coefficients.size() <= (frame.basis ? frame.basis->code.mode_count() : 0));
-  record_arrival(sample_time_ns, arrival_time_ns);
-  const auto after = std::find_if(frames_.begin(), frames_.end(),
-                                  [&](const BufferedFrame& buffered) { return buffered.time_ns >= sample_time_ns; });
-  const bool duplicate = after != frames_.end() && after->time_ns == sample_time_ns;
-  if (duplicate || (started_ && sample_time_ns <= shown_.time_ns)) {
-    ++dropped_count_;
-    return;
-  }
-  // After a gap, interpolate to the new frame from the shown state, not from the frame before the gap.
-  if (started_ && !frames_.empty() && frames_.back().time_ns < shown_.time_ns) {
-    frames_.clear();
-    frames_.push_back(shown_);
-    before_.reset();
-  }
-  BufferedFrame buffered{sample_time_ns,
-                         frame.discontinuous,
-                         frame.asleep,
-                         frame.pose,
-                         frame.level,
-                         frame.coefficients,
-                         std::llround(1e9 * double{frame.step_s}),
-                         frame.basis};
+  const std::size_t played = started_ && !frames_.empty() ? index_at(time_ns_) : 0;
   const auto place = std::find_if(frames_.begin(), frames_.end(),
-                                  [&](const BufferedFrame& other) { return other.time_ns > sample_time_ns; });
-  frames_.insert(place, std::move(buffered));
+                                  [&](const BufferedFrame& other) { return other.time_ns >= sample_time_ns; });
+  const auto index = static_cast<std::size_t>(place - frames_.begin());
+  const std::int64_t gap_ns = index > 0 ? sample_time_ns - frames_[index - 1].time_ns : 0;
+  if (place != frames_.end() && place->time_ns == sample_time_ns) {
+    if (!frame.repeated) {
+      ++dropped_count_;
+      return;
+    }
+    place->state.coefficients = frame.coefficients;
+    place->state.basis = frame.basis;
+  } else {
+    record_arrival(sample_time_ns, arrival_time_ns);
+    if (started_ && !frames_.empty() && index <= played) {
+      ++dropped_count_;
+      return;
+    }
+    frames_.insert(place, {sample_time_ns,
+                           frame.discontinuous,
+                           frame.asleep,
+                           std::llround(1e9 * double{frame.step_s}),
+                           {frame.pose, frame.level, frame.coefficients, frame.basis}});
+  }
+  if (started_ && index <= played + 2) correct(gap_ns);
   if (frames_.size() > kFramesMax) {
     frames_.pop_front();
     ++dropped_count_;
@@ -71,7 +79,10 @@ void Playout::freeze() {
   if (frames_.empty()) return;
   BufferedFrame& last = frames_.back();
   // the shown state may already be easing
-  if (started_ && shown_.time_ns >= last.time_ns) last.coefficients = shown_.coefficients;
+  if (started_ && time_ns_ >= last.time_ns) {
+    last.state = shown_;
+    correction_.reset();
+  }
   last.asleep = true;
 }
 
@@ -93,99 +104,211 @@ std::int64_t Playout::target_delay_ns() const {
   }
   std::int64_t interval = kIntervalDefault_ns;
   if (!intervals.empty()) {
-    const auto most_of = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
-    std::nth_element(intervals.begin(), most_of, intervals.end());
-    interval = *most_of;
+    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
+    std::nth_element(intervals.begin(), middle, intervals.end());
+    interval = *middle;
   }
   interval = std::max(interval, frames_.back().step_ns);
   return least + interval + std::max(interval / 2, most - least);
 }
 
-// Advances the play time, shown_.time_ns, to `render_time_ns`.
+// Advances the play time to `render_time_ns`.
 void Playout::advance(std::int64_t render_time_ns) {
   const std::int64_t target = target_delay_ns();
   if (!started_) {
     started_ = true;
     render_time_ns_ = render_time_ns;
     delay_ns_ = target;
-    shown_.time_ns = render_time_ns - delay_ns_;
+    time_ns_ = render_time_ns - delay_ns_;
     return;
   }
   const std::int64_t elapsed = std::max<std::int64_t>(0, render_time_ns - render_time_ns_);
   render_time_ns_ += elapsed;
-  const bool starved = frames_.back().time_ns < shown_.time_ns;
+  const bool starved = frames_.back().time_ns < time_ns_;
   const auto slew = static_cast<std::int64_t>(kSlewMax * static_cast<double>(elapsed));
   // There is no newer frame to show. Stop the play time here, so that late frames are in time again.
   if (starved && target > delay_ns_)
     delay_ns_ = target;
   else
     delay_ns_ += std::clamp(target - delay_ns_, -slew, slew);
-  shown_.time_ns = std::max(shown_.time_ns, render_time_ns_ - delay_ns_);
+  time_ns_ = std::max(time_ns_, render_time_ns_ - delay_ns_);
 }
 
 Playout::Sample Playout::sample(std::int64_t render_time_ns) {
   if (frames_.empty()) return {};
+  const bool was_started = started_;
+  const std::size_t from = was_started ? index_at(time_ns_) : 0;
   advance(render_time_ns);
-  const std::int64_t now = shown_.time_ns;
-  while (frames_.size() > 1 && frames_[1].time_ns <= now) {
-    before_ = std::move(frames_.front());
-    frames_.pop_front();
+  for (std::size_t i = from; i < index_at(time_ns_); ++i) {
+    if (!is_joined(i)) correction_.reset();
   }
-  if (now <= frames_[0].time_ns || frames_.size() == 1)
-    show_last(frames_[0]);
-  else
-    show_between(frames_[0], frames_[1]);
+  while (frames_.size() > 3 && frames_[3].time_ns <= time_ns_) frames_.pop_front();
+  curve_at(time_ns_, shown_);
+  apply_correction();
+  displace();
   check_invariants();
+  return {true, shown_.pose, shown_.level, shown_.coefficients, shown_.basis, time_ns_, displacement_};
+}
+
+// Sleeping hair is not computed again.
+void Playout::displace() {
+  if (shown_.basis == displaced_basis_ && shown_.coefficients == displaced_coefficients_) return;
+  displaced_basis_ = shown_.basis;
+  displaced_coefficients_ = shown_.coefficients;
   displacement_.resize(shown_.basis ? shown_.basis->hair.basis.node_count : 0);
-  if (!shown_.basis) return {true, shown_.pose, shown_.level, {}, now, nullptr};
-  hairnet::displacements_of(shown_.basis->hair.basis, shown_.coefficients, displacement_);
-  return {true, shown_.pose, shown_.level, displacement_, now, {shown_.basis, &shown_.basis->hair.geometry}};
+  if (shown_.basis) hairnet::displacements_of(shown_.basis->hair.basis, shown_.coefficients, displacement_);
 }
 
-bool Playout::are_joined(const BufferedFrame& from, const BufferedFrame& to) {
-  return !to.discontinuous && (from.basis == to.basis || !from.basis || !to.basis);
+// The last frame that is not after a time, or the first.
+std::size_t Playout::index_at(std::int64_t time_ns) const {
+  std::size_t i = 0;
+  while (i + 1 < frames_.size() && frames_[i + 1].time_ns <= time_ns) ++i;
+  return i;
 }
 
-// With h_0 and h the durations before and after `from`, and d_0 and d the slopes of the straight lines, the parabola is
+bool Playout::are_joined(const State& from, const State& to) {
+  return from.basis == to.basis || !from.basis || !to.basis;
+}
+
+// Whether frame i and the next may be mixed.
+bool Playout::is_joined(std::size_t i) const {
+  return !frames_[i + 1].discontinuous && are_joined(frames_[i].state, frames_[i + 1].state);
+}
+
+// Whether frame i and the next say how fast the character moved.
+bool Playout::is_smooth(std::size_t i) const {
+  return is_joined(i) && !frames_[i].asleep && frames_[i + 1].time_ns - frames_[i].time_ns <= kSmooth_ns_max;
+}
+
+double Playout::duration_ns(std::size_t i) const {
+  return static_cast<double>(frames_[i + 1].time_ns - frames_[i].time_ns);
+}
+
+// Adds a share of the mean speed between frame j and the next.
+void Playout::add_difference(std::size_t i, std::size_t j, double share, Weights& weights) const {
+  weights[j + 1 + 2 - i] += share / duration_ns(j);
+  weights[j + 2 - i] -= share / duration_ns(j);
+}
+
+// Adds a share of the speed at frame j: of the parabola through it and its neighbours, or, at an end, through it and
+// the two next to it.
+void Playout::add_slope(std::size_t i, std::size_t j, double share, Weights& weights) const {
+  const bool has_before = j > 0 && is_smooth(j - 1), has_after = j + 1 < frames_.size() && is_smooth(j);
+  if (has_before && has_after) {
+    const double h0 = duration_ns(j - 1), h = duration_ns(j);
+    add_difference(i, j - 1, share * h / (h0 + h), weights);
+    add_difference(i, j, share * h0 / (h0 + h), weights);
+  } else if (has_before) {
+    const bool has_two = j > 1 && is_smooth(j - 2);
+    const double bend = has_two ? duration_ns(j - 1) / (duration_ns(j - 2) + duration_ns(j - 1)) : 0;
+    add_difference(i, j - 1, share * (1 + bend), weights);
+    if (has_two) add_difference(i, j - 2, -share * bend, weights);
+  } else if (has_after) {
+    const bool has_two = j + 2 < frames_.size() && is_smooth(j + 1);
+    const double bend = has_two ? duration_ns(j) / (duration_ns(j) + duration_ns(j + 1)) : 0;
+    add_difference(i, j, share * (1 + bend), weights);
+    if (has_two) add_difference(i, j + 1, -share * bend, weights);
+  }
+}
+
+void Playout::blend(std::size_t i, const Weights& weights, State& out) const {
+  std::size_t count = 0;
+  for (std::size_t w = 0; w < weights.size(); ++w) {
+    if (weights[w] != 0) count = std::max(count, frames_[i + w - 2].state.coefficients.size());
+  }
+  out.coefficients.assign(count, 0.0f);
+  for (std::size_t w = 0; w < weights.size(); ++w) {
+    if (weights[w] == 0) continue;
+    const std::vector<float>& c = frames_[i + w - 2].state.coefficients;
+    for (std::size_t k = 0; k < c.size(); ++k) out.coefficients[k] += static_cast<float>(weights[w]) * c[k];
+  }
+}
+
+void Playout::curve_at(std::int64_t time_ns, State& out) const {
+  const std::size_t i = index_at(time_ns);
+  if (i + 1 == frames_.size()) {
+    after_last(time_ns, out);
+  } else if (time_ns <= frames_[i].time_ns || !is_joined(i)) {
+    out = frames_[i].state;
+  } else {
+    between(i, time_ns, out);
+  }
+}
+
+// The cubic with the values c_0, c_1 and the slopes m_0, m_1 at the ends of an interval of duration h:
 //
-//   c(s) = c_from + s (c_to - c_from) + s (s - 1) h^2 (d - d_0) / (h_0 + h).
-void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
-  HAIRNET_ASSERT(from.time_ns < to.time_ns);
-  HAIRNET_ASSERT(shown_.time_ns > from.time_ns && shown_.time_ns < to.time_ns);
-  if (!are_joined(from, to)) {
-    shown_.pose = from.pose;
-    shown_.level = from.level;
-    shown_.coefficients = from.coefficients;
-    shown_.basis = from.basis;
+//   c(s) = c_0 + s^2 (3 - 2 s) (c_1 - c_0) + s (1 - s)^2 h m_0 - s^2 (1 - s) h m_1.
+void Playout::between(std::size_t i, std::int64_t time_ns, State& out) const {
+  const BufferedFrame &from = frames_[i], &to = frames_[i + 1];
+  const double h = duration_ns(i), s = static_cast<double>(time_ns - from.time_ns) / h;
+  Weights weights{};
+  const double ahead = is_smooth(i) ? s * s * (3 - 2 * s) : s;
+  weights[2] = 1 - ahead;
+  weights[3] = ahead;
+  if (is_smooth(i)) {
+    add_slope(i, i, s * (1 - s) * (1 - s) * h, weights);
+    add_slope(i, i + 1, -s * s * (1 - s) * h, weights);
+  }
+  blend(i, weights, out);
+  out.pose = interpolate(from.state.pose, to.state.pose, s);
+  out.level = to.state.level;
+  out.basis = to.state.basis ? to.state.basis : from.state.basis;
+}
+
+void Playout::after_last(std::int64_t time_ns, State& out) const {
+  const std::size_t i = frames_.size() - 1;
+  const BufferedFrame& last = frames_[i];
+  const auto after_ns = static_cast<double>(std::max<std::int64_t>(0, time_ns - last.time_ns));
+  out.pose = last.state.pose;
+  out.level = last.state.level;
+  out.basis = last.state.basis;
+  Weights weights{};
+  weights[2] = 1;
+  if (!last.asleep && i > 0 && is_smooth(i - 1)) {
+    const double moved_ns = kGoOn_ns * (1 - std::exp(-after_ns / kGoOn_ns));
+    add_slope(i, i, moved_ns, weights);
+    out.pose = interpolate(frames_[i - 1].state.pose, last.state.pose, 1 + moved_ns / duration_ns(i - 1));
+  }
+  const double waited = after_ns - static_cast<double>(std::max(kFreeze_ns, 2 * last.step_ns));
+  const double left = last.asleep ? 1 : 1 - smoothstep(0.0, double{kEaseToRest_ns}, waited);
+  for (double& weight : weights) weight *= left;
+  blend(i, weights, out);
+  if (!out.basis) out.coefficients.clear();
+}
+
+// The curve has changed: shows the same as before, and eases onto it.
+void Playout::correct(std::int64_t gap_ns) {
+  Correction correction;
+  curve_at(time_ns_, correction.curve);
+  correction_.reset();
+  if (!are_joined(shown_, correction.curve)) return;
+  correction.shown = shown_;
+  correction.begun_ns = time_ns_;
+  correction.duration_ns = std::clamp(gap_ns, kCorrect_ns_min, kCorrect_ns_max);
+  correction_ = std::move(correction);
+}
+
+void Playout::apply_correction() {
+  if (!correction_) return;
+  const Correction& c = *correction_;
+  const double left =
+      1 - smoothstep(0.0, static_cast<double>(c.duration_ns), static_cast<double>(time_ns_ - c.begun_ns));
+  const std::shared_ptr<const KnownBasis>& basis = c.shown.basis ? c.shown.basis : c.curve.basis;
+  if (left <= 0 || (basis && shown_.basis && basis != shown_.basis)) {
+    correction_.reset();
     return;
   }
-  const auto h_ns = static_cast<double>(to.time_ns - from.time_ns);
-  const double s = static_cast<double>(shown_.time_ns - from.time_ns) / h_ns;
-  shown_.pose = interpolate(from.pose, to.pose, s);
-  shown_.level = to.level;
-  shown_.basis = to.basis ? to.basis : from.basis;
-  const bool has_before = before_ && before_->time_ns < from.time_ns && are_joined(*before_, from);
-  const double h0_ns = has_before ? static_cast<double>(from.time_ns - before_->time_ns) : h_ns;
-  const auto ahead = static_cast<float>(s), ratio = static_cast<float>(h_ns / h0_ns);
-  const auto bend = static_cast<float>(s * (s - 1) * h_ns / (h0_ns + h_ns));
-  std::vector<float>& shown = shown_.coefficients;
-  shown.resize(std::max(from.coefficients.size(), to.coefficients.size()));
-  for (std::size_t k = 0; k < shown.size(); ++k) {
-    const float start = at(from.coefficients, k), step = at(to.coefficients, k) - start;
-    shown[k] = start + ahead * step;
-    if (has_before) shown[k] += bend * (step - ratio * (start - at(before_->coefficients, k)));
-  }
-}
-
-void Playout::show_last(const BufferedFrame& last) {
-  const std::int64_t waited = shown_.time_ns - last.time_ns - std::max(kFreeze_ns, 2 * last.step_ns);
-  const double eased = smoothstep(0.0, double{kEaseToRest_ns}, static_cast<double>(waited));
-  const float left = last.asleep ? 1 : static_cast<float>(1 - eased);
-  shown_.pose = last.pose;
-  shown_.level = last.level;
-  shown_.coefficients = last.coefficients;
-  shown_.basis = last.basis;
-  for (float& c : shown_.coefficients) c *= left;
+  for (std::size_t bone = 0; bone < kBoneCount; ++bone)
+    shown_.pose.bones[bone] =
+        corrected(shown_.pose.bones[bone], c.shown.pose.bones[bone], c.curve.pose.bones[bone], left);
+  if (!basis) return;
+  shown_.basis = basis;
+  std::vector<float>& coefficients = shown_.coefficients;
+  coefficients.resize(std::max({coefficients.size(), c.shown.coefficients.size(), c.curve.coefficients.size()}));
+  for (std::size_t k = 0; k < c.shown.coefficients.size(); ++k)
+    coefficients[k] += static_cast<float>(left) * c.shown.coefficients[k];
+  for (std::size_t k = 0; k < c.curve.coefficients.size(); ++k)
+    coefficients[k] -= static_cast<float>(left) * c.curve.coefficients[k];
 }
 
 }  // namespace hairnet::link

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -13,13 +14,13 @@
 
 namespace hairnet::link {
 
-// The jitter buffer of one character: plays its frames smoothly, with a small delay behind the newest. It interpolates
-// between two frames; when no frame comes it freezes for 100 ms, or for two steps of the
-// character if that is longer, then eases to rest; a sleeping character stays frozen
-// until it wakes. Time is a parameter, always on the client's clock. One thread.
+// The jitter buffer of one character: plays its frames smoothly, with a small delay behind the newest. When no frame
+// comes it goes on, slower and slower, freezes, and after 100 ms, or after two steps of the character if that is
+// longer, eases to rest; a sleeping character stays frozen until it wakes. Time is a parameter, always on the client's
+// clock. One thread.
 //
-// Between two frames, coefficients move along the parabola through the frame before as well, or in a straight line
-// where there is none.
+// Between two frames, coefficients move along a cubic whose slope at a frame is that of the parabola through it and its
+// neighbours. A frame that comes after its turn changes this curve: what is shown then is eased onto the new one.
 //
 // The lateness of a frame is its arrival time minus its sample time. The play-out delay is the smallest lateness of the
 // last frames, plus one frame interval (to have a frame to interpolate to), plus the larger of their jitter and half an
@@ -27,8 +28,8 @@ namespace hairnet::link {
 class Playout {
  public:
   // Takes a frame whose poses were sampled at `sample_time_ns` and which arrived at `arrival_time_ns`. Drops duplicates
-  // and frames that are not newer than the play time. Asserts that it has no more coefficients than its basis has
-  // modes.
+  // and frames that are older than the one that is played; a frame that had no basis yet may come again with it.
+  // Asserts that it has no more coefficients than its basis has modes.
   void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
   // Freezes the shown state until the next frame arrives. For callers that know that no frame will come for a while, as
@@ -38,11 +39,15 @@ class Playout {
   struct Sample {
     bool valid = false;  // false until the first frame
     Pose pose;
-    LevelIndex level = LevelIndex::rigid;  // that the server steps
+    LevelIndex level = LevelIndex::rigid;     // that the server steps
+    std::span<const float> coefficients;      // m, of the basis; those that are missing are 0. Until the next call.
+    std::shared_ptr<const KnownBasis> basis;  // null: at rest
+    std::int64_t time_ns = 0;                 // the sample time that is shown; never goes back
     // Of the basis's active nodes, head space, m; empty: at rest. Until the next call.
     std::span<const Vec3f> displacement;
-    std::int64_t time_ns = 0;                       // the sample time that is shown; never goes back
-    std::shared_ptr<const LevelGeometry> geometry;  // of the displacement; null: at rest
+    [[nodiscard]] std::shared_ptr<const LevelGeometry> geometry() const {
+      return basis ? std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry) : nullptr;
+    }
   };
   // Returns what to draw at `render_time_ns`. A time before the last one counts as the last one.
   Sample sample(std::int64_t render_time_ns);
@@ -51,33 +56,58 @@ class Playout {
   [[nodiscard]] std::int64_t delay_ns() const { return delay_ns_; }  // from sample time to play time
 
  private:
-  struct BufferedFrame {
-    std::int64_t time_ns = 0;
-    bool discontinuous = false;
-    bool asleep = false;  // shown until a newer frame comes
+  struct State {
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
     std::vector<float> coefficients;
-    std::int64_t step_ns = 0;                 // from one step of the character to the next; 0: not known
     std::shared_ptr<const KnownBasis> basis;  // null: at rest
+  };
+  struct BufferedFrame {
+    std::int64_t time_ns = 0;
+    bool discontinuous = false;
+    bool asleep = false;       // shown until a newer frame comes
+    std::int64_t step_ns = 0;  // from one step of the character to the next; 0: not known
+    State state;
   };
   struct Arrival {
     std::int64_t time_ns, lateness_ns;
   };
+  // What a frame that came after its turn changed: the state that was shown then, and that of the new curve.
+  struct Correction {
+    State shown, curve;
+    std::int64_t begun_ns = 0, duration_ns = 0;
+  };
+  // Shares of frames i - 2 to i + 2 in the coefficients.
+  using Weights = std::array<double, 5>;
+
   void record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
   [[nodiscard]] std::int64_t target_delay_ns() const;
   void advance(std::int64_t render_time_ns);
-  static bool are_joined(const BufferedFrame& from, const BufferedFrame& to);
-  void show_between(const BufferedFrame& from, const BufferedFrame& to);
-  void show_last(const BufferedFrame& last);
+  [[nodiscard]] std::size_t index_at(std::int64_t time_ns) const;
+  [[nodiscard]] static bool are_joined(const State& from, const State& to);
+  [[nodiscard]] bool is_joined(std::size_t i) const;
+  [[nodiscard]] bool is_smooth(std::size_t i) const;
+  [[nodiscard]] double duration_ns(std::size_t i) const;
+  void add_difference(std::size_t i, std::size_t j, double share, Weights& weights) const;
+  void add_slope(std::size_t i, std::size_t j, double share, Weights& weights) const;
+  void blend(std::size_t i, const Weights& weights, State& out) const;
+  void curve_at(std::int64_t time_ns, State& out) const;
+  void between(std::size_t i, std::int64_t time_ns, State& out) const;
+  void after_last(std::int64_t time_ns, State& out) const;
+  void correct(std::int64_t gap_ns);
+  void apply_correction();
+  void displace();
   void check_invariants() const;
 
-  std::deque<BufferedFrame> frames_;     // by time; at most one at or before the play time once sampled
-  std::optional<BufferedFrame> before_;  // the frame before the first of these
-  std::deque<Arrival> arrivals_;         // of the last frames, by arrival
-  BufferedFrame shown_;                  // the last result of sample()
-  std::vector<Vec3f> displacement_;      // of the same
-  bool started_ = false;                 // sample() has returned a valid sample
+  std::deque<BufferedFrame> frames_;  // by time; once sampled, at most three at or before the play time
+  std::deque<Arrival> arrivals_;      // of the last frames, by arrival
+  State shown_;                       // the last result of sample(),
+  std::int64_t time_ns_ = 0;          // and its time
+  std::optional<Correction> correction_;
+  std::vector<Vec3f> displacement_;  // of these coefficients of this basis
+  std::vector<float> displaced_coefficients_;
+  std::shared_ptr<const KnownBasis> displaced_basis_;
+  bool started_ = false;  // sample() has returned a valid sample
   std::int64_t render_time_ns_ = 0;
   std::int64_t delay_ns_ = 0;
   std::uint64_t dropped_count_ = 0;

@@ -28,6 +28,7 @@ void displacements_of(const Basis& basis, std::span<const float> coefficients, s
   sum.setZero();
   const std::int16_t* mode = basis.modes.data();
   for (std::size_t k = 0; k < coefficients.size(); ++k, mode += sum.size()) {
+    if (coefficients[k] == 0) continue;
     using Integers = Eigen::Map<const Eigen::Matrix<std::int16_t, Eigen::Dynamic, 1>>;
     sum += (coefficients[k] * basis.unit[k]) * Integers(mode, sum.size()).cast<float>();
   }

@@ -149,7 +149,7 @@ const std::vector<FigureName>& figure_names() {
       {"poses_asleep_share", "of characters at rest, which owe no frame"},
       {"joins_unanswered", "characters whose first frame never came; joins: the others"},
       {"resumes", "lost connections after which the session went on; restarts: after which it began again"},
-      {"frames_undecodable", "what they are predicted from was missing, or their bytes were wrong"},
+      {"frames_undecodable", "their bytes were wrong"},
       {"errors", "all of error.REASON: connections lost, refusals and goodbyes, of well-behaved clients"},
       {"characters", "mean of the stage; clients"},
       {"bytes_in_per_character_s",

@@ -28,7 +28,7 @@ struct Counts {
   std::uint64_t frames_missed = 0;  // by tick and stride
   std::uint64_t gap_ticks_max = 0;  // from one own frame to the next: 1 when none is missed, at any stride
   std::uint64_t frames_of_others = 0;
-  std::uint64_t frames_undecodable = 0;     // a frame that they refer to was missing, or their bytes were wrong
+  std::uint64_t frames_undecodable = 0;     // their bytes were wrong
   std::uint64_t resumes = 0, restarts = 0;  // lost connections after which the server had the session, or had not
   std::uint64_t frames_discontinuous = 0;
   std::array<std::uint64_t, kLevelCount> frames_by_level{};  // own and others'

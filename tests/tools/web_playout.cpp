@@ -33,12 +33,13 @@ class Scene {
 
   // The frame of a tick; it arrives later by `late_ms`, and 20 ms that every frame takes. Some have fewer coefficients
   // than others.
-  void push(int tick, int late_ms, bool discontinuous = false, bool asleep = false) {
+  void push(int tick, int late_ms, bool discontinuous = false, bool asleep = false, bool repeated = false) {
     const double t = 1e-9 * static_cast<double>(tick * kTick_ns);
     link::Frame frame;
     frame.level = static_cast<LevelIndex>(tick / 4 % 4);
     frame.discontinuous = discontinuous;
     frame.asleep = asleep;
+    frame.repeated = repeated;
     frame.step_s = 1.0f / 30;
     const Quat turn(Eigen::AngleAxisd(0.8 * std::sin(2 * t), Vec3(0.2, 1, 0.1).normalized()));
     frame.pose = rounded_to_wire(rigid_pose({turn, Vec3(0.3 * std::sin(t), 1.6, 0.2 * t)}));
@@ -56,6 +57,7 @@ class Scene {
                        {{"level", static_cast<unsigned>(frame.level)},
                         {"discontinuous", frame.discontinuous},
                         {"asleep", frame.asleep},
+                        {"repeated", frame.repeated},
                         {"stepS", frame.step_s},
                         {"pose", to_json(frame.pose)},
                         {"coefficients", frame.coefficients},
@@ -132,6 +134,27 @@ Json frozen() {
   return scene.finish("held and asleep");
 }
 
+Json lossy() {
+  Scene scene(16);
+  for (int tick = 0; tick < 60; ++tick) {
+    if (tick % 5 != 3 && tick % 7 != 4) scene.push(tick, tick * 5 % 13);
+    scene.show_until((tick + 1) * kTick_ns + 20 * kMs);
+  }
+  return scene.finish("lost frames");
+}
+
+Json asleep_before_its_basis() {
+  Scene scene(17);
+  scene.basis = kNone;
+  scene.run(1, 6, 3);
+  scene.push(7, 0, false, true);
+  scene.show_until(14 * kTick_ns);
+  scene.basis = 0;
+  scene.push(7, 300, false, true, true);
+  scene.show_until(30 * kTick_ns);
+  return scene.finish("a sleeping frame that comes again with its basis");
+}
+
 Json disorder() {
   Scene scene(14);
   scene.run(0, 6, 4);
@@ -162,7 +185,7 @@ Json changes() {
 }  // namespace
 
 Json playout_cases() {
-  return {steady(), gap(), frozen(), disorder(), changes()};
+  return {steady(), gap(), frozen(), lossy(), asleep_before_its_basis(), disorder(), changes()};
 }
 
 }  // namespace hairnet

@@ -188,8 +188,9 @@ Result<void> LiveRoom::take(const wire::GroomStatus& status) {
 
 Result<void> LiveRoom::take(const link::FrameBatch& batch) {
   const std::int64_t now = link_.now_ns(), sampled = link_.to_local_ns(batch.sample_time_ns);
-  latency_ms_ = 1e-6 * static_cast<double>(now - sampled);
-  statistics_.count_frames(batch, now - sampled);
+  const bool is_repeated = !batch.frames.empty() && batch.frames[0].repeated;
+  if (!is_repeated) latency_ms_ = 1e-6 * static_cast<double>(now - sampled);
+  if (!is_repeated) statistics_.count_frames(batch, now - sampled);
   for (const link::Frame& frame : batch.frames) take(frame, batch, sampled, now);
   return {};
 }
@@ -198,7 +199,7 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
                     std::int64_t now_ns) {
   if (frame.character != 0 || on_frame_) link::displacements_of(frame, displacement_);
   if (frame.character == 0) {
-    if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_)
+    if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_ && !frame.repeated)
       on_frame_(frame, batch.tick, displacement_, other_characters_.name_of(frame.member));
     return;
   }
@@ -207,7 +208,7 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
   if (!own.first_lattice_ns && frame.basis) own.first_lattice_ns = now_ns;
   own.playout.push(frame, sampled_ns, now_ns);
   statistics_.count_displacement(frame.character, displacement_);
-  if (on_frame_) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
+  if (on_frame_ && !frame.repeated) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
 }
 
 // All clips begin together, once every character that is not refused is simulated at its level.
@@ -271,7 +272,7 @@ void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (OwnCharacter& own : own_characters_) {
     own.sample = own.playout.sample(now_ns);
     if (!own.sample.valid) continue;
-    own.lattice.show(own.sample.displacement, own.sample.geometry);
+    own.lattice.show(own.sample.displacement, own.sample.geometry());
   }
   other_characters_.play(now_ns, moment);
 }
@@ -317,7 +318,7 @@ void LiveRoom::show(std::int64_t now_ns) {
     character.pose = sample.pose;
     character.layers = lattice.layers();
     character.level = sample.level;
-    character.geometry = sample.geometry;
+    character.geometry = sample.geometry();
     character.displacement = sample.displacement;
     character.model = model_of(groom, character.geometry.get());
     return character;

@@ -22,7 +22,7 @@ struct Moment {
   Moment(const Pose& p, std::span<const Vec3f> d, std::shared_ptr<const LevelGeometry> g,
          std::shared_ptr<const Skin> s = nullptr)
       : pose(p), displacement(d.begin(), d.end()), geometry(std::move(g)), skin(std::move(s)) {}
-  explicit Moment(const link::Playout::Sample& sample) : Moment(sample.pose, sample.displacement, sample.geometry) {}
+  explicit Moment(const link::Playout::Sample& sample) : Moment(sample.pose, sample.displacement, sample.geometry()) {}
 };
 
 // The one layer of a character's hair, for render: its lattice with all nodes of the grid.

@@ -62,7 +62,7 @@ class Receiving : public ::testing::Test {
   }
   void send_basis() { d.send(wire::GroomData{basis_hash(), basis_file().size(), 0, basis_file()}); }
   struct Coded {
-    bool discontinuous = false, damaged = false;
+    bool discontinuous = false, damaged = false, asleep = false;
     std::size_t count = 12;  // of coefficients
   };
   void send_frame(std::uint64_t tick, std::uint32_t member) { send_frame(tick, member, Coded()); }
@@ -76,6 +76,7 @@ class Receiving : public ::testing::Test {
     frame.member = member;
     frame.level = LevelIndex::low;
     frame.discontinuous = coded.discontinuous;
+    frame.asleep = coded.asleep;
     frame.step_stride = 2;
     frame.content = content;
     batch.frames.push_back(frame);
@@ -157,6 +158,18 @@ TEST_F(Receiving, damaged_content_is_no_reason_to_leave) {
   send_frame(10, kOther, {.damaged = true});
   EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
   EXPECT_TRUE(d.core.active());
+}
+
+TEST_F(Receiving, hair_that_is_brought_to_a_new_server_is_that_of_the_last_frame_that_could_be_decoded) {
+  send_frame(10, kOwnMember);
+  send_frame(11, kOwnMember, {.damaged = true});
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(6));
+  const auto added = d.expect<wire::AddCharacter>();
+  ASSERT_TRUE(added.state);
+  expect_state(*added.state, 10);
 }
 
 TEST_F(Receiving, a_jump_that_could_not_be_decoded_parts_the_frames_around_it) {
@@ -425,6 +438,51 @@ TEST_F(ReceivingBasis, hair_is_at_rest_until_it_is_here) {
   ASSERT_TRUE(frame);
   EXPECT_TRUE(frame->basis);
   expect_near(frame->coefficients, coefficients_at(11, kNew));
+}
+
+TEST_F(ReceivingBasis, shows_a_sleeping_character_of_which_no_other_frame_comes) {
+  announce();
+  send_frame(10, kNew, {.asleep = true});
+  const std::optional<Frame> lacking = received();
+  ASSERT_TRUE(lacking);
+  EXPECT_FALSE(lacking->basis);
+  EXPECT_FALSE(lacking->repeated);
+  send_file();
+  const std::optional<FrameBatch> again = d.event<FrameBatch>();
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->tick, 10u);
+  EXPECT_EQ(again->sample_time_ns, 330 * kMs);
+  ASSERT_EQ(again->frames.size(), 1u);
+  EXPECT_TRUE(again->frames[0].repeated);
+  EXPECT_TRUE(again->frames[0].asleep);
+  EXPECT_EQ(again->frames[0].member, kNew);
+  expect_near(again->frames[0].coefficients, coefficients_at(10, kNew));
+  EXPECT_EQ(d.core.counters().frames_received, 2u);
+}
+
+TEST_F(ReceivingBasis, shows_only_the_newest_frame_again) {
+  announce();
+  send_frame(10, kNew, {.asleep = true});
+  send_frame(11, kNew);
+  d.take_all();
+  d.events<FrameBatch>();
+  send_file();
+  EXPECT_THAT(d.events<FrameBatch>(), testing::IsEmpty());
+}
+
+TEST_F(ReceivingBasis, of_a_sleeping_character_is_asked_for_again) {
+  announce();
+  send_frame(10, kNew, {.asleep = true});
+  EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_);
+  d.send(wire::Error{wire::ErrorReason::limit_exceeded, 0, hash_, "too many grooms are asked for at once"});
+  bool asked = false;
+  for (int i = 0; i < 10 && !asked; ++i) {
+    d.pass(500 * kMs);
+    d.send(wire::RoomWind{});  // the server is still there
+    for (const wire::Message& message : d.take_all())
+      asked = asked || std::holds_alternative<wire::GroomRequest>(message);
+  }
+  EXPECT_TRUE(asked);
 }
 
 TEST_F(ReceivingBasis, brings_the_skin_of_the_body) {

@@ -126,17 +126,27 @@ TEST_F(Playing, the_delay_grows_with_jitter_so_that_every_time_has_a_frame_after
   EXPECT_EQ(playout_.dropped_count(), 0u);
 }
 
-TEST_F(Playing, freezes_for_100_ms_without_frames_then_eases_to_rest_in_half_a_second) {
+TEST_F(Playing, without_frames_it_goes_on_for_a_moment_freezes_and_eases_to_rest_in_half_a_second) {
   push_line(4);
   const std::int64_t newest = 4 * kInterval + kDelay;  // when frame 4 is shown
   (void)playout_.sample(newest - kInterval);
-  EXPECT_NEAR(playout_.sample(newest + 99 * kMs).displacement[0].x(), 40 * kStep_m, 1e-8);
-  float last = static_cast<float>(40 * kStep_m);
-  for (int ms = 120; ms < 600; ms += 20) {
+  double x = 40, speed = 10.0 / 40;  // a ms
+  for (int ms = 4; ms < 100; ms += 4) {
+    const Playout::Sample sample = playout_.sample(newest + ms * kMs);
+    const double now = sample.pose.head().position.x();
+    EXPECT_GT(now, x);
+    EXPECT_LT(now - x, 4 * speed);
+    EXPECT_NEAR(sample.displacement[0].x(), now * kStep_m, 1e-8);
+    speed = (now - x) / 4;
+    x = now;
+  }
+  EXPECT_LT(x, 50);
+  auto last = static_cast<float>(x * kStep_m);
+  for (int ms = 160; ms < 600; ms += 20) {
     const Playout::Sample sample = playout_.sample(newest + ms * kMs);
     EXPECT_LT(sample.displacement[0].x(), last);
     EXPECT_GE(sample.displacement[0].x(), 0);
-    EXPECT_EQ(sample.pose.head().position.x(), 40);
+    EXPECT_NEAR(sample.pose.head().position.x(), x, 0.5);
     last = sample.displacement[0].x();
   }
   EXPECT_EQ(playout_.sample(newest + 601 * kMs).displacement[0].x(), 0);
@@ -153,6 +163,61 @@ TEST_F(Playing, after_a_gap_the_way_begins_at_what_was_shown) {
   const float later = playout_.sample(resumed + 20 * kMs).displacement[0].x();
   EXPECT_GT(later, first);
   EXPECT_LT(later, 0.25f);
+}
+
+TEST_F(Playing, a_frame_that_comes_after_its_turn_makes_no_jump) {
+  push_line(4);
+  const std::int64_t late = 5 * kInterval + kDelay - 5 * kMs;  // it goes on beyond frame 4
+  const Playout::Sample before = playout_.sample(late);
+  const double x = before.pose.head().position.x();
+  const float moved = before.displacement[0].x();
+  const Quat turned(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
+  Frame frame = frame_at(20);
+  frame.pose = rigid_pose({turned, Vec3(20, 0, 0)});
+  playout_.push(frame, 5 * kInterval, late);
+  const Playout::Sample after = playout_.sample(late);
+  EXPECT_NEAR(after.pose.head().position.x(), x, 1e-9);
+  EXPECT_LT(after.pose.head().rotation.angularDistance(Quat::Identity()), 1e-6);
+  EXPECT_NEAR(after.displacement[0].x(), moved, 1e-7);
+  double last = x;
+  for (int ms = 2; ms <= 120; ms += 2) {
+    const double now = playout_.sample(late + ms * kMs).pose.head().position.x();
+    EXPECT_LT(std::abs(now - last), 3);
+    last = now;
+  }
+}
+
+TEST_F(Playing, a_frame_older_than_what_is_shown_still_corrects_it) {
+  push_line(4);
+  playout_.sample(5 * kInterval + kDelay + 10 * kMs);
+  push(5, 50);
+  EXPECT_EQ(playout_.dropped_count(), 0u);
+  const Playout::Sample later = playout_.sample(5 * kInterval + kDelay + 90 * kMs);
+  EXPECT_GT(later.pose.head().position.x(), 55);
+}
+
+TEST_F(Playing, a_sleeping_frame_that_comes_again_with_its_basis_shows_its_hair) {
+  push_line(1);
+  Frame asleep = frame_at(20);
+  asleep.asleep = true;
+  const Frame whole = std::exchange(asleep, [&] {
+    Frame lacking = asleep;
+    lacking.coefficients.clear();
+    lacking.basis = nullptr;
+    return lacking;
+  }());
+  playout_.push(asleep, 2 * kInterval, 2 * kInterval + kLateness);
+  std::int64_t now = 2 * kInterval + kDelay + 2'000 * kMs;
+  EXPECT_TRUE(playout_.sample(now).displacement.empty());
+  const std::int64_t delay = playout_.delay_ns();
+  Frame again = whole;
+  again.repeated = true;
+  playout_.push(again, 2 * kInterval, now);
+  EXPECT_EQ(playout_.dropped_count(), 0u);
+  EXPECT_NEAR(playout_.sample(now).displacement[0].x(), 0, 1e-7);
+  EXPECT_NEAR(playout_.sample(now += 1'000 * kMs).displacement[0].x(), 20 * kStep_m, 1e-7);
+  EXPECT_NEAR(playout_.sample(now += 60'000 * kMs).displacement[0].x(), 20 * kStep_m, 1e-7);
+  EXPECT_EQ(playout_.delay_ns(), delay);
 }
 
 TEST_F(Playing, does_not_interpolate_into_a_discontinuous_frame) {
@@ -185,7 +250,7 @@ TEST_F(Playing, hair_without_coefficients_is_at_rest_and_eases_there) {
   const Playout::Sample rigid = playout_.sample(4 * kInterval + kDelay);
   EXPECT_EQ(rigid.level, LevelIndex::rigid);
   EXPECT_TRUE(rigid.displacement.empty());
-  EXPECT_FALSE(rigid.geometry);
+  EXPECT_FALSE(rigid.geometry());
 }
 
 TEST_F(Playing, coefficients_of_another_basis_are_not_mixed) {
@@ -304,16 +369,16 @@ class Swinging : public ::testing::Test {
 
 TEST_F(Swinging, hair_is_shown_where_it_was) {
   const auto all = [](std::int64_t) { return true; };
-  EXPECT_LT(error(all), 0.004);
-  EXPECT_LT(error(all, 2), 0.03);
-  EXPECT_LT(error(all, 4), 0.2);
+  EXPECT_LT(error(all), 0.002);
+  EXPECT_LT(error(all, 2), 0.02);
+  EXPECT_LT(error(all, 4), 0.12);
 }
 
 TEST_F(Swinging, a_fifth_of_the_frames_lost_at_random_leaves_it_smooth) {
   std::mt19937 random(3);
   std::vector<bool> lost;
   for (int i = 0; i < 600; ++i) lost.push_back(random() % 5 == 0);
-  EXPECT_LT(error([&](std::int64_t i) { return !lost[static_cast<std::size_t>(i)]; }), 0.06);
+  EXPECT_LT(error([&](std::int64_t i) { return !lost[static_cast<std::size_t>(i)]; }), 0.025);
 }
 
 TEST_F(Playing, memory_is_bounded_without_sampling) {

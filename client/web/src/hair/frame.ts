@@ -14,6 +14,8 @@ export interface Frame {
   readonly discontinuous: boolean;
   /** the lattice is at rest: the server sends no further frame until the character wakes */
   readonly asleep: boolean;
+  /** it came already, before its basis */
+  readonly repeated: boolean;
   /** the last known hair from before a reconnect: the new server has no lattice yet */
   readonly lastKnown: boolean;
   /** ticks from one step of the character to the next */

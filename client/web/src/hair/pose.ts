@@ -62,13 +62,37 @@ export function validatePose(pose: ArrayLike<number>): void {
   if (fault) throw new HairnetError("invalid", fault);
 }
 
-/** Linear in position, shortest-arc slerp in rotation, bone by bone; s in [0, 1]. `out` may be a or b. */
+/** Linear in position, shortest-arc slerp in rotation, bone by bone; an s beyond [0, 1] goes on. `out` may be a or b. */
 export function interpolatePose(a: Pose, b: Pose, s: number, out: Pose): Pose {
   for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
     slerp(a, b, at, s, out);
     for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = a[axis] + s * (b[axis] - a[axis]);
   }
   return out;
+}
+
+/** Moves `pose` by a share of the way from one pose to another, bone by bone. */
+export function movePose(pose: Pose, from: Pose, to: Pose, share: number, out: Pose): Pose {
+  const turn = new Float64Array(4);
+  const unturned = Float64Array.of(0, 0, 0, 1);
+  for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
+    const back = [-from[at], -from[at + 1], -from[at + 2], from[at + 3]];
+    multiply(to.subarray(at, at + 4), back, turn);
+    slerp(unturned, turn, 0, share, turn);
+    multiply(turn, pose.subarray(at, at + 4), out.subarray(at, at + 4));
+    for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = pose[axis] + share * (to[axis] - from[axis]);
+  }
+  return out;
+}
+
+/** The turn b, then a; x y z w. */
+function multiply(a: ArrayLike<number>, b: ArrayLike<number>, out: Float64Array): void {
+  out.set([
+    a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+    a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+    a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+    a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+  ]);
 }
 
 function slerp(a: Pose, b: Pose, at: number, s: number, out: Pose): void {

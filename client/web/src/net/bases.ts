@@ -50,10 +50,9 @@ export class Bases {
     return entry.file;
   }
 
-  /** A groom whose basis the file of this hash is; null: of none. */
-  groomOf(file: GroomHash): GroomHash | null {
-    for (const [groom, entry] of this.#entries) if (entry.file === file) return groom;
-    return null;
+  /** The grooms whose basis the file of this hash is. */
+  groomsOf(file: GroomHash): GroomHash[] {
+    return [...this.#entries].filter(([, entry]) => entry.file === file).map(([groom]) => groom);
   }
 
   /** Takes the file of a basis, which several grooms may have. Returns why it cannot be used; empty: it can. */

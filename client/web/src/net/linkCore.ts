@@ -27,6 +27,7 @@ import { UploadQueue } from "./uploadQueue";
 
 // A pose waits for at most one chunk of a groom: it is kept small.
 const kChunkBytes = 16 << 10;
+const kAskAgainNs = 1e9;
 const kGoodbyeWaitNs = 400_000_000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 const kStableNs = 5_000_000_000;
@@ -63,6 +64,8 @@ export class LinkCore {
   #giveUpNs = Infinity;
   /** the server has announced all of them again after a resume */
   #membersDueNs = Infinity;
+  /** for bases that frames wait for */
+  #askAgainNs = 0;
   #activeSinceNs = 0;
   /** since when it is, or was last, without a connection that lasts */
   #awaySinceNs: number | null = null;
@@ -339,7 +342,7 @@ export class LinkCore {
         return this.#members.bases.announce(message);
       case "groomData": {
         const fetched = this.#fetch.take(message);
-        return fetched ? this.#onFetched(fetched) : undefined;
+        return fetched ? this.#onFetched(fetched, nowNs) : undefined;
       }
       case "frameBatch":
         return this.#onFrameBatch(message, nowNs);
@@ -352,11 +355,15 @@ export class LinkCore {
     }
   }
 
-  #onFetched(fetched: GroomFetched): void {
-    const groom = this.#members.bases.groomOf(fetched.hash);
-    if (groom === null) return this.#push(fetched);
+  #onFetched(fetched: GroomFetched, nowNs: number): void {
+    const grooms = this.#members.bases.groomsOf(fetched.hash);
+    if (grooms.length === 0) return this.#push(fetched);
+    const [groom] = grooms;
     const fault = this.#members.bases.take(fetched);
-    if (fault === "") return;
+    if (fault === "") {
+      for (const each of grooms) this.#onWaiting(each, nowNs);
+      return;
+    }
     const detail = `its basis cannot be used: ${fault}`;
     this.#push({ type: "error", reason: ErrorReason.groomInvalid, character: 0, groom, detail });
   }
@@ -384,6 +391,10 @@ export class LinkCore {
     }
     const report = this.#importance.take(nowNs);
     if (report) this.#enqueue(report);
+    if (nowNs >= this.#askAgainNs) {
+      this.#askAgainNs = nowNs + kAskAgainNs;
+      for (const file of this.#members.wantedAgain(nowNs)) this.requestGroom(file);
+    }
     if (nowNs < this.#membersDueNs) return;
     this.#membersDueNs = Infinity;
     this.#tellLeft(this.#members.dropUnconfirmed());
@@ -512,7 +523,7 @@ export class LinkCore {
       if (decoded.outcome === "unknown") ++this.#counters.framesUnknown;
       if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
       if (decoded.wantsBasis) this.requestGroom(decoded.wantsBasis);
-      const frame = this.#frameOf(coded, decoded, nowNs);
+      const frame = this.#frameOf(coded, decoded, false, nowNs);
       if (!frame) continue;
       if (this.#sink) this.#sink(frame, sampleTimeNs, tick);
       else events.push(frame);
@@ -520,7 +531,17 @@ export class LinkCore {
     if (events.length > 0) this.#push({ type: "frameBatch", tick, sampleTimeNs, frames: events });
   }
 
-  #frameOf(coded: m.CodedFrame, decoded: DecodedFrame, nowNs: number): Frame | null {
+  #onWaiting(groom: GroomHash, nowNs: number): void {
+    for (const { coded, tick, timeNs: sampleTimeNs, decoded } of this.#members.decodeWaiting(groom)) {
+      if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
+      const frame = this.#frameOf(coded, decoded, true, nowNs);
+      if (!frame) continue;
+      if (this.#sink) this.#sink(frame, sampleTimeNs, tick);
+      else this.#push({ type: "frameBatch", tick, sampleTimeNs, frames: [frame] });
+    }
+  }
+
+  #frameOf(coded: m.CodedFrame, decoded: DecodedFrame, repeated: boolean, nowNs: number): Frame | null {
     const { character, discontinuous, pose, coefficients, basis } = decoded;
     if (!pose) return null;
     if (character !== 0 && basis) {
@@ -531,7 +552,7 @@ export class LinkCore {
     const hair = character !== 0 && !basis ? this.#lastKnown.of(character, nowNs) : null;
     const { member, level, asleep, stepStride } = coded;
     const stepS = stepStride / this.#welcome!.tickRateHz;
-    const frame = { member, character, level, discontinuous, asleep, stepStride, stepS, pose };
+    const frame = { member, character, level, discontinuous, asleep, repeated, stepStride, stepS, pose };
     if (!hair) return { ...frame, lastKnown: false, coefficients, basis };
     return { ...frame, lastKnown: true, coefficients: hair.coefficients, basis: hair.basis };
   }
@@ -540,7 +561,7 @@ export class LinkCore {
     const { reason, groom, character } = error;
     const mayBeFetch = reason === ErrorReason.groomUnavailable || reason === ErrorReason.limitExceeded;
     const endsFetch = mayBeFetch && groom !== null && this.#fetch.refuse(groom);
-    if (endsFetch && this.#members.bases.groomOf(groom) !== null) return; // frames that need it ask again
+    if (endsFetch && this.#members.bases.groomsOf(groom).length > 0) return; // frames that need it ask again
     if (!endsFetch && groom !== null && endsUpload(error)) {
       this.#uploads.drop(groom);
       this.#requested.onRefused(groom);

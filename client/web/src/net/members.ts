@@ -16,6 +16,8 @@ class Member {
   /** of the last frame and the one before; null: no hair */
   newest: HairMoment | null = null;
   before: HairMoment | null = null;
+  /** The frame of a sleeping character comes once. It waits here if the groom's basis had not arrived. */
+  waiting: WaitingFrame | null = null;
 
   constructor(
     /** the owner's; null: this one */
@@ -46,6 +48,14 @@ export interface DecodedFrame {
   readonly coefficients: Float32Array;
   /** null: the hair is at rest, or its basis has not arrived yet */
   readonly basis: KnownBasis | null;
+}
+
+/** The last frame of a character, decoded without its groom's basis. */
+interface WaitingFrame {
+  readonly coded: CodedFrame;
+  readonly tick: number;
+  readonly timeNs: number;
+  readonly decoded: DecodedFrame;
 }
 
 const kNone = new Float32Array(0);
@@ -99,12 +109,11 @@ export class Members {
     if (found) this.#members.delete(found[0]);
   }
 
+  /** After a frame that cannot be decoded, the character still has the one before. */
   decodeMemberFrame(frame: CodedFrame, tick: number, timeNs: number, nowNs: number): DecodedFrame {
     const member = this.#members.get(frame.member);
     if (!member || tick <= member.lastTick) return kUnknown;
     member.lastTick = tick;
-    member.before = member.newest;
-    member.newest = null;
     const isRigid = frame.level === LevelIndex.rigid;
     const shared = {
       wantsBasis: isRigid ? null : this.bases.wanted(member.groom, nowNs),
@@ -112,21 +121,39 @@ export class Members {
       character: member.isOwn ? member.character : 0,
     };
     const known = this.bases.of(member.groom);
-    const decoded = decodeFrame(frame.content, known?.code ?? null);
-    if (!decoded || poseFault(decoded.pose)) {
-      member.discontinuityPending = shared.discontinuous;
-      return { ...kUnknown, ...shared, outcome: "undecodable" };
-    }
-    member.discontinuityPending = false;
-    const basis = isRigid ? null : known;
-    const { pose } = decoded;
-    const coefficients = basis ? decoded.coefficients : kNone;
-    if (shared.discontinuous) member.before = null;
-    if (basis) member.newest = { timeNs, pose, basis, coefficients };
-    return { ...shared, outcome: "decoded", pose, coefficients, basis };
+    const decoded = { ...shared, ...decode(member, frame, timeNs, known, shared.discontinuous) };
+    member.discontinuityPending = decoded.outcome === "undecodable" && shared.discontinuous;
+    if (decoded.outcome === "undecodable") return decoded;
+    const waits = frame.asleep && !isRigid && !known;
+    const coded = { ...frame, content: frame.content.slice() };
+    member.waiting = waits ? { coded, tick, timeNs, decoded } : null;
+    return decoded;
   }
 
-  /** The hair of an own character's last frame; null unless it had coefficients of the groom's newest basis. */
+  /** Decodes the frames that waited for the basis of this groom and are still the newest. */
+  decodeWaiting(groom: GroomHash): WaitingFrame[] {
+    const ready: WaitingFrame[] = [];
+    const known = this.bases.of(groom);
+    for (const member of this.#members.values()) {
+      const { waiting } = member;
+      if (!waiting || member.groom !== groom || !known) continue;
+      member.waiting = null;
+      const { coded, timeNs, decoded } = waiting;
+      ready.push({
+        ...waiting,
+        decoded: { ...decoded, ...decode(member, coded, timeNs, known, decoded.discontinuous) },
+      });
+    }
+    return ready;
+  }
+
+  /** The files of bases that such frames still lack and that are to be asked for again. */
+  wantedAgain(nowNs: number): GroomHash[] {
+    const waiting = [...this.#members.values()].filter((member) => member.waiting);
+    return waiting.map((member) => this.bases.wanted(member.groom, nowNs)).filter((file) => file !== null);
+  }
+
+  /** The hair of an own character's last decoded frame; null unless it had coefficients of the groom's newest basis. */
   hairOf(character: number): HairSnapshot | null {
     const member = this.#findOwn(character)?.[1];
     const newest = member?.newest;
@@ -137,7 +164,7 @@ export class Members {
 
   /** The connection broke: the next frame may be of another server, and comes later. */
   forgetFrames(): void {
-    for (const member of this.#members.values()) member.newest = member.before = null;
+    for (const member of this.#members.values()) member.newest = member.before = member.waiting = null;
   }
 
   /**
@@ -197,4 +224,22 @@ export class Members {
     }
     return null;
   }
+}
+
+function decode(
+  member: Member,
+  frame: CodedFrame,
+  timeNs: number,
+  known: KnownBasis | null,
+  isDiscontinuous: boolean,
+): Pick<DecodedFrame, "outcome" | "pose" | "coefficients" | "basis"> {
+  const decoded = decodeFrame(frame.content, known?.code ?? null);
+  if (!decoded || poseFault(decoded.pose))
+    return { outcome: "undecodable", pose: null, coefficients: kNone, basis: null };
+  const { pose } = decoded;
+  const basis = frame.level === LevelIndex.rigid ? null : known;
+  const coefficients = basis ? decoded.coefficients : kNone;
+  member.before = isDiscontinuous ? null : member.newest;
+  member.newest = basis ? { timeNs, pose, basis, coefficients } : null;
+  return { outcome: "decoded", pose, coefficients, basis };
 }

@@ -240,6 +240,26 @@ describe("link: frames", () => {
     expect(driver.core.counters.framesUndecodable).toBe(0);
   });
 
+  it("shows a sleeping character, of which no other frame comes, once its basis is here", () => {
+    const driver = new LinkCoreDriver();
+    driver.join();
+    driver.tell(joined);
+    driver.tell(announced);
+    driver.events();
+    driver.tell(batch(1, { asleep: true }));
+    expect(driver.sent()).toMatchObject([{ type: "groomRequest", hash: announced.basis }]);
+    expect(framesOf(driver.events())).toMatchObject([{ basis: null, repeated: false }]);
+    driver.tell(basisData);
+    const [again, ...more] = driver.events();
+    expect(more).toEqual([]);
+    expect(again).toMatchObject({ type: "frameBatch", tick: batch(1).tick });
+    const [frame] = framesOf([again]);
+    expect(frame).toMatchObject({ asleep: true, repeated: true });
+    expect(Array.from(frame.coefficients)).toEqual(sequence.coefficients[1]);
+    driver.tell(basisData);
+    expect(framesOf(driver.events())).toEqual([]);
+  });
+
   it("says what is wrong with a basis, and does not ask for it again", () => {
     const driver = new LinkCoreDriver();
     driver.join();
