@@ -10,7 +10,7 @@ namespace {
 
 using Vec4f = Eigen::Vector4f;
 
-constexpr std::size_t kFirstBone = 6, kFirstLayer = 16, kDensityTexel = 31;
+constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20;
 constexpr float kStray_m = 2.5e-3f;  // of follow hairs from their strand
 
 Vec4f with(const Vec3f& v, float w) {
@@ -47,34 +47,23 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
       texels[kFirstBone + 3 + 2 * axis].w() = density->cell[static_cast<Eigen::Index>(axis)];
     texels[kFirstBone + 9].w() = density->weight;
   }
-  std::size_t layers = 0;
-  for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMax))) {
-    if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;
+  texels[4] = {detail.follow_hair_count, kStray_m, 0, 0};
+  if (moves_hair(character.lattice)) {
+    const Lattice& lattice = character.lattice.geometry->lattice;
+    texels[4].z() = 1;
+    texels[kLatticeTexel] = with(lattice.origin, 0);
+    texels[kLatticeTexel + 1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(lattices_.size()));
+    texels[kLatticeTexel + 2] = {static_cast<float>(lattice.dims[0]), static_cast<float>(lattice.dims[1]),
+                                 static_cast<float>(lattice.dims[2]), 0};
+    for (const Vec3f& u : character.lattice.grid_displacements) lattices_.push_back(with(u, 0));
   }
-  // The w of the last texels of layers, also of those that are not there.
-  const Vec3f tip = character.hair_tip_colour.value_or(character.hair_colour);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    texels[kFirstLayer + 2 + 3 * axis].w() = tip[static_cast<Eigen::Index>(axis)];
-  texels[kFirstLayer + 11].w() = character.roughness;
-  texels[4] = {detail.follow_hair_count, kStray_m, static_cast<float>(layers), 0};
+  texels[kTipTexel] = with(character.hair_tip_colour.value_or(character.hair_colour), character.roughness);
 }
 
-bool moves_hair(const LatticeLayer& layer) {
-  if (layer.geometry == nullptr || layer.grid_displacements.empty() || layer.weight == 0) return false;
-  HAIRNET_ASSERT(layer.grid_displacements.size() == layer.geometry->lattice.node_count());
-  return std::isfinite(layer.weight) &&
-         std::ranges::all_of(layer.grid_displacements, [](const Vec3f& u) { return u.allFinite(); });
-}
-
-bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
-  if (!moves_hair(layer)) return false;
-  const Lattice& lattice = layer.geometry->lattice;
-  texels[0] = with(lattice.origin, layer.weight);
-  texels[1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(lattices_.size()));
-  texels[2] = {static_cast<float>(lattice.dims[0]), static_cast<float>(lattice.dims[1]),
-               static_cast<float>(lattice.dims[2]), 0};
-  for (const Vec3f& u : layer.grid_displacements) lattices_.push_back(with(u, 0));
-  return true;
+bool moves_hair(const MovedLattice& lattice) {
+  if (lattice.geometry == nullptr) return false;
+  HAIRNET_ASSERT(lattice.grid_displacements.size() == lattice.geometry->lattice.node_count());
+  return std::ranges::all_of(lattice.grid_displacements, [](const Vec3f& u) { return u.allFinite(); });
 }
 
 }  // namespace hairnet::render

@@ -8,23 +8,23 @@
 
 namespace hairnet::render {
 
-// Whether the layer can be drawn and has a weight.
-bool moves_hair(const LatticeLayer& layer);
+// Whether there is a lattice and all of it is finite.
+bool moves_hair(const MovedLattice& lattice);
 
 // The two textures that character.glsl reads, as floats: one row of records for each character, and the nodes of
 // lattices.
 class CharacterRecords {
  public:
-  static constexpr std::size_t kRecordTexels = 32, kLatticeRow = 1024;
-  static constexpr std::size_t kCharacterRowsMax = kLatticeLayersMax * 64 * 64 * 64 / kLatticeRow;
+  static constexpr std::size_t kRecordTexels = 21, kLatticeRow = 1024;
+  static constexpr std::size_t kCharacterRowsMax = 64 * 64 * 64 / kLatticeRow;
 
   void clear();
   // The rows of StrandDeformPass's textures with the points of the character's strands.
   struct PointRows {
     std::size_t first = 0, count = 0;
   };
-  // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. Skips layers that are not finite.
-  // `density`: null: the character has none.
+  // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. A lattice that is not finite
+  // moves nothing. `density`: null: the character has none.
   void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
            bool cards, const PointRows& points, const DensityGrid* density = nullptr);
 
@@ -37,8 +37,6 @@ class CharacterRecords {
   [[nodiscard]] const std::vector<Eigen::Vector4f>& lattices() const { return lattices_; }
 
  private:
-  bool add_layer(const LatticeLayer& layer, Eigen::Vector4f* texels);
-
   std::vector<Eigen::Vector4f> records_, lattices_;
 };
 

@@ -10,17 +10,15 @@ constexpr float kDensityShare = 0.22f;  // share of blocked light that is lost, 
 
 }  // namespace
 
-// The newest layer counts: older ones only fade.
 Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::AlignedBox3f& roots,
-                              std::span<const LatticeLayer> layers) {
-  const auto newest = std::ranges::max_element(layers, {}, &LatticeLayer::weight);
-  if (newest == layers.end() || newest->geometry == nullptr || newest->grid_displacements.empty()) return rest;
-  const Lattice& lattice = newest->geometry->lattice;
+                              const MovedLattice& moved) {
+  if (moved.geometry == nullptr) return rest;
+  const Lattice& lattice = moved.geometry->lattice;
   const Eigen::AlignedBox3f near(rest.min() - lattice.spacing, rest.max() + lattice.spacing);
   Eigen::AlignedBox3f box = roots;
-  for (std::uint32_t n = 0; n < newest->grid_displacements.size(); ++n) {
+  for (std::uint32_t n = 0; n < moved.grid_displacements.size(); ++n) {
     const Vec3f at = lattice.node(n);
-    const Vec3f& moved_by = newest->grid_displacements[n];
+    const Vec3f& moved_by = moved.grid_displacements[n];
     if (near.contains(at) && moved_by.allFinite()) box.extend(at.cwiseMax(rest.min()).cwiseMin(rest.max()) + moved_by);
   }
   return box;

@@ -2,9 +2,8 @@
 
 #include <cstddef>
 #include <optional>
-#include <span>
 
-#include "core/ffd/lattice.hpp"
+#include "core/ffd/moved_lattice.hpp"
 
 namespace hairnet::render {
 
@@ -19,9 +18,9 @@ struct DensityGrid {
   float weight = 0;  // optical depth in a metre of a cell that contains a metre of strand
 };
 
-// The box that contains the hair as the layers move it: `rest` contains the resting hair, `roots` what does not move.
+// The box that contains the hair as the lattice moves it: `rest` contains the resting hair, `roots` what does not move.
 Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::AlignedBox3f& roots,
-                              std::span<const LatticeLayer> layers);
+                              const MovedLattice& moved);
 
 // `width_m`: of all strands together that one counted strand represents.
 DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, float width_m);

@@ -8,22 +8,22 @@
 
 namespace hairnet::render {
 
-Vec3f displacement_at(std::span<const HairMotion::LayerBefore> layers, const Vec3f& rest) {
+Vec3f displacement_at(const HairMotion::Nodes& nodes, const Vec3f& rest) {
+  const auto& [lattice, grid] = nodes;
   Vec3f sum = Vec3f::Zero();
-  for (const auto& [lattice, grid, weight] : layers) {
-    const auto last = static_cast<std::uint32_t>(lattice.node_count() - 1);
-    const FfdSite site = ffd_site(lattice, FfdKind::linear, rest.cwiseMax(lattice.origin).cwiseMin(lattice.node(last)));
-    for (int corner = 0; corner < 8; ++corner) {
-      float share = weight;
-      std::uint32_t node = site.base, stride = 1;
-      for (int axis = 0; axis < 3; ++axis) {
-        const bool upper = (corner >> axis & 1) != 0;
-        share *= upper ? site.t[axis] : 1 - site.t[axis];
-        if (upper) node += stride;
-        stride *= static_cast<std::uint32_t>(lattice.dims[static_cast<std::size_t>(axis)]);
-      }
-      sum += share * grid[node];
+  if (grid.empty()) return sum;
+  const auto last = static_cast<std::uint32_t>(lattice.node_count() - 1);
+  const FfdSite site = ffd_site(lattice, FfdKind::linear, rest.cwiseMax(lattice.origin).cwiseMin(lattice.node(last)));
+  for (int corner = 0; corner < 8; ++corner) {
+    float share = 1;
+    std::uint32_t node = site.base, stride = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool upper = (corner >> axis & 1) != 0;
+      share *= upper ? site.t[axis] : 1 - site.t[axis];
+      if (upper) node += stride;
+      stride *= static_cast<std::uint32_t>(lattice.dims[static_cast<std::size_t>(axis)]);
     }
+    sum += share * grid[node];
   }
   return sum;
 }
@@ -39,22 +39,18 @@ std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharac
   for (const MovingCharacter* one : largest) {
     Before& state = now[one->id];
     state.head = one->head;
-    for (const LatticeLayer& layer : one->layers) {
-      if (!moves_hair(layer)) continue;
-      state.layers.push_back(
-          {layer.geometry->lattice, {layer.grid_displacements.begin(), layer.grid_displacements.end()}, layer.weight});
-    }
+    if (const auto& [geometry, grid] = one->lattice; moves_hair(one->lattice))
+      state.nodes = {geometry->lattice, {grid.begin(), grid.end()}};
     const auto known = before_.find(one->id);
     if (known == before_.end() || motions.size() == kMovingMax) continue;
-    write_swing(motions.size(), state.layers, known->second.layers, one->ball_radius_m);
+    write_swing(motions.size(), state.nodes, known->second.nodes, one->ball_radius_m);
     motions.push_back({one->head, known->second.head, one->ball_radius_m});
   }
   before_ = std::move(now);
   return motions;
 }
 
-void HairMotion::write_swing(std::size_t motion, const std::vector<LayerBefore>& now,
-                             const std::vector<LayerBefore>& before, float ball_radius_m) {
+void HairMotion::write_swing(std::size_t motion, const Nodes& now, const Nodes& before, float ball_radius_m) {
   constexpr std::size_t kNodes = kSwingNodes * kSwingNodes * kSwingNodes;
   const auto place = [&](std::size_t n) {
     return (2 * static_cast<float>(n) / static_cast<float>(kSwingNodes - 1) - 1) * ball_radius_m;

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/lattice.hpp"
+#include "core/ffd/moved_lattice.hpp"
 #include "core/geometry/rigid_transform.hpp"
 
 namespace hairnet::render {
@@ -15,7 +15,7 @@ namespace hairnet::render {
 struct MovingCharacter {
   std::uint64_t id = 0;  // the same in every picture; 0: nothing is known of its motion
   RigidTransform head;   // world
-  std::span<const LatticeLayer> layers;
+  MovedLattice lattice;
   float ball_radius_m = 0;  // of a ball about its head that contains its hair
   float head_px = 0;        // on the screen
 };
@@ -38,20 +38,18 @@ class HairMotion {
   [[nodiscard]] const std::vector<Eigen::Vector4f>& swing() const { return swing_; }
   void forget() { before_.clear(); }
 
-  // A lattice as it was; its geometry may be gone.
-  struct LayerBefore {
+  // Nodes as they were; their geometry may be gone.
+  struct Nodes {
     Lattice lattice;
-    std::vector<Vec3f> grid_displacements;
-    float weight = 1;
+    std::vector<Vec3f> grid_displacements;  // empty: at rest
   };
 
  private:
   struct Before {
     RigidTransform head;
-    std::vector<LayerBefore> layers;
+    Nodes nodes;
   };
-  void write_swing(std::size_t motion, const std::vector<LayerBefore>& now, const std::vector<LayerBefore>& before,
-                   float ball_radius_m);
+  void write_swing(std::size_t motion, const Nodes& now, const Nodes& before, float ball_radius_m);
 
   std::map<std::uint64_t, Before> before_;
   std::vector<Eigen::Vector4f> swing_ =
@@ -59,6 +57,6 @@ class HairMotion {
 };
 
 // The hair's displacement by linear FFD at a place at rest; beyond a lattice it is that of its border.
-Vec3f displacement_at(std::span<const HairMotion::LayerBefore> layers, const Vec3f& rest);
+Vec3f displacement_at(const HairMotion::Nodes& nodes, const Vec3f& rest);
 
 }  // namespace hairnet::render

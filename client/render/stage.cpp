@@ -279,7 +279,7 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
       drawn_characters_.push_back(
-          {one.character->id, one.character->pose.head(), one.character->layers, ball_radius_m(*groom), one.head_px});
+          {one.character->id, one.character->pose.head(), one.character->lattice, ball_radius_m(*groom), one.head_px});
       point_rows_ += rows;
     }
   }
@@ -294,7 +294,7 @@ std::optional<DensityGrid> GlStage::density_of(const GroomBuffers& groom, const 
     return std::nullopt;
   const float width_m = groom.strand_width_m() * kCopies * static_cast<float>(groom.strand_count()) /
                         static_cast<float>(strands) * one.detail.quadratic;
-  return density_grid(moved_box(groom.strand_box(), groom.root_box(), one.character->layers), number, width_m);
+  return density_grid(moved_box(groom.strand_box(), groom.root_box(), one.character->lattice), number, width_m);
 }
 
 // Follows the light through the placed strands. Runs before the drawing.

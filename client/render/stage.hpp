@@ -10,7 +10,7 @@
 #include "client/render/camera.hpp"
 #include "client/render/draw_detail.hpp"
 #include "client/render/hair_motion.hpp"
-#include "core/ffd/lattice.hpp"
+#include "core/ffd/moved_lattice.hpp"
 #include "core/ffd/skin_push.hpp"
 #include "core/groom/groom.hpp"
 #include "core/pose/pose.hpp"
@@ -22,7 +22,7 @@ namespace hairnet::render {
 struct ShownCharacter {
   std::size_t groom = 0;                   // the number from Stage::add_groom
   Pose pose;                               // world; the head's transform moves the hair, all bones the body
-  std::span<const LatticeLayer> layers;    // at most kLatticeLayersMax; empty: the hair is rigid
+  MovedLattice lattice;                    // its geometry null: the hair is rigid
   Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo, at the root
   std::optional<Vec3f> hair_tip_colour;    // none: as hair_colour
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
@@ -70,7 +70,7 @@ class Stage {
   // pixel. Leaves out characters whose pose is not finite or over 10 km away.
   virtual void draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
                     int height, bool target_is_srgb, const Sampling& sampling) = 0;
-  // The next three are of the last draw(); the characters' layers are those that it was given.
+  // The next three are of the last draw(); the characters' lattices are those that it was given.
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
   [[nodiscard]] virtual DepthRange depth_range() const = 0;
   [[nodiscard]] virtual std::span<const MovingCharacter> drawn_characters() const = 0;

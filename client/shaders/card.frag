@@ -27,7 +27,7 @@ void main() {
   if (drawn <= 0.0) discard;
   vec4 chance = vec4(hair.x, 0.5, hair.y, hair.z);
   character.hair_albedo = albedo_along(character, place.y);
-  roughness = record(row, 27).w;
+  roughness = record(row, kTipTexel).w;
   vec3 albedo = hair_albedo(character.hair_albedo, chance, place.y);
   // Curls are finer than a card. Each hair of the texture swings its tangent along its length, with its own phase,
   // which breaks up the highlights.

@@ -2,17 +2,17 @@
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; first row of its strands' points
 //   2 hair albedo at the root; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far cards; quadratic share of the FFD
-//   4 follow hairs; how far they stray, m; layers; by how much of itself the character is enlarged
+//   4 follow hairs; how far they stray, m; 1 when a lattice moves the hair; by how much of itself the character is enlarged
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
 //   9, 11, 13, 15 w: size of a cell of its grid of density, m; weight of its strands there
-//   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, and in w:
-//   18, 21, 24 hair albedo at the tip; 27 roughness of the hair
-//   31 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
-const int kRecordTexels = 32;
+//   16 ... 18 lattice: origin; 1 / spacing, first node in `lattices`; nodes an axis
+//   19 hair albedo at the tip; roughness of the hair
+//   20 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
+const int kRecordTexels = 21;
 const int kBoneCount = 5;
-const int kFirstLayer = 16;
-const int kLatticeLayersMax = 5;
+const int kLatticeTexel = 16;
+const int kTipTexel = 19;
 const int kLatticeRow = 1024;  // texels of a row of `lattices`
 
 uniform highp sampler2D records;
@@ -28,7 +28,7 @@ struct Character {
   float strand_share, strand_opacity, card_opacity, quadratic;
   float follow_hairs, stray;
   float size;  // 1: the size of its groom
-  int layer_count;
+  bool is_moved;
   int row;
 };
 
@@ -37,13 +37,12 @@ vec4 record(int row, int texel) { return texelFetch(records, ivec2(texel, row), 
 Character load_character(int row) {
   vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);
   return Character(rotation, position.xyz, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
-                   1.0 + more.w, int(more.z), row);
+                   1.0 + more.w, more.z > 0.5, row);
 }
 
 // How the hair changes from its root (s 0) to its tip (s 1).
 vec3 albedo_along(Character character, float s) {
-  int row = character.row;
-  return mix(character.hair_albedo, vec3(record(row, 18).w, record(row, 21).w, record(row, 24).w), s);
+  return mix(character.hair_albedo, record(character.row, kTipTexel).xyz, s);
 }
 
 vec3 to_scene(Character character, vec3 head) { return rotate(character.rotation, character.size * head) + character.position; }

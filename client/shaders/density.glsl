@@ -2,7 +2,7 @@
 // contains both, in head space. The slices of a grid (z) lie side by side in a texture, the grids below each other.
 // From it follows how the light that reaches a place has changed since the resting hair, for which it was traced.
 const int kDensitySide = 32;
-const int kDensityTexel = 31;  // of a record
+const int kDensityTexel = 20;  // of a record
 
 // Optical depth from each cell towards the key, fill and rim light and upwards.
 uniform highp sampler2D light_depth_now;

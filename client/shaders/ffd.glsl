@@ -1,6 +1,6 @@
-// Free-form deformation by a character's layers (core/ffd has the same in C++; reference_deform.cpp is the easiest to
-// read). u(x) = sum over layers of weight * sum over nodes of w(x) * displacement, head space, m; `slope` is its
-// gradient, column a = du / dx_a. Outside the lattice its border nodes extrapolate linearly.
+// Free-form deformation by a character's lattice (core/ffd has the same in C++; reference_deform.cpp is the easiest to
+// read). u(x) = sum over nodes of w(x) * displacement, head space, m; `slope` is its gradient, column a = du / dx_a.
+// Outside the lattice its border nodes extrapolate linearly. `weight`: of quadratic or linear FFD in their mixture.
 
 vec3 node_displacement(int node) { return texelFetch(lattices, ivec2(node & (kLatticeRow - 1), node / kLatticeRow), 0).xyz; }
 
@@ -53,14 +53,13 @@ void add_linear(vec3 g, ivec3 dims, int first, float weight, vec3 inverse_spacin
 void displace(Character character, vec3 x, out vec3 u, out mat3 slope) {
   u = vec3(0.0);
   slope = mat3(0.0);
-  for (int l = 0; l < character.layer_count; ++l) {
-    vec4 origin = record(character.row, kFirstLayer + 3 * l), spacing = record(character.row, kFirstLayer + 3 * l + 1);
-    ivec3 dims = ivec3(record(character.row, kFirstLayer + 3 * l + 2).xyz);
-    vec3 g = (x - origin.xyz) * spacing.xyz;
-    float quadratic = character.quadratic * origin.w, linear = origin.w - quadratic;
-    if (quadratic != 0.0) add_quadratic(g, dims, int(spacing.w), quadratic, spacing.xyz, u, slope);
-    if (linear != 0.0) add_linear(g, dims, int(spacing.w), linear, spacing.xyz, u, slope);
-  }
+  if (!character.is_moved) return;
+  vec4 spacing = record(character.row, kLatticeTexel + 1);
+  ivec3 dims = ivec3(record(character.row, kLatticeTexel + 2).xyz);
+  vec3 g = (x - record(character.row, kLatticeTexel).xyz) * spacing.xyz;
+  float quadratic = character.quadratic, linear = 1.0 - quadratic;
+  if (quadratic != 0.0) add_quadratic(g, dims, int(spacing.w), quadratic, spacing.xyz, u, slope);
+  if (linear != 0.0) add_linear(g, dims, int(spacing.w), linear, spacing.xyz, u, slope);
 }
 
 // A groom's point after the FFD and the push out of the skin, head space.

@@ -45,7 +45,7 @@ void main() {
 
   float s = ends.z;
   character.hair_albedo = albedo_along(character, s);
-  roughness = record(character.row, 27).w;
+  roughness = record(character.row, kTipTexel).w;
   vec4 chance = random4(uint(strand) * 16u + uint(copy));
   int number = gl_VertexID >> 1, first_row = point_rows(character.row).x;
   uvec4 point = texelFetch(placed_points, texel_of(number, first_row), 0);

@@ -47,15 +47,6 @@ struct LevelGeometry {
   std::vector<float> trimmed_weights;        // displacement of the trimmed node = sum weight * displacement(from)
 };
 
-// One lattice of a character that moves its hair, with a weight. Hair moves by the weighted sum of all layers, so that
-// one level can fade into another.
-struct LatticeLayer {
-  const LevelGeometry* geometry = nullptr;
-  std::span<const Vec3f> grid_displacements;  // every grid node, head space, m
-  float weight = 1;
-};
-inline constexpr std::size_t kLatticeLayersMax = 5;  // of a character
-
 // Displacements (head space, m) of every grid node, in index order, from those of the active nodes.
 void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out);
 

@@ -105,8 +105,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   target.begin_large();
   // Hair alone: bodies cost the same either way.
   const std::size_t groom = (*stage)->add_groom(*style.groom);
-  LatticeLayer layer;
-  render::ShownCharacter character = shown(groom, moments->front(), layer);
+  render::ShownCharacter character = shown(groom, moments->front());
   character.body_shown = false;
   render::Camera camera;
   camera.target = character.pose.head().position - Vec3(0, 0.1, 0);
@@ -148,13 +147,13 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   ways[5].detail.cards = 1;
   for (const Way& way : ways) {
     character.detail = way.detail;
-    const auto layers = character.layers;
-    if (&way == &ways[2]) character.layers = {};
+    const MovedLattice lattice = character.lattice;
+    if (&way == &ways[2]) character.lattice = {};
     const double ms = fastest_ms([&] {
                         (*stage)->draw({&character, 1}, camera, {}, width_px, height_px, true, {});
                       }) -
                       empty_ms;
-    character.layers = layers;
+    character.lattice = lattice;
     const render::StageStatistics& s = (*stage)->statistics();
     const bool cards = way.detail.cards > 0;
     std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(cards ? s.cards : s.strands) / ms,

@@ -52,8 +52,7 @@ Result<render::Image> hairstyle_sheet(render::Renderer& renderer, const Hairstyl
     for (const Moment& moment : *moments) {
       if (cards > 0 && &moment == &(*moments)[1]) continue;
       for (const double bearing : {0.0, 90.0, 180.0}) {
-        LatticeLayer layer;
-        render::ShownCharacter character = shown(groom, moment, layer);
+        render::ShownCharacter character = shown(groom, moment);
         character.hair_colour = hair_colour(number);
         const render::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
         if (cards > 0) {
@@ -78,8 +77,7 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;
   for (const double scale : {0.6, 1.0, 2.0, 4.0, 8.0, 16.0}) {
-    LatticeLayer layer;
-    render::ShownCharacter character = shown(groom, moments->front(), layer);
+    render::ShownCharacter character = shown(groom, moments->front());
     const render::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
     Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
     if (!tile) return tile;
@@ -119,8 +117,7 @@ Result<render::Image> wind_sheet(render::Renderer& renderer, const Hairstyle& st
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;
   for (const Moment& moment : *moments) {
-    LatticeLayer layer;
-    render::ShownCharacter character = shown(groom, moment, layer);
+    render::ShownCharacter character = shown(groom, moment);
     const render::Camera camera = camera_about(moment.pose.head().position, *style.groom, 15);
     Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
     if (!tile) return tile;
@@ -143,12 +140,11 @@ Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vecto
     if (!taken) return Refusal(taken.error());
     for (Moment& moment : *taken) moments.push_back(std::move(moment));
   }
-  std::vector<LatticeLayer> layers(count);
   std::vector<render::ShownCharacter> crowd;
   const std::size_t columns = 10;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t style = (i * 7 + i / columns) % styles.size(), moment = i * 3 % 5;
-    crowd.push_back(shown(grooms[style], moments[5 * style + moment], layers[i]));
+    crowd.push_back(shown(grooms[style], moments[5 * style + moment]));
     crowd.back().hair_colour = hair_colour(i * 5 + i / 7);
     const double row = static_cast<double>(i / columns);
     const Vec3 away((static_cast<double>(i % columns) - 4.75 + 0.5 * std::fmod(row, 2)) * 0.62, 0.10 * row, -0.9 * row);

@@ -55,14 +55,11 @@ Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::s
   return moments;
 }
 
-render::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer) {
+render::ShownCharacter shown(std::size_t groom, const Moment& moment) {
   render::ShownCharacter character;
   character.groom = groom;
   character.pose = moment.pose;
-  if (moment.geometry != nullptr) {
-    layer = {moment.geometry, moment.grid_displacements, 1};
-    character.layers = {&layer, 1};
-  }
+  character.lattice = {moment.geometry, moment.grid_displacements};
   return character;
 }
 

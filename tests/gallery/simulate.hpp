@@ -32,8 +32,8 @@ struct Moment {
 Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::string& motion, LevelIndex level,
                                             const std::vector<double>& times_s, const Environment& environment = {});
 
-// The stage's input for a moment. `layer` must outlive the result.
-render::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer);
+// The stage's input for a moment, which must outlive the result.
+render::ShownCharacter shown(std::size_t groom, const Moment& moment);
 
 // Hair colours that distinguish hairstyles; linear RGB.
 Vec3f hair_colour(std::size_t number);

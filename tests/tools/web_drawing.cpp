@@ -207,12 +207,10 @@ Json record_case() {
   character.roughness = 0.625f;
   const LevelGeometry geometry = random.geometry({3, 4, 5});
   const std::vector<Vec3f> grid = random.vectors(60, 0.1f);
-  const LatticeLayer layer{&geometry, grid, 1};
-  const std::span layers(&layer, 1);
-  character.layers = layers;
+  character.lattice = {&geometry, grid};
   const Eigen::AlignedBox3f rest(Vec3f(-0.2f, -0.3f, -0.1f), Vec3f(0.3f, 0.2f, 0.4f));
   const Eigen::AlignedBox3f roots(Vec3f(-0.1f, 0.05f, 0), Vec3f(0.1f, 0.25f, 0.1f));
-  const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, layers), 3, 1e-3f);
+  const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, character.lattice), 3, 1e-3f);
   render::CharacterRecords records;
   records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
   return {{"pose", to_json(character.pose)},

@@ -32,7 +32,7 @@ std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedC
     shown.id = character.id;
     shown.groom = number_of(character);
     shown.pose = character.pose;
-    shown.layers = character.layers;
+    shown.lattice = character.lattice;
     shown.hair_colour = colour_ != nullptr ? colour_(character) : character.hair_colour;
     if (character.appearance && colour_ == nullptr) wear(*character.appearance, shown);
     shown_.push_back(shown);

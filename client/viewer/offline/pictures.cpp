@@ -154,7 +154,7 @@ class RenderedPictures : public Pictures {
     render::ShownCharacter shown;
     shown.groom = on_stage.number;
     shown.pose = moment->pose;
-    shown.layers = lattice.layers();
+    shown.lattice = lattice.moved();
     shown.hair_colour = sitter.hair_colour;
     if (sitter.appearance) wear(*sitter.appearance, shown);
     return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},

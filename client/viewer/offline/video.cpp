@@ -83,7 +83,7 @@ class Shown {
   }
   [[nodiscard]] ViewedCharacter viewed_character() const {
     ViewedCharacter character = viewed_;
-    character.layers = lattice_.layers();
+    character.lattice = lattice_.moved();
     return character;
   }
 

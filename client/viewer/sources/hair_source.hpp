@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/viewer/sources/head_grab.hpp"
+#include "core/ffd/moved_lattice.hpp"
 #include "core/groom/groom.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
@@ -25,7 +26,7 @@ struct ViewedCharacter {
   Vec3f hair_colour = Vec3f::Zero();           // linear RGB
   std::optional<wire::Appearance> appearance;  // replaces hair_colour; none: the default skin and roughness
   Pose pose;
-  std::span<const LatticeLayer> layers;           // of its hair; empty: at rest
+  MovedLattice lattice;                           // of its hair
   LevelIndex level = LevelIndex::rigid;           // that is stepped
   std::shared_ptr<const LevelGeometry> geometry;  // of the lattice; null: at rest
   std::span<const Vec3f> displacement;            // of the lattice, active order, head space, m

@@ -316,7 +316,7 @@ void LiveRoom::show(std::int64_t now_ns) {
     character.groom = groom;
     character.skin = link_.skin_of(hash);
     character.pose = sample.pose;
-    character.layers = lattice.layers();
+    character.lattice = lattice.moved();
     character.level = sample.level;
     character.geometry = sample.geometry();
     character.displacement = sample.displacement;

@@ -226,7 +226,7 @@ void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character)
   character.groom = simulated.def.groom;
   character.hair_colour = simulated.def.hair_colour;
   character.pose = pose_of(simulated, shown_s_);
-  character.layers = simulated.lattice.layers();
+  character.lattice = simulated.lattice.moved();
   character.level = lattice.level;
   character.geometry = lattice.geometry;
   character.displacement = simulated.shown;

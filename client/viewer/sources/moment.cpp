@@ -10,7 +10,6 @@ void ShownLattice::show(std::span<const Vec3f> displacement, const std::shared_p
   HAIRNET_ASSERT(displacement.size() == geometry_->active_nodes.size());
   grid_.resize(geometry_->lattice.node_count());
   expand_displacements(*geometry_, displacement, grid_);
-  layer_ = {geometry_.get(), grid_, 1};
 }
 
 }  // namespace hairnet::viewer

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/link/playout.hpp"
+#include "core/ffd/moved_lattice.hpp"
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 #include "core/skin/skin_distance_field.hpp"
@@ -25,18 +26,17 @@ struct Moment {
   explicit Moment(const link::Playout::Sample& sample) : Moment(sample.pose, sample.displacement, sample.geometry()) {}
 };
 
-// The one layer of a character's hair, for render: its lattice with all nodes of the grid.
+// The lattice of a character's hair with all nodes of the grid, for render.
 class ShownLattice {
  public:
   // Asserts that the displacement fits the geometry; null: at rest.
   void show(std::span<const Vec3f> displacement, const std::shared_ptr<const LevelGeometry>& geometry);
-  // Empty: at rest. Valid until the next call, or until this object is moved.
-  [[nodiscard]] std::span<const LatticeLayer> layers() const { return {&layer_, geometry_ ? 1u : 0u}; }
+  // Valid until the next call, or until this object is moved.
+  [[nodiscard]] MovedLattice moved() const { return {geometry_.get(), grid_}; }
 
  private:
   std::shared_ptr<const LevelGeometry> geometry_;
   std::vector<Vec3f> grid_;
-  LatticeLayer layer_;
 };
 
 }  // namespace hairnet::viewer

@@ -15,20 +15,18 @@ namespace {
 constexpr float kBall_m = 0.45f;
 
 // A lattice from -0.5 to 0.5 m whose nodes move by `moved`.
-struct Layer {
+struct Nodes {
   LevelGeometry geometry;
   std::vector<Vec3f> displacements;
 
   template <class Moved>
-  explicit Layer(const Moved& moved) {
+  explicit Nodes(const Moved& moved) {
     geometry.lattice = {Vec3f::Constant(-0.5f), Vec3f::Constant(0.1f), {11, 11, 11}};
     for (std::uint32_t n = 0; n < geometry.lattice.node_count(); ++n)
       displacements.push_back(moved(geometry.lattice.node(n)));
   }
-  [[nodiscard]] LatticeLayer shown(float weight = 1) const { return {&geometry, displacements, weight}; }
-  [[nodiscard]] HairMotion::LayerBefore before(float weight = 1) const {
-    return {geometry.lattice, displacements, weight};
-  }
+  [[nodiscard]] MovedLattice shown() const { return {&geometry, displacements}; }
+  [[nodiscard]] HairMotion::Nodes before() const { return {geometry.lattice, displacements}; }
   // By the FFD with which hair is drawn from afar.
   [[nodiscard]] Vec3f moved(const Vec3f& rest) const {
     Vec3f to;
@@ -41,18 +39,18 @@ Vec3f random_vector(Random& random, double most) {
   return (most * Vec3(random.symmetric(), random.symmetric(), random.symmetric())).cast<float>();
 }
 
-Layer rough(std::uint64_t seed) {
+Nodes rough(std::uint64_t seed) {
   Random random(seed);
-  return Layer([&](const Vec3f&) { return random_vector(random, 0.05); });
+  return Nodes([&](const Vec3f&) { return random_vector(random, 0.05); });
 }
 
 // Hair that bends sideways, the lower the further.
-Layer bent(float share) {
-  return Layer([=](const Vec3f& x) { return Vec3f(share * x.y() * x.y(), 0, 0.3f * share * x.y()); });
+Nodes bent(float share) {
+  return Nodes([=](const Vec3f& x) { return Vec3f(share * x.y() * x.y(), 0, 0.3f * share * x.y()); });
 }
 
-MovingCharacter character(std::uint64_t id, std::span<const LatticeLayer> layers, double x_m = 0, float head_px = 100) {
-  return {id, {Quat::Identity(), {x_m, 0, 0}}, layers, kBall_m, head_px};
+MovingCharacter character(std::uint64_t id, const MovedLattice& lattice, double x_m = 0, float head_px = 100) {
+  return {id, {Quat::Identity(), {x_m, 0, 0}}, lattice, kBall_m, head_px};
 }
 
 // As the GPU reads it.
@@ -75,31 +73,26 @@ Vec3f swing_at(const HairMotion& motion, std::size_t slice, const Vec3f& head) {
   return sum;
 }
 
-TEST(HairMotion, displacement_between_nodes_is_that_of_linear_ffd_and_a_layer_counts_by_its_weight) {
-  const Layer one = rough(1), other = rough(2);
+TEST(HairMotion, displacement_between_nodes_is_that_of_linear_ffd) {
+  const Nodes one = rough(1);
   Random random(3);
   for (int i = 0; i < 100; ++i) {
     const Vec3f rest = random_vector(random, 0.49);
-    const Vec3f first = one.moved(rest) - rest, second = other.moved(rest) - rest;
-    EXPECT_LT((displacement_at(std::vector{one.before()}, rest) - first).norm(), 1e-6f);
-    EXPECT_LT(
-        (displacement_at(std::vector{one.before(0.25f), other.before(0.75f)}, rest) - (0.25f * first + 0.75f * second))
-            .norm(),
-        1e-6f);
+    EXPECT_LT((displacement_at(one.before(), rest) - (one.moved(rest) - rest)).norm(), 1e-6f);
   }
+  EXPECT_TRUE(displacement_at({}, Vec3f::Zero()).isZero());
 }
 
 TEST(HairMotion, displacement_beyond_a_lattice_is_that_of_its_border) {
-  const std::vector layers{rough(1).before()};
-  EXPECT_EQ(displacement_at(layers, {0.9f, 0.12f, -0.31f}), displacement_at(layers, {0.5f, 0.12f, -0.31f}));
-  EXPECT_EQ(displacement_at(layers, {0.1f, -1e9f, 7}), displacement_at(layers, {0.1f, -0.5f, 0.5f}));
+  const HairMotion::Nodes nodes = rough(1).before();
+  EXPECT_EQ(displacement_at(nodes, {0.9f, 0.12f, -0.31f}), displacement_at(nodes, {0.5f, 0.12f, -0.31f}));
+  EXPECT_EQ(displacement_at(nodes, {0.1f, -1e9f, 7}), displacement_at(nodes, {0.1f, -0.5f, 0.5f}));
 }
 
 TEST(HairMotion, swing_leads_from_where_hair_is_to_where_it_was) {
-  const Layer before = bent(0.2f), now = bent(0.35f);
-  const LatticeLayer shown_before = before.shown(), shown_now = now.shown();
+  const Nodes before = bent(0.2f), now = bent(0.35f);
   HairMotion motion;
-  const MovingCharacter first = character(1, {&shown_before, 1}), second = character(1, {&shown_now, 1}, 0.05);
+  const MovingCharacter first = character(1, before.shown()), second = character(1, now.shown(), 0.05);
   EXPECT_TRUE(motion.motions({&first, 1}).empty());
   const auto motions = motion.motions({&second, 1});
   ASSERT_EQ(motions.size(), 1u);
@@ -135,12 +128,11 @@ TEST(HairMotion, character_without_an_id_has_no_motion) {
   EXPECT_TRUE(motion.motions({&one, 1}).empty());
 }
 
-TEST(HairMotion, layers_of_the_picture_before_may_be_gone) {
+TEST(HairMotion, lattice_of_the_picture_before_may_be_gone) {
   HairMotion motion;
   {
-    const Layer before = bent(0.2f);
-    const LatticeLayer shown = before.shown();
-    const MovingCharacter one = character(1, {&shown, 1});
+    const Nodes before = bent(0.2f);
+    const MovingCharacter one = character(1, before.shown());
     static_cast<void>(motion.motions({&one, 1}));
   }
   const MovingCharacter rigid = character(1, {});
@@ -148,12 +140,11 @@ TEST(HairMotion, layers_of_the_picture_before_may_be_gone) {
   EXPECT_NEAR(swing_at(motion, 0, {0, -0.3f, 0}).x(), 0.2f * 0.09f, 1.5e-3f);
 }
 
-TEST(HairMotion, layer_that_cannot_be_drawn_moves_nothing) {
-  Layer broken = bent(0.2f);
+TEST(HairMotion, lattice_that_is_not_finite_moves_nothing) {
+  Nodes broken = bent(0.2f);
   broken.displacements[7].y() = std::numeric_limits<float>::quiet_NaN();
-  const LatticeLayer shown[] = {broken.shown(), bent(0.1f).shown(0), {}};
   HairMotion motion;
-  const MovingCharacter first = character(1, shown), second = character(1, {});
+  const MovingCharacter first = character(1, broken.shown()), second = character(1, {});
   static_cast<void>(motion.motions({&first, 1}));
   ASSERT_EQ(motion.motions({&second, 1}).size(), 1u);
   for (const Eigen::Vector4f& moved : motion.swing()) EXPECT_EQ(moved.norm(), 0);

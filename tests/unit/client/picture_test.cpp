@@ -212,8 +212,7 @@ TEST_F(PictureTest, follows_hair) {
   LevelGeometry geometry;
   geometry.lattice = {{-0.3f, -0.5f, -0.3f}, {0.1f, 0.1f, 0.1f}, {7, 8, 7}};
   std::vector<Vec3f> displacements(geometry.lattice.node_count(), Vec3f::Zero());
-  const LatticeLayer layer{&geometry, displacements, 1};
-  character_.layers = {&layer, 1};
+  character_.lattice = {&geometry, displacements};
   const auto move = [&](int n) {
     for (std::uint32_t node = 0; node < displacements.size(); ++node)
       displacements[node].x() = -0.018f * static_cast<float>(n) * geometry.lattice.node(node).y();

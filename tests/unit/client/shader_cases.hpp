@@ -18,21 +18,20 @@
 // Lattices and hairstyles for tests of what shaders do to points.
 namespace hairnet::render {
 
-struct Layer {
+struct Nodes {
   LevelGeometry geometry;
   std::vector<Vec3f> displacements;
-  float weight = 1;
 };
 
 // Every node at random: far rougher than the motion of hair.
-inline Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
-  Layer layer;
-  layer.geometry.lattice = lattice;
+inline Nodes rough_nodes(const Lattice& lattice, std::uint64_t seed) {
+  Nodes nodes;
+  nodes.geometry.lattice = lattice;
   Random random(seed);
   for (std::size_t n = 0; n < lattice.node_count(); ++n)
-    layer.displacements.push_back(0.05f *
+    nodes.displacements.push_back(0.05f *
                                   Vec3(random.symmetric(), random.symmetric(), random.symmetric()).cast<float>());
-  return layer;
+  return nodes;
 }
 
 // A graphics context, and the textures from which shaders read characters.
@@ -54,14 +53,12 @@ class ShaderTest : public testing::Test {
   virtual void set_up_drawing() = 0;
   virtual void tear_down_drawing() = 0;
 
-  // Fills the records of two characters; the second has the layers and the pose. Displacements are in head space, so
-  // without a skin the poses do not matter. `first` and `second`: the rows of their points.
-  void fill_records(std::span<const Layer> layers, float quadratic, const CharacterRecords::PointRows& first = {},
+  // Fills the records of two characters; the second has the nodes and the pose. Displacements are in head space, so
+  // without a skin the poses do not matter. `nodes` null: at rest. `first` and `second`: the rows of their points.
+  void fill_records(const Nodes* nodes, float quadratic, const CharacterRecords::PointRows& first = {},
                     const CharacterRecords::PointRows& second = {}) {
-    std::vector<LatticeLayer> shown;
-    for (const Layer& layer : layers) shown.push_back({&layer.geometry, layer.displacements, layer.weight});
     ShownCharacter character;
-    character.layers = shown;
+    if (nodes != nullptr) character.lattice = {&nodes->geometry, nodes->displacements};
     character.pose = pose_;
     DrawDetail detail;
     detail.quadratic = quadratic;

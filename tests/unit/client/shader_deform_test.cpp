@@ -84,9 +84,8 @@ class ShaderDeform : public ShaderTest {
     program_.reset();
   }
 
-  Deformed by_shader(const Points& points, const std::vector<Layer>& layers, float quadratic,
-                     const SkinTexture& skin = {}) {
-    fill_records(layers, quadratic);
+  Deformed by_shader(const Points& points, const Nodes* nodes, float quadratic, const SkinTexture& skin = {}) {
+    fill_records(nodes, quadratic);
 
     const VertexArray array;
     const Buffer rest, direction, out;
@@ -118,10 +117,10 @@ class ShaderDeform : public ShaderTest {
   }
 
   // Core's, of one lattice.
-  static Deformed by_core(const Points& points, const Layer& layer, FfdKind kind) {
+  static Deformed by_core(const Points& points, const Nodes& nodes, FfdKind kind) {
     Deformed deformed{std::vector<Vec3f>(points.rest.size()), std::vector<Vec3f>(points.rest.size())};
-    const Deformer deformer(layer.geometry.lattice, points.positions(), points.blend(), points.tangents(), kind);
-    deformer.deform(layer.displacements, deformed.positions, deformed.tangents);
+    const Deformer deformer(nodes.geometry.lattice, points.positions(), points.blend(), points.tangents(), kind);
+    deformer.deform(nodes.displacements, deformed.positions, deformed.tangents);
     return deformed;
   }
 
@@ -132,11 +131,11 @@ class ShaderDeform : public ShaderTest {
   }
 
   // Core's linear FFD, tangents taken from the shader where there are two.
-  static Deformed linear_by_core(const Points& points, const Layer& layer, const Deformed& shader) {
-    Deformed deformed = by_core(points, layer, FfdKind::linear);
+  static Deformed linear_by_core(const Points& points, const Nodes& nodes, const Deformed& shader) {
+    Deformed deformed = by_core(points, nodes, FfdKind::linear);
     const std::vector<Vec3f> rest = points.positions();
     for (std::size_t i = 0; i < rest.size() && i < shader.tangents.size(); ++i) {
-      if (is_bend(layer.geometry.lattice, rest[i])) deformed.tangents[i] = shader.tangents[i];
+      if (is_bend(nodes.geometry.lattice, rest[i])) deformed.tangents[i] = shader.tangents[i];
     }
     return deformed;
   }
@@ -197,58 +196,39 @@ Lattice lattice_of(const std::array<int, 3>& dims) {
 TEST_F(ShaderDeform, moves_points_inside_and_outside_of_lattices_as_core_does) {
   for (const std::array<int, 3>& dims : {std::array{10, 10, 10}, std::array{5, 5, 5}, std::array{3, 4, 17}}) {
     SCOPED_TRACE(dims[2]);
-    const Layer layer = rough_layer(lattice_of(dims), 1);
-    const Points points = scattered(layer.geometry.lattice);
-    expect_equal(by_shader(points, {layer}, 1), by_core(points, layer, FfdKind::quadratic));
-    const Deformed linear = by_shader(points, {layer}, 0);
-    expect_equal(linear, linear_by_core(points, layer, linear));
+    const Nodes nodes = rough_nodes(lattice_of(dims), 1);
+    const Points points = scattered(nodes.geometry.lattice);
+    expect_equal(by_shader(points, &nodes, 1), by_core(points, nodes, FfdKind::quadratic));
+    const Deformed linear = by_shader(points, &nodes, 0);
+    expect_equal(linear, linear_by_core(points, nodes, linear));
   }
 }
 
 TEST_F(ShaderDeform, leaves_hair_without_a_lattice_where_it_is) {
   const Points points = scattered(lattice_of({5, 5, 5}));
-  const Deformed still = by_shader(points, {}, 1);
+  const Deformed still = by_shader(points, nullptr, 1);
   ASSERT_EQ(still.positions.size(), points.rest.size());
   const std::vector<Vec3f> rest = points.positions();
   for (std::size_t i = 0; i < rest.size(); ++i) EXPECT_EQ(still.positions[i], rest[i]);
 }
 
-TEST_F(ShaderDeform, adds_up_layers_of_different_levels_by_their_weights) {
-  std::vector<Layer> layers{rough_layer(lattice_of({10, 10, 10}), 1), rough_layer(lattice_of({5, 5, 5}), 2),
-                            rough_layer(lattice_of({10, 10, 10}), 3)};
-  layers[1].weight = 0.3f;
-  layers[2].weight = -0.3f;
-  const Points points = scattered(layers[0].geometry.lattice);
-  const std::vector<Vec3f> rest = points.positions();
-  const RestTangents rest_tangents = points.tangents();
-  Deformed sum{rest, rest_tangents.direction};
-  for (const Layer& layer : layers) {
-    const Deformed one = by_core(points, layer, FfdKind::quadratic);
-    for (std::size_t i = 0; i < rest.size(); ++i) {
-      sum.positions[i] += layer.weight * (one.positions[i] - rest[i]);
-      sum.tangents[i] += layer.weight * (one.tangents[i] - rest_tangents.direction[i]);
-    }
-  }
-  expect_equal(by_shader(points, layers, 1), sum);
-}
-
 TEST_F(ShaderDeform, goes_from_quadratic_to_linear_in_proportion) {
-  const Layer layer = rough_layer(lattice_of({7, 7, 7}), 4);
-  const Points points = scattered(layer.geometry.lattice);
-  Deformed mixed = by_core(points, layer, FfdKind::quadratic);
-  const Deformed linear = by_core(points, layer, FfdKind::linear);
+  const Nodes nodes = rough_nodes(lattice_of({7, 7, 7}), 4);
+  const Points points = scattered(nodes.geometry.lattice);
+  Deformed mixed = by_core(points, nodes, FfdKind::quadratic);
+  const Deformed linear = by_core(points, nodes, FfdKind::linear);
   for (std::size_t i = 0; i < mixed.positions.size(); ++i) {
     mixed.positions[i] = 0.25f * mixed.positions[i] + 0.75f * linear.positions[i];
     mixed.tangents[i] = 0.25f * mixed.tangents[i] + 0.75f * linear.tangents[i];
   }
-  expect_equal(by_shader(points, {layer}, 0.25f), mixed);
+  expect_equal(by_shader(points, &nodes, 0.25f), mixed);
 }
 
-TEST_F(ShaderDeform, leaves_out_layers_that_are_not_finite) {
-  Layer layer = rough_layer(lattice_of({5, 5, 5}), 1);
-  layer.displacements[7].y() = std::numeric_limits<float>::quiet_NaN();
-  const Points points = scattered(layer.geometry.lattice);
-  const Deformed still = by_shader(points, {layer}, 1);
+TEST_F(ShaderDeform, leaves_out_nodes_that_are_not_finite) {
+  Nodes nodes = rough_nodes(lattice_of({5, 5, 5}), 1);
+  nodes.displacements[7].y() = std::numeric_limits<float>::quiet_NaN();
+  const Points points = scattered(nodes.geometry.lattice);
+  const Deformed still = by_shader(points, &nodes, 1);
   ASSERT_EQ(still.positions.size(), points.rest.size());
   EXPECT_EQ(still.positions.front(), points.positions().front());
 }
@@ -261,16 +241,16 @@ TEST_F(ShaderDeform, keeps_hair_out_of_the_skin_as_core_does) {
   Points points;
   points.add(make_groom_geometry(groom));
   const std::vector<Vec3f> rest = points.positions();
-  EXPECT_EQ(by_shader(points, {}, 1, skin).positions, rest);
+  EXPECT_EQ(by_shader(points, nullptr, 1, skin).positions, rest);
   pose_ = bent(pose_);
-  const Layer layer = rough_layer(fit_lattice(groom.points, {10, 10, 10}), 9);
-  Deformed wanted = by_core(points, layer, FfdKind::quadratic);
+  const Nodes nodes = rough_nodes(fit_lattice(groom.points, {10, 10, 10}), 9);
+  Deformed wanted = by_core(points, nodes, FfdKind::quadratic);
   const std::vector<Vec3f> before = wanted.positions;
   push.push(pose_, rest, points.blend(), wanted.positions);
   std::size_t moved = 0;
   for (std::size_t p = 0; p < before.size(); ++p) moved += before[p] != wanted.positions[p];
   EXPECT_GT(moved, 1000u);
-  expect_equal(by_shader(points, {layer}, 1, skin), wanted);
+  expect_equal(by_shader(points, &nodes, 1, skin), wanted);
 }
 
 class ShaderDeformGroom : public ShaderDeform, public testing::WithParamInterface<std::string> {};
@@ -283,10 +263,10 @@ TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
   points.add(make_groom_geometry(*groom));
   ASSERT_GT(points.rest.size(), 1000u);
   for (const std::array<int, 3>& dims : {std::array{10, 10, 10}, std::array{5, 5, 5}}) {
-    const Layer layer = rough_layer(fit_lattice(groom->points, dims), 9);
-    expect_equal(by_shader(points, {layer}, 1), by_core(points, layer, FfdKind::quadratic));
-    const Deformed linear = by_shader(points, {layer}, 0);
-    expect_equal(linear, linear_by_core(points, layer, linear));
+    const Nodes nodes = rough_nodes(fit_lattice(groom->points, dims), 9);
+    expect_equal(by_shader(points, &nodes, 1), by_core(points, nodes, FfdKind::quadratic));
+    const Deformed linear = by_shader(points, &nodes, 0);
+    expect_equal(linear, linear_by_core(points, nodes, linear));
   }
 }
 

@@ -32,13 +32,12 @@ class StrandDeformPassTest : public ShaderTest {
   }
   void tear_down_drawing() override { placement_.reset(); }
 
-  // Two characters have the groom; returns the points of the second, which has the layers.
-  Placed by_shader(const GroomGeometry& geometry, std::span<const Layer> layers, float quadratic,
-                   const SkinPush& skin = {{}, 0}) {
+  // Two characters have the groom; returns the points of the second, which has the nodes.
+  Placed by_shader(const GroomGeometry& geometry, const Nodes* nodes, float quadratic, const SkinPush& skin = {{}, 0}) {
     GroomBuffers groom(geometry);
     groom.skin().fill(skin);
     const std::size_t rows = groom.point_rows(geometry.strand_count);
-    fill_records(layers, quadratic, {0, rows}, {rows, rows});
+    fill_records(nodes, quadratic, {0, rows}, {rows, rows});
     records_->bind();
     lattices_->bind();
     placement_->reserve(2 * rows);
@@ -64,13 +63,13 @@ class StrandDeformPassTest : public ShaderTest {
     for (const auto& [x, y, z, delta] : geometry.strand_points.rest) rest.emplace_back(x, y, z);
     return rest;
   }
-  [[nodiscard]] std::vector<Vec3f> by_core(const GroomGeometry& geometry, const Layer& layer, FfdKind kind,
+  [[nodiscard]] std::vector<Vec3f> by_core(const GroomGeometry& geometry, const Nodes& nodes, FfdKind kind,
                                            const SkinPush& skin = {{}, 0}) const {
     const std::vector<Vec3f> rest = rest_of(geometry);
     std::vector<float> blend;
     for (const auto& point : geometry.strand_points.rest) blend.push_back(point[3]);
     std::vector<Vec3f> points(rest.size());
-    Deformer(layer.geometry.lattice, rest, blend, kind).deform(layer.displacements, points);
+    Deformer(nodes.geometry.lattice, rest, blend, kind).deform(nodes.displacements, points);
     skin.push(pose_, rest, blend, points);
     StrandLengths(rest, geometry.strand_points.end).limit(points);
     return points;
@@ -98,14 +97,14 @@ TEST_F(StrandDeformPassTest, turns_small_things_with_the_hair_even_upside_down) 
   Groom groom = *make_hairstyle("long_straight", {.strand_count = 300});
   for (StrandProperties& strand : groom.strands) strand.root_length_m = 0;  // all of it follows the lattice
   const GroomGeometry geometry = make_groom_geometry(groom);
-  Layer layer;
-  layer.geometry.lattice = fit_lattice(groom.points, {5, 5, 5});
+  Nodes nodes;
+  nodes.geometry.lattice = fit_lattice(groom.points, {5, 5, 5});
   const Eigen::Quaternionf turn(Eigen::AngleAxisf(3.1f, Vec3f(1, 0.2f, -0.3f).normalized()));
-  for (std::uint32_t n = 0; n < layer.geometry.lattice.node_count(); ++n) {
-    const Vec3f x = layer.geometry.lattice.node(n);
-    layer.displacements.push_back(turn * x - x);
+  for (std::uint32_t n = 0; n < nodes.geometry.lattice.node_count(); ++n) {
+    const Vec3f x = nodes.geometry.lattice.node(n);
+    nodes.displacements.push_back(turn * x - x);
   }
-  const Placed placed = by_shader(geometry, {&layer, 1}, 1);
+  const Placed placed = by_shader(geometry, &nodes, 1);
   ASSERT_GT(placed.rotations.size(), 1000u);
   for (const Eigen::Quaternionf& rotation : placed.rotations)
     ASSERT_LT(rotation.normalized().angularDistance(turn), 0.03f);
@@ -117,10 +116,10 @@ TEST_F(StrandDeformPassTest, keeps_strands_out_of_the_skin_as_core_does) {
   const GroomGeometry geometry = make_groom_geometry(groom);
   EXPECT_LT(furthest(by_shader(geometry, {}, 1, skin).positions, rest_of(geometry)), 1e-6f);
   pose_ = bent(pose_);
-  const Layer layer = rough_layer(fit_lattice(groom.points, {10, 10, 10}), 9);
-  const std::vector<Vec3f> wanted = by_core(geometry, layer, FfdKind::quadratic, skin);
-  EXPECT_GT(furthest(wanted, by_core(geometry, layer, FfdKind::quadratic)), 0.01f);
-  EXPECT_LT(furthest(by_shader(geometry, {&layer, 1}, 1, skin).positions, wanted), kPosition_m);
+  const Nodes nodes = rough_nodes(fit_lattice(groom.points, {10, 10, 10}), 9);
+  const std::vector<Vec3f> wanted = by_core(geometry, nodes, FfdKind::quadratic, skin);
+  EXPECT_GT(furthest(wanted, by_core(geometry, nodes, FfdKind::quadratic)), 0.01f);
+  EXPECT_LT(furthest(by_shader(geometry, &nodes, 1, skin).positions, wanted), kPosition_m);
 }
 
 class StrandDeformPassGroom : public StrandDeformPassTest, public testing::WithParamInterface<std::string> {};
@@ -132,11 +131,11 @@ TEST_P(StrandDeformPassGroom, places_all_points_as_core_does_and_makes_no_strand
   const GroomGeometry geometry = make_groom_geometry(*groom);
   const StrandPoints& points = geometry.strand_points;
   if (points.rest.empty()) GTEST_SKIP() << "has no strands";
-  const Layer layer = rough_layer(fit_lattice(groom->points, {10, 10, 10}), 9);
+  const Nodes nodes = rough_nodes(fit_lattice(groom->points, {10, 10, 10}), 9);
   for (const float quadratic : {0.0f, 1.0f}) {
-    const Placed placed = by_shader(geometry, {&layer, 1}, quadratic);
+    const Placed placed = by_shader(geometry, &nodes, quadratic);
     EXPECT_LT(
-        furthest(placed.positions, by_core(geometry, layer, quadratic > 0 ? FfdKind::quadratic : FfdKind::linear)),
+        furthest(placed.positions, by_core(geometry, nodes, quadratic > 0 ? FfdKind::quadratic : FfdKind::linear)),
         kPosition_m);
     float longest = 0;
     for (std::size_t s = 0; s < geometry.strand_count; ++s) {

@@ -305,8 +305,7 @@ TEST_F(ViewRenderer, draws_hair_where_the_pose_and_the_lattice_put_it) {
   LevelGeometry geometry;
   geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
   const std::vector<Vec3f> down(geometry.lattice.node_count(), Vec3f(0, -0.15f, 0));
-  const LatticeLayer layer{&geometry, down, 1};
-  character.layers = {&layer, 1};
+  character.lattice = {&geometry, down};
   EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(-0.05f), 2);
   // Upside down, down of the head is up.
   character.pose = rigid_pose({Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ())), Vec3(0, 0, 0)});
@@ -323,12 +322,11 @@ TEST_F(ViewRenderer, draws_stretched_hair_no_longer_than_it_was_made) {
     stretch.emplace_back(0.6f * (geometry.lattice.node(n).x() + 0.15f), 0, 0);
     press.push_back(-0.5f * stretch.back());
   }
-  LatticeLayer layer{&geometry, stretch, 1};
-  character.layers = {&layer, 1};
+  character.lattice = {&geometry, stretch};
   const Image stretched = draw(std::span(&character, 1));
   for (int x = 0; x < kSide; ++x) EXPECT_LT(difference(still, stretched, x, row_of(0)), 20) << x;
   // Shorter hair is drawn shorter.
-  layer.grid_displacements = press;
+  character.lattice.grid_displacements = press;
   const Image pressed = draw(std::span(&character, 1));
   EXPECT_GT(difference(still, empty, column_of(0.1f), row_of(0)), 20);
   EXPECT_LT(difference(pressed, empty, column_of(0.1f), row_of(0)), 20);
@@ -356,8 +354,7 @@ TEST_F(ViewRenderer, follows_light_past_hair_that_has_moved_aside_and_at_rest_dr
   LevelGeometry geometry;
   geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
   const std::vector<Vec3f> aside(geometry.lattice.node_count(), Vec3f(0.3f, 0, 0));
-  const LatticeLayer layer{&geometry, aside, 1};
-  character.layers = {&layer, 1};
+  character.lattice = {&geometry, aside};
   const auto brightness = [&](const Image& image) {
     const auto [r, g, b] = pixel(image, column_of(0), row_of(0.01f));
     return r + g + b;

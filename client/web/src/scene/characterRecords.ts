@@ -1,4 +1,4 @@
-import { kDensityTexel, kFirstBone, kFirstLayer, kLatticeRow, kRecordTexels } from "../generated/constants";
+import { kDensityTexel, kFirstBone, kLatticeRow, kLatticeTexel, kRecordTexels, kTipTexel } from "../generated/constants";
 import type { Pose } from "../hair/pose";
 import { kBoneCount, kNumbersPerBone } from "../hair/pose";
 import type { DensityGrid } from "./densityGrid";
@@ -106,13 +106,11 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
   } else put(kDensityTexel, 0, 0, 0, 0);
   if (lattice) {
     const { origin, spacing, dims, firstNode } = lattice;
-    put(kFirstLayer, origin[0], origin[1], origin[2], 1);
-    put(kFirstLayer + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
-    put(kFirstLayer + 2, dims[0], dims[1], dims[2], 0);
+    put(kLatticeTexel, origin[0], origin[1], origin[2], 0);
+    put(kLatticeTexel + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
+    put(kLatticeTexel + 2, dims[0], dims[1], dims[2], 0);
   }
-  // The w of the last texels of layers, which are not there.
-  for (let i = 0; i < 4; ++i)
-    out[4 * (kFirstLayer + 3 * i + 2) + 3] = i < 3 ? record.hairTipAlbedo[i] : record.roughness;
+  put(kTipTexel, ...record.hairTipAlbedo, record.roughness);
 }
 
 /** The displacements of all lattices in a frame. */

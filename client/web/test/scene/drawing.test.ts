@@ -3,7 +3,7 @@ import { Group, PerspectiveCamera, Texture, Vector2, Vector3, type RawShaderMate
 import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
 import { detailFor } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
-import { kFirstLayer, kPointRow, kRecordTexels } from "../../src/generated/constants";
+import { kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
@@ -41,17 +41,17 @@ describe("records", () => {
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
     expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
-    expect(texel(kFirstLayer)).toEqual([-1, -2, -3, 1]);
-    expect(texel(kFirstLayer + 1)).toEqual([2, 4, 8, 1030]);
-    expect(texel(kFirstLayer + 2)).toEqual([3, 4, 5, Math.fround(0.2)]);
-    const tipAndRoughness = [0, 1, 2, 3].map((layer) => texel(kFirstLayer + 3 * layer + 2)[3]);
-    expect(tipAndRoughness).toEqual([0.2, 0.3, 0.4, 0.5].map(Math.fround));
+    expect(texel(kLatticeTexel)).toEqual([-1, -2, -3, 0]);
+    expect(texel(kLatticeTexel + 1)).toEqual([2, 4, 8, 1030]);
+    expect(texel(kLatticeTexel + 2)).toEqual([3, 4, 5, 0]);
+    expect(texel(kTipTexel)).toEqual([0.2, 0.3, 0.4, 0.5].map(Math.fround));
   });
 
-  test("the shader agrees about the width of a row and where layers begin", () => {
+  test("the shader agrees about the width of a row and what its texels are", () => {
     const text = shader("strand.vert");
     expect(text).toContain(`kRecordTexels = ${kRecordTexels};`);
-    expect(text).toContain(`kFirstLayer = ${kFirstLayer};`);
+    expect(text).toContain(`kLatticeTexel = ${kLatticeTexel};`);
+    expect(text).toContain(`kTipTexel = ${kTipTexel};`);
     expect(text).toContain(`kPointRow = ${kPointRow};`);
   });
 
