@@ -3,23 +3,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "core/ffd/deform.hpp"
-#include "core/ffd/skin_push.hpp"
-#include "core/levels/build.hpp"
 #include "core/levels/level_map.hpp"
-#include "core/modes/hair_metric.hpp"
-#include "core/modes/make_modes.hpp"
 #include "core/world/world.hpp"
 #include "schema/codec/frame.hpp"
-#include "tests/fidelity/depth_in_skin.hpp"
-#include "tests/fidelity/strand_sample.hpp"
+#include "tests/fidelity/modes_subject.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -29,7 +22,7 @@ using namespace hairnet;
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<std::size_t, 6> kCounts{8, 16, 32, 64, 96, 128};
-constexpr std::size_t kProbePoints = 1000;
+constexpr std::size_t kDepthCases = 4;
 
 struct Options {
   std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
@@ -38,83 +31,6 @@ struct Options {
   double rate_hz = 30, duration_s = 8;
   double error_percent = 10;
   std::string json;
-};
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-// A hairstyle that was made into modes.
-struct Subject {
-  explicit Subject(const Groom& g, const ModeTraining& training)
-      : groom(g), levels(build_levels(g)), strands(fidelity::sample_strands(g, kProbePoints)) {
-    const double start_s = now_s();
-    modes = make_modes(groom, levels, {}, {}, training);
-    modes_s = now_s() - start_s;
-    metric = hair_metric(groom, (*levels)[LevelIndex::high]);
-    for (const std::uint32_t probe : strands.probe_points) {
-      points.push_back(strands.points[probe]);
-      blend.push_back(strands.blend[probe]);
-    }
-  }
-  [[nodiscard]] double mean_square_m2(const std::vector<Vec3f>& d) const {
-    const Eigen::Map<const Eigen::Matrix3Xf> nodes(d.data()->data(), 3, static_cast<Eigen::Index>(d.size()));
-    return static_cast<double>((nodes * metric).cwiseProduct(nodes).sum());
-  }
-
-  Groom groom;
-  std::shared_ptr<const LevelSet> levels;
-  fidelity::StrandSample strands;
-  std::vector<Vec3f> points;  // for depth in the skin, head space, m
-  std::vector<float> blend;
-  std::shared_ptr<const Modes> modes;
-  double modes_s = 0;
-  Eigen::MatrixXf metric;
-};
-
-// Shares of the hair's points that lie too deep in the body.
-class Depth {
- public:
-  explicit Depth(const Subject& subject)
-      : subject_(subject),
-        body_(subject.groom),
-        deformer_((*subject.levels)[LevelIndex::high].geometry.lattice, subject.points, subject.blend,
-                  FfdKind::quadratic),
-        skin_(*(*subject.levels)[LevelIndex::high].skin, subject.groom.materials.base.thickness_m) {
-    body_.bend(Pose{});
-    for (std::size_t i = 0; i < 2 * kCases; ++i) deep_.emplace_back(body_, subject.points);
-  }
-  static constexpr std::size_t kCases = 4;
-
-  void bend(const Pose& pose) {
-    body_.bend(pose);
-    pose_ = pose;
-    ++moments_;
-  }
-  // Displacements of the finest level's active nodes.
-  void add(std::size_t which, std::span<const Vec3f> nodes) {
-    const LevelGeometry& geometry = (*subject_.levels)[LevelIndex::high].geometry;
-    grid_.resize(geometry.lattice.node_count());
-    moved_.resize(subject_.points.size());
-    expand_displacements(geometry, nodes, grid_);
-    deformer_.deform(grid_, moved_);
-    share_[which] += deep_[which].share(body_, moved_);
-    skin_.push(pose_, subject_.points, subject_.blend, moved_);
-    share_[kCases + which] += deep_[kCases + which].share(body_, moved_);
-  }
-  // As deformed, then of the same cases after the push.
-  [[nodiscard]] double percent(std::size_t which) const { return 100 * share_[which] / static_cast<double>(moments_); }
-
- private:
-  const Subject& subject_;
-  fidelity::BentBody body_;
-  Deformer deformer_;
-  SkinPush skin_;
-  Pose pose_;
-  std::vector<fidelity::DeepPoints> deep_;
-  std::vector<Vec3f> grid_, moved_;
-  std::array<double, 2 * kCases> share_{};
-  std::size_t moments_ = 0;
 };
 
 // One clip of one hairstyle.
@@ -126,7 +42,7 @@ struct Run {
   std::array<double, 4> moved{};   // of the error of each level, as its lattice moves the hair,
   std::array<double, 4> learnt{};  // and through its map
   // high: nodes, modes; low: nodes, modes; then the same after the push
-  std::array<double, 2 * Depth::kCases> deep_percent{};
+  std::array<double, 2 * kDepthCases> deep_percent{};
 
   [[nodiscard]] double percent(double error_m2) const { return 100 * std::sqrt(error_m2 / motion_m2); }
   [[nodiscard]] double rms_mm() const { return 1e3 * std::sqrt(motion_m2 / static_cast<double>(poses.size())); }
@@ -138,14 +54,14 @@ struct Run {
   }
 };
 
-Run run_clip(const Subject& subject, const fidelity::Clip& clip) {
+Run run_clip(const fidelity::ModesSubject& subject, const fidelity::Clip& clip) {
   const Modes& modes = *subject.modes;
   WorldDef def;
   def.tick_s = 1 / clip.rate_hz;
   World world(def);
   std::array<CharacterId, 4> ids;
   for (std::size_t i = 0; i < 4; ++i) ids[i] = world.add({subject.levels, static_cast<LevelIndex>(i), clip.poses[0]});
-  Depth depth(subject);
+  fidelity::HairDepth depth(subject, kDepthCases);
   Run run;
   std::vector<float> c(modes.basis.mode_count());
   std::vector<Vec3f> nodes(modes.basis.node_count);
@@ -183,7 +99,7 @@ Run run_clip(const Subject& subject, const fidelity::Clip& clip) {
       if (looks_inside) depth.add(1, nodes);
     }
   }
-  for (std::size_t i = 0; i < 2 * Depth::kCases; ++i) run.deep_percent[i] = depth.percent(i);
+  for (std::size_t i = 0; i < 2 * kDepthCases; ++i) run.deep_percent[i] = depth.percent(i);
   return run;
 }
 
@@ -290,7 +206,7 @@ int run(const Options& o) {
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 2000);
     if (!groom) return fail(groom.error());
-    const Subject subject(*groom, o.training);
+    const fidelity::ModesSubject subject(*groom, o.training);
     const Basis& basis = subject.modes->basis;
     const codec::CoefficientCode coder(basis.deviation_m);
     std::printf("\n%s: %zu nodes, %zu modes in %.1f s\n", name.c_str(), basis.node_count, basis.mode_count(),

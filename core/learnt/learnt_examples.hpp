@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
+#include "core/modes/make_modes.hpp"
+#include "core/parallel_for.hpp"
+
+namespace hairnet {
+
+inline constexpr Eigen::Index kLearntLanes = 16;
+
+// What the finest level did in sixteen motions side by side. A column is one motion at one tick: [tick][motion].
+struct LearntExamples {
+  Eigen::MatrixXf inputs;        // [input], PoseHistory
+  Eigen::MatrixXf coefficients;  // [mode], m
+  Eigen::MatrixXf low;  // [mode], m: what the low level did, moved to the finest level by its LevelMap; or empty
+
+  [[nodiscard]] Eigen::Index tick_count() const { return inputs.cols() / kLearntLanes; }
+};
+
+struct ExampleRequest {
+  std::uint32_t first_motion = 0;  // make_training_motion's number of the first
+  std::uint32_t motion_count = 0;  // in whole sixteens
+  std::size_t tick_count = 0;
+  Eigen::Index mode_count = 0;
+  bool with_low = false;
+};
+
+// Steps the hair through training motions, in still air and as it was built, one tick each kLearntTick_s. Empty when
+// `keep_going`, which gets the finished share, returns false. The same bits for any `parallel_for`.
+std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                                          const Modes& modes, const ExampleRequest& request,
+                                          const std::function<bool(double)>& keep_going,
+                                          const ParallelFor& parallel_for);
+
+}  // namespace hairnet

@@ -1,0 +1,78 @@
+#include "core/learnt/learnt_hair.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/assert.hpp"
+#include "core/learnt/learnt_kernel.hpp"
+#include "core/modes/basis.hpp"
+
+namespace hairnet {
+namespace {
+
+// An input may be this much greater than in training.
+constexpr float kMargin = 1.1f;
+
+}  // namespace
+
+bool LearntHair::covers(const PoseInputs& inputs) const {
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (!(std::abs(inputs[i]) <= kMargin * most[i])) return false;
+  return true;
+}
+
+std::size_t LearntHair::bytes() const {
+  return sizeof(float) * (input_weights.size() + hidden_weights.size() + bias.size() + output_weights.size());
+}
+
+std::string validate(const LearntHair& hair) {
+  const auto is_count = [](std::size_t count, std::size_t most) {
+    return count > 0 && count <= most && count % 4 == 0;
+  };
+  if (!is_count(hair.hidden_count, kLearntHiddenMax)) return "learnt hair with a wrong number of hidden numbers";
+  if (!is_count(hair.mode_count, kModeCountMax)) return "learnt hair with a wrong number of modes";
+  const std::size_t gates = 3 * hair.hidden_count;
+  if (hair.input_weights.size() != gates * kPoseInputCount || hair.hidden_weights.size() != gates * hair.hidden_count ||
+      hair.bias.size() != gates || hair.output_weights.size() != hair.mode_count * hair.hidden_count) {
+    return "learnt hair with a wrong number of weights";
+  }
+  for (const auto* numbers : {&hair.input_weights, &hair.hidden_weights, &hair.bias, &hair.output_weights})
+    if (!std::ranges::all_of(*numbers, [](float v) { return std::isfinite(v); }))
+      return "learnt hair with a weight that is not finite";
+  const auto is_size = [](float value) { return std::isfinite(value) && value >= 0; };
+  if (!std::ranges::all_of(hair.most, is_size)) return "learnt hair with a wrong range of inputs";
+  if (!is_size(hair.error) || !is_size(hair.low_error)) return "learnt hair with a wrong error";
+  return {};
+}
+
+void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
+  HAIRNET_ASSERT(members.size() <= kLearntWidth);
+  HAIRNET_VALIDATE(validate(hair).empty());
+  // [number][character]
+  alignas(64) std::array<float, kPoseInputCount * kLearntWidth> inputs{};
+  alignas(64) std::array<float, kLearntHiddenMax * kLearntWidth> before{}, after;
+  alignas(64) std::array<float, kModeCountMax * kLearntWidth> coefficients;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    LearntMember& member = members[m];
+    HAIRNET_ASSERT(member.state);
+    HAIRNET_ASSERT(member.pose);
+    HAIRNET_ASSERT(member.coefficients.size() >= hair.mode_count);
+    const PoseInputs own = member.state->poses.next(*member.pose);
+    member.is_covered = hair.covers(own);
+    for (std::size_t i = 0; i < own.size(); ++i) inputs[i * kLearntWidth + m] = own[i];
+    std::vector<float>& hidden = member.state->hidden;
+    hidden.resize(hair.hidden_count);
+    for (std::size_t i = 0; i < hidden.size(); ++i) before[i * kLearntWidth + m] = hidden[i];
+  }
+  learnt_kernel(hair, inputs.data(), before.data(), after.data(), coefficients.data());
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    std::vector<float>& hidden = members[m].state->hidden;
+    for (std::size_t i = 0; i < hidden.size(); ++i) hidden[i] = after[i * kLearntWidth + m];
+    const std::span<float> out = members[m].coefficients;
+    for (std::size_t k = 0; k < hair.mode_count; ++k) out[k] = coefficients[k * kLearntWidth + m];
+    std::ranges::fill(out.subspan(hair.mode_count), 0.0f);
+  }
+}
+
+}  // namespace hairnet

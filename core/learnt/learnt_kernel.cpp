@@ -1,0 +1,122 @@
+#include "core/learnt/learnt_kernel.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/learnt/learnt_kernel.cpp"
+#include <hwy/foreach_target.h>  // compiles this file once more for each instruction set
+//
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace hairnet {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Each lane is a character. Some rows at once for one or two registers of characters: so many sums hide how long each
+// multiply-add takes.
+using D = hn::CappedTag<float, kLearntWidth>;
+using V = hn::Vec<D>;
+constexpr std::size_t kLanes = hn::MaxLanes(D());
+constexpr std::size_t kRegisters = kLearntWidth / kLanes < 2 ? 1 : 2;
+constexpr D d{};
+
+template <std::size_t kRows>
+struct Sums {
+  V at[kRows][kRegisters];
+
+  HWY_INLINE void set(std::size_t row, float value) {
+    for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::Set(d, value);
+  }
+  // Adds to rows [kFirst, kFirst + kCount) the products of `weights`, `stride` apart, with `count` numbers.
+  template <std::size_t kFirst, std::size_t kCount>
+  HWY_INLINE void add(const float* const (&weights)[kCount], const float* numbers, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i, numbers += kLearntWidth) {
+      V x[kRegisters];
+      for (std::size_t v = 0; v < kRegisters; ++v) x[v] = hn::Load(d, numbers + v * kLanes);
+      for (std::size_t row = 0; row < kCount; ++row) {
+        const V w = hn::Set(d, weights[row][i]);
+        for (std::size_t v = 0; v < kRegisters; ++v) {
+          at[kFirst + row][v] = hn::MulAdd(w, x[v], at[kFirst + row][v]);
+        }
+      }
+    }
+  }
+};
+
+// f(x) = x (27 + x²) / (27 + 9 x²) of x within -3 and 3
+HWY_INLINE V squash(V x) {
+  const V a = hn::Min(hn::Max(x, hn::Set(d, -3.0f)), hn::Set(d, 3.0f)), square = hn::Mul(a, a);
+  const V above = hn::Mul(a, hn::Add(hn::Set(d, 27.0f), square));
+  return hn::Div(above, hn::MulAdd(hn::Set(d, 9.0f), square, hn::Set(d, 27.0f)));
+}
+HWY_INLINE V gate(V x) {
+  return hn::MulAdd(hn::Set(d, 0.5f), squash(x), hn::Set(d, 0.5f));
+}
+
+// Two hidden numbers.
+HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float* inputs, const float* hidden,
+                         float* out) {
+  const std::size_t n = hair.hidden_count;
+  const float* const x = hair.input_weights.data() + first * kPoseInputCount;
+  const float* const h = hair.hidden_weights.data() + first * n;
+  const float* const bias = hair.bias.data() + first;
+  // Rows: z, z, r, r; then N x, N x; then N' h, N' h.
+  Sums<4> gates;
+  Sums<2> own, others;
+  for (std::size_t i = 0; i < 2; ++i) {
+    gates.set(i, bias[i]);
+    gates.set(2 + i, bias[2 * n + i]);
+    own.set(i, bias[n + i]);
+    others.set(i, 0);
+  }
+  constexpr std::size_t kIn = kPoseInputCount;
+  gates.add<0, 4>({x, x + kIn, x + 2 * n * kIn, x + (2 * n + 1) * kIn}, inputs, kIn);
+  own.add<0, 2>({x + n * kIn, x + (n + 1) * kIn}, inputs, kIn);
+  gates.add<0, 4>({h, h + n, h + 2 * n * n, h + (2 * n + 1) * n}, hidden, n);
+  others.add<0, 2>({h + n * n, h + (n + 1) * n}, hidden, n);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const V rest = squash(hn::Set(d, bias[n + i]));
+    for (std::size_t v = 0; v < kRegisters; ++v) {
+      const std::size_t at = (first + i) * kLearntWidth + v * kLanes;
+      const V before = hn::Load(d, hidden + at);
+      const V target = hn::Sub(squash(hn::MulAdd(gate(gates.at[2 + i][v]), others.at[i][v], own.at[i][v])), rest);
+      hn::Store(hn::MulAdd(gate(gates.at[i][v]), hn::Sub(target, before), before), d, out + at);
+    }
+  }
+}
+
+void learnt_kernel_here(const LearntHair& hair, const float* inputs, const float* hidden, float* hidden_out,
+                        float* coefficients_out) {
+  const std::size_t n = hair.hidden_count;
+  for (std::size_t lane = 0; lane < kLearntWidth; lane += kRegisters * kLanes) {
+    for (std::size_t i = 0; i < n; i += 2) step_two(hair, i, inputs + lane, hidden + lane, hidden_out + lane);
+    for (std::size_t k = 0; k < hair.mode_count; k += 4) {
+      const float* const w = hair.output_weights.data() + k * n;
+      Sums<4> sums;
+      for (std::size_t row = 0; row < 4; ++row) sums.set(row, 0);
+      sums.add<0, 4>({w, w + n, w + 2 * n, w + 3 * n}, hidden_out + lane, n);
+      for (std::size_t row = 0; row < 4; ++row) {
+        for (std::size_t v = 0; v < kRegisters; ++v) {
+          hn::Store(sums.at[row][v], d, coefficients_out + (k + row) * kLearntWidth + lane + v * kLanes);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace hairnet
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace hairnet {
+namespace {
+HWY_EXPORT(learnt_kernel_here);
+}  // namespace
+
+void learnt_kernel(const LearntHair& hair, const float* inputs, const float* hidden, float* hidden_out,
+                   float* coefficients_out) {
+  HWY_DYNAMIC_DISPATCH(learnt_kernel_here)(hair, inputs, hidden, hidden_out, coefficients_out);
+}
+
+}  // namespace hairnet
+#endif

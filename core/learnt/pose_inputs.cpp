@@ -1,0 +1,51 @@
+#include "core/learnt/pose_inputs.hpp"
+
+#include <algorithm>
+
+namespace hairnet {
+namespace {
+
+constexpr double kGravity_m_per_s2 = 9.81;
+// Points whose places tell where a body is, head space at rest, m.
+const Vec3 kTrunk(0, -0.2, 0), kLeftShoulder(0.15, -0.22, 0), kRightShoulder(-0.15, -0.22, 0);
+
+// Axis and angle, or the sine of half the angle for half the angle, which is as good an input and costs less.
+Vec3 turn_of(const Quat& rotation) {
+  return (rotation.w() < 0 ? -2.0 : 2.0) * rotation.vec();
+}
+
+Vec3 shift_dm(const RigidTransform& bone, const Vec3& place) {
+  return 10 * (bone.point(place) - place);
+}
+
+}  // namespace
+
+PoseInputs PoseHistory::next(const Pose& pose) {
+  if (known_count_ > 0 && is_teleport(last_, pose, kLearntTick_s)) known_count_ = 0;
+  const RigidTransform& head = pose.head();
+  const RigidTransform to_head = head.inverse();
+  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero(), spin = Vec3::Zero();
+  if (known_count_ > 0) {
+    velocity = (head.position - last_.head().position) / kLearntTick_s;
+    spin = turn_of(last_.head().rotation.conjugate() * head.rotation) / kLearntTick_s;
+  }
+  if (known_count_ > 1) acceleration = (velocity - velocity_world_) / kLearntTick_s;
+  velocity_world_ = velocity;
+  known_count_ = std::min(known_count_ + 1, 2);
+  last_ = pose;
+
+  const RigidTransform trunk = to_head * pose[Bone::upper_trunk];
+  const std::array<Vec3, kPoseInputCount / 3> inputs{Vec3::UnitY() - to_head.vector(Vec3::UnitY()),
+                                                     to_head.vector(velocity),
+                                                     to_head.vector(acceleration) / kGravity_m_per_s2,
+                                                     spin,
+                                                     turn_of(trunk.rotation),
+                                                     shift_dm(trunk, kTrunk),
+                                                     shift_dm(to_head * pose[Bone::left_shoulder], kLeftShoulder),
+                                                     shift_dm(to_head * pose[Bone::right_shoulder], kRightShoulder)};
+  PoseInputs out;
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(inputs[i / 3][static_cast<int>(i % 3)]);
+  return out;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/pose/pose.hpp"
+
+namespace hairnet {
+
+// The time from one pose of a learnt groom to the next.
+inline constexpr double kLearntTick_s = 1.0 / 30;
+
+inline constexpr std::size_t kPoseInputCount = 24;
+using PoseInputs = std::array<float, kPoseInputCount>;
+
+// Describes the motion of one character in the axes of its head. Three numbers each: where down is, less the same of
+// an upright head; the head's velocity (m/s), acceleration (over that of gravity) and angular velocity (rad/s); the
+// turn of the upper trunk relative to the head; how far the trunk, the left and the right shoulder are from their
+// places in the design (dm). An upright head at rest gives zeros when the body is as in the design.
+class PoseHistory {
+ public:
+  // The next pose, kLearntTick_s after the last. A first pose, and one after a teleport, counts as still; an
+  // acceleration needs three poses.
+  PoseInputs next(const Pose& pose);
+
+ private:
+  Pose last_;
+  Vec3 velocity_world_ = Vec3::Zero();
+  int known_count_ = 0;  // poses since the last teleport, at most 2
+};
+
+}  // namespace hairnet

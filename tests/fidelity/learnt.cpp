@@ -1,0 +1,303 @@
+// How near a network that sees only poses comes to the finest level, beside the low level and ether.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/learnt/learn_hair.hpp"
+#include "core/levels/level_map.hpp"
+#include "core/world/world.hpp"
+#include "tests/fidelity/modes_subject.hpp"
+#include "tests/fidelity/write_json.hpp"
+#include "tests/support/corpus.hpp"
+
+namespace {
+
+using namespace hairnet;
+using Json = nlohmann::ordered_json;
+
+constexpr double kRate_hz = 1 / kLearntTick_s;
+constexpr double kJoin_s = 2;  // a late joiner's time to meet the others
+
+struct Options {
+  std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
+  std::vector<std::string> motions{std::begin(fidelity::kRealMotions), std::end(fidelity::kRealMotions)};
+  HairLearning learning;
+  double duration_s = 8;
+  std::string json;
+};
+
+// The hair of one character that only poses move.
+class LearntCharacter {
+ public:
+  LearntCharacter(const LearntHair& hair, const Basis& basis) : hair_(hair), basis_(basis), c_(basis.mode_count()) {}
+  void step(const Pose& pose) {
+    LearntMember member{&state_, &pose, c_};
+    step_learnt(hair_, {&member, 1});
+    covered_ = member.is_covered;
+  }
+  void displacements(std::vector<Vec3f>& out) const { displacements_of(basis_, c_, out); }
+  [[nodiscard]] std::span<const float> coefficients() const { return c_; }
+  [[nodiscard]] bool is_covered() const { return covered_; }
+
+ private:
+  const LearntHair& hair_;
+  const Basis& basis_;
+  LearntState state_;
+  std::vector<float> c_;
+  bool covered_ = true;
+};
+
+double distance_m2(std::span<const float> a, std::span<const float> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(static_cast<double>(a[i] - b[i]), 2);
+  return sum;
+}
+
+Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip) {
+  const Modes& modes = *subject.modes;
+  WorldDef def;
+  def.tick_s = kLearntTick_s;
+  World world(def);
+  constexpr std::array kLevels{LevelIndex::high, LevelIndex::low, LevelIndex::ether};
+  std::array<CharacterId, kLevels.size()> ids;
+  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = world.add({subject.levels, kLevels[i], clip.poses[0]});
+  LearntCharacter learnt(hair, modes.basis), joiner(hair, modes.basis);
+  learnt.step(clip.poses[0]);
+  const std::size_t join_tick = clip.tick_count() / 2;
+  const auto joined_ticks = static_cast<std::size_t>(kJoin_s * kRate_hz);
+
+  enum Case : std::size_t { by_learnt, by_low, by_low_map, by_ether, by_ether_map, case_count };
+  std::array<double, case_count> errors_m2{};
+  fidelity::HairDepth depth(subject, 3);  // learnt, low through its map, high
+  std::vector<Vec3f> nodes(modes.basis.node_count);
+  std::vector<float> c(modes.basis.mode_count());
+  double motion_m2 = 0, join_m2 = 0, covered = 0;
+  std::size_t ticks = 0, joined = 0;
+  for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
+    const Pose& pose = clip.poses[tick];
+    for (const CharacterId id : ids) world.set_pose(id, pose);
+    world.step();
+    learnt.step(pose);
+    if (tick >= join_tick) joiner.step(pose);
+    if (tick >= join_tick + joined_ticks) {
+      join_m2 += distance_m2(learnt.coefficients(), joiner.coefficients());
+      ++joined;
+    }
+    if (tick <= clip.lead_in_ticks) continue;
+    ++ticks;
+    if (learnt.is_covered()) ++covered;
+    const std::span<const Vec3f> truth = world.lattice(ids[0]).displacement;
+    motion_m2 += subject.mean_square_m2(truth);
+    const auto add_error = [&](Case which) {
+      std::vector<Vec3f> error = nodes;
+      for (std::size_t n = 0; n < error.size(); ++n) error[n] -= truth[n];
+      errors_m2[which] += subject.mean_square_m2(error);
+    };
+    const bool looks_inside = tick % 3 == 0;
+    if (looks_inside) {
+      depth.bend(pose);
+      depth.add(2, truth);
+    }
+    learnt.displacements(nodes);
+    add_error(by_learnt);
+    if (looks_inside) depth.add(0, nodes);
+    for (std::size_t i = 1; i < ids.size(); ++i) {
+      const std::span<const Vec3f> own = world.lattice(ids[i]).displacement;
+      subject.levels->map(kLevels[i], LevelIndex::high)->apply(own, nodes);
+      add_error(i == 1 ? by_low : by_ether);
+      modes.map(kLevels[i]).coefficients_of(own, c);
+      displacements_of(modes.basis, c, nodes);
+      add_error(i == 1 ? by_low_map : by_ether_map);
+      if (i == 1 && looks_inside) depth.add(1, nodes);
+    }
+  }
+  // Then the character stands upright and still.
+  Pose rest = rigid_pose({Quat::Identity(), clip.poses.back().head().position});
+  for (int tick = 0; tick < 30; ++tick)
+    learnt.step(interpolate(clip.poses.back(), rest, std::min((tick + 1) / 15.0, 1.0)));
+  for (int tick = 0; tick < 90; ++tick) learnt.step(rest);
+  const std::vector<float> none(learnt.coefficients().size());
+
+  Json row{{"rms_mm", 1e3 * std::sqrt(motion_m2 / static_cast<double>(ticks))}};
+  const auto percent = [&](Case which) { return 100 * std::sqrt(errors_m2[which] / motion_m2); };
+  row["learnt_percent"] = percent(by_learnt);
+  row["low_percent"] = percent(by_low);
+  row["low_map_percent"] = percent(by_low_map);
+  row["ether_percent"] = percent(by_ether);
+  row["ether_map_percent"] = percent(by_ether_map);
+  for (const std::size_t i : {2, 1, 0, 5, 4, 3}) row["deep_percent"].push_back(depth.percent(i));
+  row["covered_percent"] = 100 * covered / static_cast<double>(ticks);
+  row["late_mm"] = joined == 0 ? 0.0 : 1e3 * std::sqrt(join_m2 / static_cast<double>(joined));
+  row["rest_mm"] = 1e3 * std::sqrt(distance_m2(learnt.coefficients(), none));
+  return row;
+}
+
+// Of the fastest of several runs, a character and tick.
+struct Times {
+  double learnt_us = 1e9, low_us = 1e9;
+};
+
+Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip) {
+  WorldDef def;
+  def.tick_s = kLearntTick_s;
+  World world(def);
+  std::vector<CharacterId> ids;
+  std::vector<LearntState> states(kLearntWidth);
+  std::vector<std::vector<float>> c(kLearntWidth, std::vector<float>(subject.modes->basis.mode_count()));
+  std::vector<LearntMember> members(kLearntWidth);
+  for (std::size_t n = 0; n < kLearntWidth; ++n)
+    ids.push_back(world.add({subject.levels, LevelIndex::low, clip.poses[0]}));
+  Times times;
+  for (int turn = 0; turn < 5; ++turn) {
+    double learnt_s = 0, low_s = 0;
+    std::size_t ticks = 0;
+    for (std::size_t tick = 1; tick + kLearntWidth < clip.poses.size(); ++tick, ++ticks) {
+      for (std::size_t n = 0; n < kLearntWidth; ++n) {
+        members[n] = {&states[n], &clip.poses[tick + n], c[n]};
+        world.set_pose(ids[n], clip.poses[tick + n]);
+      }
+      const double start_s = fidelity::now_s();
+      step_learnt(hair, members);
+      const double middle_s = fidelity::now_s();
+      world.step();
+      low_s += fidelity::now_s() - middle_s;
+      learnt_s += middle_s - start_s;
+    }
+    const double share = 1e6 / static_cast<double>(ticks * kLearntWidth);
+    times.learnt_us = std::min(times.learnt_us, share * learnt_s);
+    times.low_us = std::min(times.low_us, share * low_s);
+  }
+  return times;
+}
+
+void print_head() {
+  std::printf(
+      "%-18s %-13s %6s | error %%: learnt  low   mapped  ether  mapped | deep %%: high low learnt, pushed"
+      "         | covered %% | late mm | rest mm\n",
+      "", "", "rms mm");
+}
+
+void print(const Json& row) {
+  const auto number = [&](const char* key) { return row[key].get<double>(); };
+  std::printf("%-18s %-13s %6.1f |        %6.1f  %6.1f %6.1f %6.1f %6.1f |", row["groom"].get<std::string>().c_str(),
+              row["motion"].get<std::string>().c_str(), number("rms_mm"), number("learnt_percent"),
+              number("low_percent"), number("low_map_percent"), number("ether_percent"), number("ether_map_percent"));
+  for (const auto& deep : row["deep_percent"]) std::printf(" %5.2f", deep.get<double>());
+  std::printf(" | %5.1f | %5.1f | %5.2f\n", number("covered_percent"), number("late_mm"), number("rest_mm"));
+  std::fflush(stdout);
+}
+
+// The mean of every number of the rows.
+Json mean_of(const Json& rows, const std::string& groom) {
+  Json mean = rows.front().flatten();
+  for (auto& [key, value] : mean.items()) {
+    if (!value.is_number()) continue;
+    double sum = 0;
+    for (const Json& row : rows) sum += row.flatten()[key].get<double>();
+    value = sum / static_cast<double>(rows.size());
+  }
+  mean = mean.unflatten();
+  mean["groom"] = groom;
+  mean["motion"] = "mean";
+  return mean;
+}
+
+int fail(const std::string& reason) {
+  std::fprintf(stderr, "hairnet-fidelity-learnt: %s\n", reason.c_str());
+  return 1;
+}
+
+int run(const Options& o) {
+  Json rows = Json::array(), means = Json::array();
+  for (const std::string& name : o.grooms) {
+    const Result<Groom> groom = fidelity::load_groom(name, 2000);
+    if (!groom) return fail(groom.error());
+    const fidelity::ModesSubject subject(*groom, {});
+    const double start_s = fidelity::now_s();
+    double fit_s = start_s;
+    BuildCallbacks callbacks;
+    callbacks.progress = [&](double share, std::string_view) {
+      if (share < 0.55) fit_s = fidelity::now_s();
+      return true;
+    };
+    const auto learnt = learn_hair(*groom, subject.levels, *subject.modes, callbacks, {}, o.learning);
+    if (!learnt) {
+      std::printf("\n%s: refused: %s\n", name.c_str(), learnt.error().c_str());
+      continue;
+    }
+    const LearntHair& hair = **learnt;
+    const double end_s = fidelity::now_s();
+    Json own = Json::array();
+    Times times;
+    for (const std::string& motion_name : o.motions) {
+      const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
+      if (!motion) return fail(motion.error());
+      const fidelity::Clip clip = fidelity::make_clip(*motion, kRate_hz, o.duration_s);
+      if (own.empty()) {
+        times = measure_times(subject, hair, clip);
+        std::printf(
+            "\n%s: moved %.1f s, fitted %.1f s; %zu B; held-out motions: learnt %.1f %%, low %.1f %%; "
+            "%.2f us a character and tick, low %.1f us\n",
+            name.c_str(), fit_s - start_s, end_s - fit_s, hair.bytes(), 100 * static_cast<double>(hair.error),
+            100 * static_cast<double>(hair.low_error), times.learnt_us, times.low_us);
+        print_head();
+      }
+      Json row{{"groom", name}, {"motion", motion_name}};
+      row.update(run_clip(subject, hair, clip));
+      print(row);
+      own.push_back(row);
+      rows.push_back(row);
+    }
+    means.push_back(mean_of(own, name));
+    means.back().update({{"moved_s", fit_s - start_s},
+                         {"fitted_s", end_s - fit_s},
+                         {"bytes", hair.bytes()},
+                         {"held_out", {hair.error, hair.low_error}},
+                         {"learnt_us", times.learnt_us},
+                         {"low_us", times.low_us}});
+    print(means.back());
+  }
+  if (means.empty()) return fail("every hairstyle was refused");
+  std::printf("\n");
+  print_head();
+  for (const Json& mean : means) print(mean);
+  print(mean_of(means, "mean"));
+  for (const Json& mean : means) rows.push_back(mean);
+  return fidelity::write_json("hairnet-fidelity-learnt", o.json, rows);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("How near hair that is learnt from poses comes to the finest level.", "hairnet-fidelity-learnt");
+  app.footer(
+      "Examples:\n  hairnet-fidelity-learnt --groom made:ponytail\n  hairnet-fidelity-learnt --hidden 64 --rounds "
+      "80\n");
+  Options o;
+  app.add_option("--groom", o.grooms, "hairstyles of the corpus")->capture_default_str();
+  app.add_option("--motion", o.motions, "motions of the corpus")->capture_default_str();
+  app.add_option("--duration", o.duration_s, "of each motion, at most, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  HairLearning& learning = o.learning;
+  app.add_option("--training-motions", learning.motion_count, "to learn from")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  app.add_option("--hidden", learning.hidden_count, "hidden numbers")->check(CLI::Range(4, 128))->capture_default_str();
+  app.add_option("--modes", learning.mode_count, "driven modes")->check(CLI::Range(4, 128))->capture_default_str();
+  app.add_option("--rounds", learning.rounds, "over all motions")->check(CLI::Range(1, 10000))->capture_default_str();
+  app.add_option("--window", learning.window_s, "of backpropagation, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rate", learning.rate, "of the first steps")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--decay", learning.decay, "of weights")->check(CLI::NonNegativeNumber)->capture_default_str();
+  app.add_option("--json", o.json, "the rows as JSON");
+  CLI11_PARSE(app, argc, argv);
+  return run(o);
+}
