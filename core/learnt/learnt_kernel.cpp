@@ -26,17 +26,14 @@ struct Sums {
   HWY_INLINE void set(std::size_t row, float value) {
     for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::Set(d, value);
   }
-  // Adds to rows [kFirst, kFirst + kCount) the products of `weights`, `stride` apart, with `count` numbers.
-  template <std::size_t kFirst, std::size_t kCount>
-  HWY_INLINE void add(const float* const (&weights)[kCount], const float* numbers, std::size_t count) {
+  // Adds the products of each row's weights with `count` numbers.
+  HWY_INLINE void add(const float* const (&weights)[kRows], const float* numbers, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i, numbers += kLearntWidth) {
       V x[kRegisters];
       for (std::size_t v = 0; v < kRegisters; ++v) x[v] = hn::Load(d, numbers + v * kLanes);
-      for (std::size_t row = 0; row < kCount; ++row) {
+      for (std::size_t row = 0; row < kRows; ++row) {
         const V w = hn::Set(d, weights[row][i]);
-        for (std::size_t v = 0; v < kRegisters; ++v) {
-          at[kFirst + row][v] = hn::MulAdd(w, x[v], at[kFirst + row][v]);
-        }
+        for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::MulAdd(w, x[v], at[row][v]);
       }
     }
   }
@@ -59,27 +56,28 @@ HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float*
   const float* const x = hair.input_weights.data() + first * kPoseInputCount;
   const float* const h = hair.hidden_weights.data() + first * n;
   const float* const bias = hair.bias.data() + first;
-  // Rows: z, z, r, r; then N x, N x; then N' h, N' h.
-  Sums<4> gates;
-  Sums<2> own, others;
+  // Rows: z, z, r, r, and N x, N x; then N' h, N' h in their place.
+  Sums<6> sums;
   for (std::size_t i = 0; i < 2; ++i) {
-    gates.set(i, bias[i]);
-    gates.set(2 + i, bias[2 * n + i]);
-    own.set(i, bias[n + i]);
-    others.set(i, 0);
+    sums.set(i, bias[i]);
+    sums.set(2 + i, bias[2 * n + i]);
+    sums.set(4 + i, bias[n + i]);
   }
   constexpr std::size_t kIn = kPoseInputCount;
-  gates.add<0, 4>({x, x + kIn, x + 2 * n * kIn, x + (2 * n + 1) * kIn}, inputs, kIn);
-  own.add<0, 2>({x + n * kIn, x + (n + 1) * kIn}, inputs, kIn);
-  gates.add<0, 4>({h, h + n, h + 2 * n * n, h + (2 * n + 1) * n}, hidden, n);
-  others.add<0, 2>({h + n * n, h + (n + 1) * n}, hidden, n);
+  sums.add({x, x + kIn, x + 2 * n * kIn, x + (2 * n + 1) * kIn, x + n * kIn, x + (n + 1) * kIn}, inputs, kIn);
+  V own[2][kRegisters];
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t v = 0; v < kRegisters; ++v) own[i][v] = sums.at[4 + i][v];
+    sums.set(4 + i, 0);
+  }
+  sums.add({h, h + n, h + 2 * n * n, h + (2 * n + 1) * n, h + n * n, h + (n + 1) * n}, hidden, n);
   for (std::size_t i = 0; i < 2; ++i) {
     const V rest = squash(hn::Set(d, bias[n + i]));
     for (std::size_t v = 0; v < kRegisters; ++v) {
       const std::size_t at = (first + i) * kLearntWidth + v * kLanes;
       const V before = hn::Load(d, hidden + at);
-      const V target = hn::Sub(squash(hn::MulAdd(gate(gates.at[2 + i][v]), others.at[i][v], own.at[i][v])), rest);
-      hn::Store(hn::MulAdd(gate(gates.at[i][v]), hn::Sub(target, before), before), d, out + at);
+      const V target = hn::Sub(squash(hn::MulAdd(gate(sums.at[2 + i][v]), sums.at[4 + i][v], own[i][v])), rest);
+      hn::Store(hn::MulAdd(gate(sums.at[i][v]), hn::Sub(target, before), before), d, out + at);
     }
   }
 }
@@ -93,7 +91,7 @@ void learnt_kernel_here(const LearntHair& hair, const float* inputs, const float
       const float* const w = hair.output_weights.data() + k * n;
       Sums<4> sums;
       for (std::size_t row = 0; row < 4; ++row) sums.set(row, 0);
-      sums.add<0, 4>({w, w + n, w + 2 * n, w + 3 * n}, hidden_out + lane, n);
+      sums.add({w, w + n, w + 2 * n, w + 3 * n}, hidden_out + lane, n);
       for (std::size_t row = 0; row < 4; ++row) {
         for (std::size_t v = 0; v < kRegisters; ++v) {
           hn::Store(sums.at[row][v], d, coefficients_out + (k + row) * kLearntWidth + lane + v * kLanes);

@@ -1,0 +1,184 @@
+#include "core/learnt/learn_hair.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "client/assets/made/made.hpp"
+#include "core/modes/training_motion.hpp"
+#include "core/world/world.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr HairLearning kShort{
+    .motion_count = 96, .held_out_count = 16, .duration_s = 4, .hidden_count = 24, .rounds = 20};
+constexpr std::uint32_t kUnseenMotion = 4000000;
+
+void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
+  for (std::size_t i = count; i > 0; --i) body(i - 1);
+}
+
+class LearntGroom : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    HairstyleOptions options;
+    options.strand_count = 400;
+    groom_ = new Groom(*make_hairstyle("long_straight", options));
+    levels_ = build_levels(*groom_);
+    modes_ = make_modes(*groom_, levels_);
+    const auto learnt = learn({}, {}, kShort);
+    hair_ = learnt ? *learnt : nullptr;
+  }
+  static void TearDownTestSuite() {
+    delete groom_;
+    levels_.reset();
+    modes_.reset();
+    hair_.reset();
+  }
+  void SetUp() override { ASSERT_TRUE(hair_); }
+  static Result<std::shared_ptr<const LearntHair>> learn(const BuildCallbacks& callbacks,
+                                                         const ParallelFor& parallel_for,
+                                                         const HairLearning& learning) {
+    return learn_hair(*groom_, levels_, *modes_, callbacks, parallel_for, learning);
+  }
+  static std::vector<Pose> unseen_poses(std::uint32_t number, double duration_s) {
+    return make_training_motion(kUnseenMotion + number, groom_->body, kLearntTick_s,
+                                static_cast<std::size_t>(duration_s / kLearntTick_s))
+        .poses;
+  }
+  static void step(LearntState& state, const Pose& pose, std::vector<float>& c) {
+    c.resize(modes_->basis.mode_count());
+    LearntMember member{&state, &pose, c};
+    step_learnt(*hair_, {&member, 1});
+  }
+  static double distance_m2(const std::vector<float>& a, const std::vector<float>& b) {
+    double sum = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) sum += std::pow(static_cast<double>(a[k] - b[k]), 2);
+    return sum;
+  }
+
+  static inline Groom* groom_ = nullptr;
+  static inline std::shared_ptr<const LevelSet> levels_;
+  static inline std::shared_ptr<const Modes> modes_;
+  static inline std::shared_ptr<const LearntHair> hair_;
+};
+
+TEST_F(LearntGroom, is_valid_and_errs_less_than_the_low_level) {
+  EXPECT_EQ(validate(*hair_), "");
+  EXPECT_LE(hair_->error, hair_->low_error);
+}
+
+TEST_F(LearntGroom, moves_as_the_finest_level_in_motions_that_it_has_not_seen) {
+  double error_m2 = 0, motion_m2 = 0;
+  for (std::uint32_t number = 0; number < 8; ++number) {
+    const std::vector<Pose> poses = unseen_poses(number, 5);
+    WorldDef def;
+    def.tick_s = kLearntTick_s;
+    World world(def);
+    const CharacterId id = world.add({levels_, LevelIndex::high, poses[0]});
+    LearntState state;
+    std::vector<float> c, truth(modes_->basis.mode_count());
+    for (const Pose& pose : poses) {
+      world.set_pose(id, pose);
+      world.step();
+      step(state, pose, c);
+      modes_->map(LevelIndex::high).coefficients_of(world.lattice(id).displacement, truth);
+      error_m2 += distance_m2(c, truth);
+      motion_m2 += distance_m2(truth, std::vector<float>(truth.size()));
+    }
+  }
+  EXPECT_LT(std::sqrt(error_m2 / motion_m2), 0.65);
+}
+
+TEST_F(LearntGroom, of_a_late_joiner_is_that_of_the_others_after_two_seconds) {
+  double difference_m2 = 0;
+  std::size_t ticks = 0;
+  for (std::uint32_t number = 0; number < 8; ++number) {
+    const std::vector<Pose> poses = unseen_poses(number, 6);
+    LearntState first, late;
+    std::vector<float> c, late_c;
+    const std::size_t join = poses.size() / 3, meet = join + static_cast<std::size_t>(2 / kLearntTick_s);
+    for (std::size_t tick = 0; tick < poses.size(); ++tick) {
+      step(first, poses[tick], c);
+      if (tick >= join) step(late, poses[tick], late_c);
+      if (tick < meet) continue;
+      difference_m2 += distance_m2(c, late_c);
+      ++ticks;
+    }
+  }
+  EXPECT_LT(std::sqrt(difference_m2 / static_cast<double>(ticks)), 0.005);
+}
+
+TEST_F(LearntGroom, comes_to_rest) {
+  LearntState state;
+  std::vector<float> c;
+  const std::vector<Pose> poses = unseen_poses(1, 4);
+  for (const Pose& pose : poses) step(state, pose, c);
+  for (int tick = 0; tick < 150; ++tick) {
+    step(state, interpolate(poses.back(), poses.front(), std::min(1.0, tick / 30.0)), c);
+  }
+  EXPECT_LT(std::sqrt(distance_m2(c, std::vector<float>(c.size()))), 0.005);
+}
+
+TEST_F(LearntGroom, covers_motion_of_its_own_kind_but_no_fast_spin) {
+  std::size_t covered = 0, ticks = 0;
+  for (std::uint32_t number = 0; number < 8; ++number) {
+    PoseHistory history;
+    for (const Pose& pose : unseen_poses(number, 5)) {
+      covered += hair_->covers(history.next(pose));
+      ++ticks;
+    }
+  }
+  EXPECT_GT(static_cast<double>(covered), 0.98 * static_cast<double>(ticks));
+  PoseInputs spin{};
+  spin[10] = 35;
+  EXPECT_FALSE(hair_->covers(spin));
+}
+
+TEST_F(LearntGroom, has_the_same_bits_for_any_order_of_work) {
+  const auto other = learn({}, last_first, kShort);
+  ASSERT_TRUE(other);
+  EXPECT_EQ((*other)->input_weights, hair_->input_weights);
+  EXPECT_EQ((*other)->hidden_weights, hair_->hidden_weights);
+  EXPECT_EQ((*other)->bias, hair_->bias);
+  EXPECT_EQ((*other)->output_weights, hair_->output_weights);
+  EXPECT_EQ((*other)->error, hair_->error);
+}
+
+TEST_F(LearntGroom, is_refused_when_it_is_worse_than_the_low_level) {
+  HairLearning hardly = kShort;
+  hardly.motion_count = 16;
+  hardly.duration_s = 2;
+  hardly.rounds = 1;
+  const auto refused = learn({}, {}, hardly);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().find("low level"), std::string::npos) << refused.error();
+}
+
+TEST_F(LearntGroom, can_be_cancelled_at_every_stage_and_its_progress_grows) {
+  HairLearning quick = kShort;
+  quick.motion_count = 16;
+  quick.duration_s = 1;
+  quick.rounds = 20;
+  double last = 0;
+  BuildCallbacks callbacks;
+  callbacks.progress = [&](double share, std::string_view) {
+    EXPECT_GE(share, last);
+    EXPECT_LE(share, 1);
+    last = share;
+    return true;
+  };
+  (void)learn(callbacks, {}, quick);
+  EXPECT_GT(last, 0.9);
+  for (const double stop : {0.0, 0.3, 0.52, 0.8}) {
+    callbacks.progress = [&](double share, std::string_view) { return share < stop; };
+    const auto cancelled = learn(callbacks, {}, quick);
+    ASSERT_TRUE(cancelled);
+    EXPECT_EQ(*cancelled, nullptr);
+  }
+}
+
+}  // namespace
+}  // namespace hairnet
