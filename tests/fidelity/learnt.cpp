@@ -138,9 +138,9 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
   return row;
 }
 
-// Of the fastest of several runs, a character and tick.
+// Medians, a character and tick.
 struct Times {
-  double learnt_us = 1e9, low_us = 1e9;
+  double learnt_us = 0, low_us = 0;
 };
 
 Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip) {
@@ -151,29 +151,24 @@ Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hai
   std::vector<LearntState> states(kLearntWidth);
   std::vector<std::vector<float>> c(kLearntWidth, std::vector<float>(subject.modes->basis.mode_count()));
   std::vector<LearntMember> members(kLearntWidth);
-  for (std::size_t n = 0; n < kLearntWidth; ++n)
+  for (std::size_t n = 0; n < kLearntWidth; ++n) {
     ids.push_back(world.add({subject.levels, LevelIndex::low, clip.poses[0]}));
-  Times times;
-  for (int turn = 0; turn < 5; ++turn) {
-    double learnt_s = 0, low_s = 0;
-    std::size_t ticks = 0;
-    for (std::size_t tick = 1; tick + kLearntWidth < clip.poses.size(); ++tick, ++ticks) {
-      for (std::size_t n = 0; n < kLearntWidth; ++n) {
-        members[n] = {&states[n], &clip.poses[tick + n], c[n]};
-        world.set_pose(ids[n], clip.poses[tick + n]);
-      }
-      const double start_s = fidelity::now_s();
-      step_learnt(hair, members);
-      const double middle_s = fidelity::now_s();
-      world.step();
-      low_s += fidelity::now_s() - middle_s;
-      learnt_s += middle_s - start_s;
-    }
-    const double share = 1e6 / static_cast<double>(ticks * kLearntWidth);
-    times.learnt_us = std::min(times.learnt_us, share * learnt_s);
-    times.low_us = std::min(times.low_us, share * low_s);
   }
-  return times;
+  std::vector<float> learnt_us, low_us;
+  for (std::size_t tick = 1; tick + kLearntWidth < clip.poses.size(); ++tick) {
+    for (std::size_t n = 0; n < kLearntWidth; ++n) {
+      members[n] = {&states[n], &clip.poses[tick + n], c[n]};
+      world.set_pose(ids[n], clip.poses[tick + n]);
+    }
+    const double start_s = fidelity::now_s();
+    step_learnt(hair, members);
+    const double middle_s = fidelity::now_s();
+    world.step();
+    constexpr double kEach_us = 1e6 / kLearntWidth;
+    learnt_us.push_back(static_cast<float>(kEach_us * (middle_s - start_s)));
+    low_us.push_back(static_cast<float>(kEach_us * (fidelity::now_s() - middle_s)));
+  }
+  return {fidelity::percentile(learnt_us, 0.5), fidelity::percentile(low_us, 0.5)};
 }
 
 void print_head() {
