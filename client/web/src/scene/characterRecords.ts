@@ -1,4 +1,11 @@
-import { kDensityTexel, kFirstBone, kLatticeRow, kLatticeTexel, kRecordTexels, kTipTexel } from "../generated/constants";
+import {
+  kDensityTexel,
+  kFirstBone,
+  kLatticeRow,
+  kLatticeTexel,
+  kRecordTexels,
+  kTipTexel,
+} from "../generated/constants";
 import type { Pose } from "../hair/pose";
 import { kBoneCount, kNumbersPerBone } from "../hair/pose";
 import type { DensityGrid } from "./densityGrid";
