@@ -44,9 +44,9 @@ int main() {
 
     // The lattice of this moment moves the points of the groom.
     const link::Playout::Sample sample = playout.sample(connection.now_ns());
-    if (sample.geometry) {
-      if (sample.geometry != geometry) {
-        geometry = sample.geometry;
+    if (const auto shown = sample.geometry()) {
+      if (shown != geometry) {
+        geometry = shown;
         deformer.emplace(groom, geometry->lattice, FfdKind::quadratic);
         grid.resize(geometry->lattice.node_count());
       }
