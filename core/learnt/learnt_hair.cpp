@@ -6,7 +6,6 @@
 
 #include "core/assert.hpp"
 #include "core/learnt/learnt_kernel.hpp"
-#include "core/modes/basis.hpp"
 
 namespace hairnet {
 namespace {
@@ -31,7 +30,7 @@ std::string validate(const LearntHair& hair) {
     return count > 0 && count <= most && count % 4 == 0;
   };
   if (!is_count(hair.hidden_count, kLearntHiddenMax)) return "learnt hair with a wrong number of hidden numbers";
-  if (!is_count(hair.mode_count, kModeCountMax)) return "learnt hair with a wrong number of modes";
+  if (!is_count(hair.mode_count, kLearntModesMax)) return "learnt hair with a wrong number of modes";
   const std::size_t gates = 3 * hair.hidden_count;
   if (hair.input_weights.size() != gates * kPoseInputCount || hair.hidden_weights.size() != gates * hair.hidden_count ||
       hair.bias.size() != gates || hair.output_weights.size() != hair.mode_count * hair.hidden_count) {
@@ -52,7 +51,7 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
   // [number][character]
   alignas(64) std::array<float, kPoseInputCount * kLearntWidth> inputs{};
   alignas(64) std::array<float, kLearntHiddenMax * kLearntWidth> before{}, after;
-  alignas(64) std::array<float, kModeCountMax * kLearntWidth> coefficients;
+  alignas(64) std::array<float, kLearntModesMax * kLearntWidth> coefficients;
   for (std::size_t m = 0; m < members.size(); ++m) {
     LearntMember& member = members[m];
     HAIRNET_ASSERT(member.state);

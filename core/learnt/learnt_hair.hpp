@@ -8,8 +8,8 @@
 
 namespace hairnet {
 
-inline constexpr std::size_t kLearntHiddenMax = 128;
-inline constexpr std::size_t kLearntWidth = 16;  // characters that are evaluated side by side
+inline constexpr std::size_t kLearntHiddenMax = 128, kLearntModesMax = 128;
+inline constexpr int kLearntWidth = 16;  // characters that are evaluated side by side
 
 // The hair of one groom as a small recurrent network: from poses to the first coefficients of the groom's basis. For
 // the groom as it was built, in still air. Rows of matrices follow each other. Immutable; all threads may share it.

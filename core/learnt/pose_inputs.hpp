@@ -9,6 +9,9 @@ namespace hairnet {
 
 // The time from one pose of a learnt groom to the next.
 inline constexpr double kLearntTick_s = 1.0 / 30;
+constexpr bool is_learnt_tick(double tick_s) {
+  return tick_s > 0.999 * kLearntTick_s && tick_s < 1.001 * kLearntTick_s;
+}
 
 inline constexpr std::size_t kPoseInputCount = 24;
 using PoseInputs = std::array<float, kPoseInputCount>;

@@ -13,13 +13,17 @@
 
 namespace hairnet {
 
-// How finely hair is simulated, from the finest. `ether` has no springs; `rigid` has no lattice: the hair moves with
-// the head.
-enum class LevelIndex : std::uint8_t { high, medium, low, ether, rigid };
-inline constexpr std::size_t kLevelCount = 5;
-inline constexpr std::array<std::string_view, kLevelCount> kLevelNames{"high", "medium", "low", "ether", "rigid"};
+// How finely hair is simulated, from the one that costs most. The first four are lattices; `ether` has no springs.
+// `learnt` is a network in place of a lattice (core/learnt); `rigid` hair moves with the head.
+enum class LevelIndex : std::uint8_t { high, medium, low, ether, learnt, rigid };
+inline constexpr std::size_t kLevelCount = 6;
+inline constexpr std::array<std::string_view, kLevelCount> kLevelNames{"high",  "medium", "low",
+                                                                       "ether", "learnt", "rigid"};
+constexpr bool has_lattice(LevelIndex level) {
+  return level <= LevelIndex::ether;
+}
 
-// What to build for one level. The rigid level has no lattice and is never built.
+// What to build for one level with a lattice.
 struct LevelSpec {
   std::array<int, 3> dims;
   std::size_t spring_count = 0;  // at most; fewer when the groom has fewer
@@ -82,15 +86,17 @@ struct Level {
 std::string validate(const Level& level);
 
 class LevelMap;
+struct LearntHair;
 struct Modes;
 
-// The levels of a groom, indexed by LevelIndex; `rigid` needs no entry. `maps[from][to]` transfers a lattice state
+// The levels of a groom that have a lattice, indexed by LevelIndex. `maps[from][to]` transfers a lattice state
 // (level_map.hpp). Where a map is missing, a character starts at rest on its new level. `modes`: what all levels say in
-// common terms (core/modes); null where nobody needs it.
+// common terms (core/modes); null where nobody needs it. `learnt`: the learnt level; null until it has been learnt.
 struct LevelSet {
   std::array<Level, 4> levels;
   std::array<std::array<std::shared_ptr<const LevelMap>, 4>, 4> maps;
   std::shared_ptr<const Modes> modes;
+  std::shared_ptr<const LearntHair> learnt;
 
   [[nodiscard]] const Level& operator[](LevelIndex i) const { return levels[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const LevelMap* map(LevelIndex from, LevelIndex to) const {

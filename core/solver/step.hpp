@@ -47,7 +47,7 @@ struct SolverSettings {
 // trajectory is about a quarter of the motion on the high level and a tenth on the low. An ether level needs one
 // iteration: its system is block diagonal, and the preconditioner solves it.
 inline constexpr double kStepMax_s = 1.0 / 50;
-inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0};
+inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0, 0};
 
 // The iterations for a step of that length. Shorter steps need fewer for the same error: conjugate gradient converges
 // with the square root of the condition number, which grows with the step's length.

@@ -91,10 +91,14 @@ std::string validate(const Wind& wind) {
   return {};
 }
 
+bool is_still(const Wind& wind) {
+  return wind.mean_m_per_s == Vec3::Zero() && wind.turbulence_rms_m_per_s == 0;
+}
+
 WindField::WindField(const Wind& wind) {
   HAIRNET_ASSERT(validate(wind).empty());
   const bool is_moving = wind.mean_m_per_s != Vec3::Zero();
-  if (!is_moving && wind.turbulence_rms_m_per_s == 0) return;
+  if (hairnet::is_still(wind)) return;
   auto modes = std::make_shared<Modes>();
   modes->mean = wind.mean_m_per_s;
   if (is_moving && wind.gust_ratio > 0) {

@@ -7,6 +7,14 @@
 #include "core/assert.hpp"
 
 namespace hairnet {
+namespace {
+
+const void* model_of(const Character& character) {
+  if (character.network()) return character.network();
+  return character.model();
+}
+
+}  // namespace
 
 void Batches::clear() {
   items_.clear();
@@ -14,17 +22,16 @@ void Batches::clear() {
 }
 
 void Batches::add(Character& character, Outcome& outcome) {
-  const Level* model = character.model();
+  const void* model = model_of(character);
   HAIRNET_ASSERT(model);
   HAIRNET_ASSERT(outcome == Outcome::stepped);
   const int ticks = character.step_ticks;
   const std::size_t index = items_.size();
   items_.push_back({&character, &outcome});
   const bool fits = !batches_.empty() && batches_.back().model == model && batches_.back().ticks == ticks &&
-                    index - batches_.back().begin < width_;
+                    index - batches_.back().begin < (character.network() ? kLearntWidth : width_);
   if (!fits) batches_.push_back({model, character.level, ticks, index, index, 0});
   batches_.back().end = index + 1;
-  HAIRNET_ASSERT(batches_.back().end - batches_.back().begin <= width_);
 }
 
 void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for) {
@@ -55,27 +62,37 @@ void Batches::step(const TickContext& terms, const Batch& batch) {
   HAIRNET_ASSERT(batch.begin < batch.end);
   HAIRNET_ASSERT(batch.end <= items_.size());
   std::unique_ptr<Scratch> scratch = take_scratch();
+  if (batch.level == LevelIndex::learnt) {
+    scratch->characters.clear();
+    for (std::size_t i = batch.begin; i < batch.end; ++i) scratch->characters.push_back(items_[i].character);
+    step_learnt_turns(terms, scratch->characters);
+  } else {
+    step_lattices(terms, batch, *scratch);
+  }
+  put_scratch(std::move(scratch));
+}
+
+void Batches::step_lattices(const TickContext& terms, const Batch& batch, Scratch& scratch) {
   const std::size_t count = batch.end - batch.begin;
   const StepPlan& plan = terms.plans->of(batch.level, batch.ticks);
   const auto substep_count = static_cast<std::size_t>(plan.substep_count);
-  scratch->inputs.resize(std::max(scratch->inputs.size(), width_ * substep_count));
-  scratch->members.resize(count);
+  scratch.inputs.resize(std::max(scratch.inputs.size(), width_ * substep_count));
+  scratch.members.resize(count);
   const auto inputs_of = [&](std::size_t member) {
-    return std::span(scratch->inputs).subspan(member * substep_count, substep_count);
+    return std::span(scratch.inputs).subspan(member * substep_count, substep_count);
   };
   for (std::size_t i = 0; i < count; ++i) {
     Character& character = *items_[batch.begin + i].character;
     HAIRNET_ASSERT(character.model() == batch.model);
     HAIRNET_ASSERT(character.step_ticks == batch.ticks);
     put_inputs(terms, character, inputs_of(i));
-    scratch->members[i] = {inputs_of(i), &character.state};
+    scratch.members[i] = {inputs_of(i), &character.state};
   }
-  step_members(*batch.model, plan.iterations, *scratch);
+  step_members(*items_[batch.begin].character->model(), plan.iterations, scratch);
   for (std::size_t i = 0; i < count; ++i) {
     const Item& item = items_[batch.begin + i];
-    *item.outcome = end_tick(terms, inputs_of(i), scratch->members[i].is_finite, *item.character);
+    *item.outcome = end_tick(terms, inputs_of(i), scratch.members[i].is_finite, *item.character);
   }
-  put_scratch(std::move(scratch));
 }
 
 void Batches::step_members(const Level& level, int iterations, Scratch& scratch) const {

@@ -17,8 +17,8 @@ namespace hairnet {
 class Batches {
  public:
   void clear();
-  // Adds a character that begin_tick has told to step; asserts that it has a level. Add characters of one level and one
-  // stride one after the other, so that they share batches.
+  // Adds a character that begin_tick has told to step; asserts that it has a lattice or a network. Add characters of
+  // one level and one stride one after the other, so that they share batches.
   void add(Character& character, Outcome& outcome);
 
   // Steps all characters and ends their tick. `now_ns` may be null: then nothing is timed.
@@ -31,7 +31,7 @@ class Batches {
     Outcome* outcome;
   };
   struct Batch {
-    const Level* model;
+    const void* model;  // the lattice's Level, or the network
     LevelIndex level;
     int ticks;
     std::size_t begin, end;  // indices of items
@@ -42,9 +42,11 @@ class Batches {
     StepScratch step;
     std::vector<StepInput> inputs;  // of one member after the other
     std::vector<CrowdMember> members;
+    std::vector<Character*> characters;
   };
 
   void step(const TickContext& terms, const Batch& batch);
+  void step_lattices(const TickContext& terms, const Batch& batch, Scratch& scratch);
   void step_members(const Level& level, int iterations, Scratch& scratch) const;
   std::unique_ptr<Scratch> take_scratch();
   void put_scratch(std::unique_ptr<Scratch> scratch);

@@ -1,6 +1,7 @@
 #include "core/world/character.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -79,6 +80,13 @@ bool is_due(const TickContext& terms, const Character& c) {
   return c.steps_next_tick || (terms.tick + c.phase) % c.stride == 0;
 }
 
+// Of a character without a lattice to step.
+void end_turn(const TickContext& terms, Character& c) {
+  const double steps = terms.plan(c).substep_count;
+  c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (steps - 1) / steps);
+  c.from = c.to;
+}
+
 // The rest's velocity over the coming first substep, in the axes of the head at its start.
 void add_next_rigid_velocity(const StepPlan& plan, Character& c) {
   const Pose first = interpolate(c.from, c.to, 1.0 / plan.substep_count);
@@ -95,6 +103,8 @@ void add_next_rigid_velocity(const StepPlan& plan, Character& c) {
 void check_invariants(const Character& c) {
   const Level* model = c.model();
   HAIRNET_ASSERT(c.level == LevelIndex::rigid || c.levels);
+  HAIRNET_ASSERT(c.level != LevelIndex::learnt || c.network());
+  HAIRNET_ASSERT(c.learnt.coefficients.size() == (c.network() ? c.network()->mode_count : 0));
   HAIRNET_ASSERT(c.state.displacement.size() == (model ? model->rest.size() : 0));
   HAIRNET_ASSERT(c.state.velocity.size() == c.state.displacement.size());
   HAIRNET_ASSERT(c.rigid_ease_s < kRigidEase_s);
@@ -142,9 +152,11 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
     ease_in(terms, c);
     check_invariants(c);
     return Outcome::stepped;
+  } else if (c.network()) {
+    return Outcome::stepped;
   }
-  c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (plan.substep_count - 1.0) / plan.substep_count);
-  c.from = c.to;
+  if (c.network()) c.learnt.state.poses = {};  // its motion begins anew
+  end_turn(terms, c);
   if (outcome == Outcome::idle) c.still_s += plan.interval_s;
   check_invariants(c);
   return outcome;
@@ -183,6 +195,39 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
   count_stillness(terms.plan(c).interval_s, c);
   check_invariants(c);
   return Outcome::stepped;
+}
+
+void step_learnt_turns(const TickContext& terms, std::span<Character* const> characters) {
+  HAIRNET_ASSERT(!characters.empty() && characters.size() <= kLearntWidth);
+  std::array<Pose, kLearntWidth> poses;
+  std::array<LearntMember, kLearntWidth> members;
+  const LearntHair& hair = *characters[0]->network();
+  std::size_t new_count = 0;
+  for (Character* c : characters) {
+    HAIRNET_ASSERT(c->network() == &hair);
+    HAIRNET_ASSERT(c->step_ticks == characters[0]->step_ticks);
+    c->learnt.is_covered = true;
+    if (!std::exchange(c->learnt.has_begun, true))
+      members[new_count++] = {&c->learnt.state, &c->from, c->learnt.coefficients};
+  }
+  for (int k = 0; k < kLearntStart_ticks && new_count > 0; ++k) step_learnt(hair, std::span(members).first(new_count));
+  const double interval_s = terms.plan(*characters[0]).interval_s;
+  const auto count = std::max(1l, std::lround(interval_s / kLearntTick_s));
+  for (long k = 1; k <= count; ++k) {
+    for (std::size_t i = 0; i < characters.size(); ++i) {
+      Character& c = *characters[i];
+      poses[i] = k == count ? c.to : interpolate(c.from, c.to, static_cast<double>(k) / static_cast<double>(count));
+      members[i] = {&c.learnt.state, &poses[i], c.learnt.coefficients};
+    }
+    step_learnt(hair, std::span(members).first(characters.size()));
+    for (std::size_t i = 0; i < characters.size(); ++i)
+      characters[i]->learnt.is_covered = characters[i]->learnt.is_covered && members[i].is_covered;
+  }
+  for (Character* c : characters) {
+    end_turn(terms, *c);
+    if (c->bones_still_s > 0) c->still_s += interval_s;
+    check_invariants(*c);
+  }
 }
 
 void suspend(Character& c) {

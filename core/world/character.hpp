@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/assert.hpp"
+#include "core/learnt/learnt_hair.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 #include "core/world/step_plan.hpp"
@@ -15,13 +16,23 @@ namespace hairnet {
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
+inline constexpr int kLearntStart_ticks = 30;          // for which a network that begins sees the first pose held
 inline constexpr std::uint64_t kNeverChanged = ~0ull;  // no tick
+
+// Hair on the learnt level.
+struct LearntTurn {
+  LearntState state;
+  std::vector<float> coefficients;  // m; those that the network drives
+  bool has_begun = false;
+  bool is_covered = true;  // by training, at its last turn
+};
 
 // One character of a world.
 struct Character {
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
-  LatticeState state;  // empty when rigid
+  LatticeState state;  // empty without a lattice
+  LearntTurn learnt;   // empty on other levels
   MaterialScale material;
   std::uint32_t environment = 0;
   Pose from, to;                // `from`: pose at state_tick, to which the state belongs; `to`: the newest
@@ -47,8 +58,9 @@ struct Character {
   bool discontinuous = false;         // in its last turn
   bool velocity_is_relative = false;  // velocities are relative to the rest's motion, which is not known yet
 
-  [[nodiscard]] const Level* model() const {
-    return level == LevelIndex::rigid || !levels ? nullptr : &(*levels)[level];
+  [[nodiscard]] const Level* model() const { return has_lattice(level) && levels ? &(*levels)[level] : nullptr; }
+  [[nodiscard]] const LearntHair* network() const {
+    return level == LevelIndex::learnt ? levels->learnt.get() : nullptr;
   }
   [[nodiscard]] bool is_asleep() const { return still_s >= kSleepAfter_s; }
   void wake() { still_s = 0; }
@@ -76,9 +88,9 @@ struct TickContext {
 
 enum class Outcome : std::uint8_t { waiting, idle, stepped, eased, teleport, reset, asleep };
 
-// Everything of a tick before the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice must be
-// stepped; otherwise the character's tick is done. Asserts that the character is not suspended and had no turn in this
-// tick.
+// Everything of a tick before the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice or the
+// network must be stepped; otherwise the character's tick is done. Asserts that the character is not suspended and had
+// no turn in this tick.
 Outcome begin_tick(const TickContext& terms, Character& character);
 
 // Makes the inputs of the steps in a character's turn; asserts that there is one for each substep of its plan.
@@ -86,6 +98,10 @@ void put_inputs(const TickContext& terms, const Character& character, std::span<
 
 // Call it after the last step. A lattice that is not finite returns to rest. Asserts that the character has a lattice.
 Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bool is_finite, Character& character);
+
+// Steps the networks of at most kLearntWidth characters through their turns, and ends their ticks. All have the same
+// network and step over the same number of ticks.
+void step_learnt_turns(const TickContext& terms, std::span<Character* const> characters);
 
 // A suspended character, which no observer sees, has no turns. When it is resumed, it moves rigidly with the head to
 // the newest pose in the next tick, `tick`, and then continues with its hair's velocity relative to the head. Each

@@ -54,18 +54,33 @@ void switch_to_rigid(Character& c) {
   if (!c.model() || is_at_rest(c.state)) {
     c.level = LevelIndex::rigid;
     c.state = {};
+    c.learnt = {};
   } else if (c.rigid_ease_s < 0) {
     c.rigid_ease_s = 0;
   }
 }
 
+// The network begins as if the pose had been held before. It forgets within two seconds that it was not (core/learnt).
+void switch_to_learnt(Character& c) {
+  if (c.level == LevelIndex::learnt) return;
+  c.level = LevelIndex::learnt;
+  c.state = {};
+  c.rigid_ease_s = -1;
+  c.learnt.coefficients.assign(c.network()->mode_count, 0);
+}
+
 }  // namespace
 
+bool has_level(LevelIndex level, const Character& c) {
+  HAIRNET_ASSERT(static_cast<std::size_t>(level) < kLevelCount);
+  return level == LevelIndex::rigid || (c.levels && (level != LevelIndex::learnt || c.levels->learnt));
+}
+
 void switch_level(LevelIndex to, Character& c) {
-  HAIRNET_ASSERT(static_cast<std::size_t>(to) < kLevelCount);
-  HAIRNET_ASSERT(to == LevelIndex::rigid || c.levels);
+  HAIRNET_ASSERT(has_level(to, c));
   c.wake();
   if (to == LevelIndex::rigid) return switch_to_rigid(c);
+  if (to == LevelIndex::learnt) return switch_to_learnt(c);
   const Level* old_level = c.model();
   const HeadMotion motion = last_head_motion(c);
   if (std::exchange(c.rigid_ease_s, -1) >= 0) {
@@ -79,6 +94,7 @@ void switch_level(LevelIndex to, Character& c) {
   if (to == c.level) return;
   const LevelMap* map = old_level ? c.levels->map(c.level, to) : nullptr;
   c.level = to;
+  c.learnt = {};
   const Level& level = *c.model();
   LatticeState old_state = std::move(c.state);
   reset_to_rest(level, c.state);
@@ -92,7 +108,7 @@ void switch_level(LevelIndex to, Character& c) {
 
 void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
   const std::shared_ptr<const LevelSet> old_levels = std::exchange(c.levels, std::move(levels));
-  const Level* old_level = c.level == LevelIndex::rigid || !old_levels ? nullptr : &(*old_levels)[c.level];
+  const Level* old_level = has_lattice(c.level) && old_levels ? &(*old_levels)[c.level] : nullptr;
   c.wake();
   if (has_same_nodes(old_level, c.model())) {
     c.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
@@ -100,8 +116,9 @@ void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
   }
   c.rigid_ease_s = -1;
   c.state = {};
+  c.learnt = {};
   const LevelIndex level = std::exchange(c.level, LevelIndex::rigid);
-  if (level == LevelIndex::rigid || c.levels) switch_level(level, c);
+  if (has_level(level, c)) switch_level(level, c);
 }
 
 }  // namespace hairnet

@@ -71,7 +71,9 @@ struct World::Impl {
   static auto key_of(const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.step_phase, p.slot); }
   [[nodiscard]] Placed placed_at(std::uint32_t slot) const {
     const Character& c = slots[slot].character;
-    return {c.level, c.stride, c.phase % c.stride, std::bit_cast<std::uintptr_t>(c.model()), slot};
+    const auto model =
+        c.network() ? std::bit_cast<std::uintptr_t>(c.network()) : std::bit_cast<std::uintptr_t>(c.model());
+    return {c.level, c.stride, c.phase % c.stride, model, slot};
   }
 
   // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
@@ -234,9 +236,9 @@ void World::set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels
 
 bool World::set_level(CharacterId id, LevelIndex index) {
   Impl& w = between_steps();
-  HAIRNET_ASSERT(static_cast<std::size_t>(index) < kLevelCount);
   Character* c = w.find(id);
-  if (!c || (index != LevelIndex::rigid && !c->levels)) return false;
+  if (!c || !has_level(index, *c)) return false;
+  if (index == LevelIndex::learnt && !is_learnt_tick(w.def.tick_s)) return false;
   switch_level(index, *c);
   w.is_arranged = false;
   HAIRNET_ASSERT(c->level == index || c->rigid_ease_s >= 0);
@@ -318,7 +320,15 @@ LatticeView World::lattice(CharacterId id) const {
   HAIRNET_ASSERT(slot);
   const Character& c = slot->character;
   const bool stepped = c.changed_tick == impl_->tick && !c.suspended;
-  return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep(), stepped, c.discontinuous};
+  return {.level = c.level,
+          .model = c.model(),
+          .displacement = c.state.displacement,
+          .coefficients = c.learnt.coefficients,
+          .is_covered = c.learnt.is_covered,
+          .pose = &c.from,
+          .asleep = c.is_asleep(),
+          .stepped = stepped,
+          .discontinuous = c.discontinuous};
 }
 
 const LatticeState& World::state(CharacterId id) const {
@@ -358,6 +368,7 @@ std::uint64_t World::hash() const {
     }
     for (const Vec3f& d : c.state.displacement) fnv.add(d);
     for (const Vec3f& v : c.state.velocity) fnv.add(v);
+    for (const float hidden : c.learnt.state.hidden) fnv.add(hidden);
   }
   return fnv.value();
 }

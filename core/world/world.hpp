@@ -52,8 +52,10 @@ struct StepReport {
 // The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
 struct LatticeView {
   LevelIndex level = LevelIndex::rigid;
-  const Level* model = nullptr;         // null when rigid
-  std::span<const Vec3f> displacement;  // active order, head space, m; empty when rigid
+  const Level* model = nullptr;         // null when learnt or rigid
+  std::span<const Vec3f> displacement;  // active order, head space, m; empty without a lattice
+  std::span<const float> coefficients;  // of the groom's basis, m; empty unless learnt
+  bool is_covered = true;               // the network was trained on such motions as those of the last step
   const Pose* pose = nullptr;           // the one the last step ended at
   bool asleep = false;   // nothing changed in the last tick, and nothing changes until the character wakes
   bool stepped = false;  // pose or lattice changed in the last tick
@@ -81,8 +83,9 @@ class World {
   void set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels);
   // Transfers the state to the new level by least squares (LevelSet::maps). The transferred state strains the new
   // springs and may put nodes inside the body, so stiffness and contact fade in over kSwitchEase_s. For the rigid level
-  // the displacements fade out over kRigidEase_s, and the old level stays until then. Returns false when the character
-  // has no such level.
+  // the displacements fade out over kRigidEase_s, and the old level stays until then. The learnt level has no
+  // common state with lattices: it begins as if the pose had been held, ends at rest, and needs ticks of kLearntTick_s.
+  // Returns false when the character has no such level.
   bool set_level(CharacterId id, LevelIndex level);
   void set_material(CharacterId id, const MaterialScale& material);  // asserts that it is valid; from the next step on
   // Sets the environment of the characters with that index; from the next step on. Asserts that the index is below

@@ -10,6 +10,7 @@
 #include "core/modes/make_modes.hpp"
 #include "levels_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
+#include "schema/wire/learnt_hair_table.hpp"
 
 namespace hairnet::wire {
 namespace {
@@ -201,6 +202,11 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
       return "level " + name + ": counts disagree";
     if (std::string fault = validate(set.levels[i]); !fault.empty()) return fault.insert(0, "level " + name + ": ");
   }
+  if (root->learnt()) {
+    auto learnt = std::make_shared<LearntHair>();
+    if (std::string fault = read_learnt(*root->learnt(), *learnt); !fault.empty()) return fault;
+    set.learnt = std::move(learnt);
+  }
   if (!root->modes()) return {};
   auto modes = std::make_shared<Modes>();
   std::string fault = read(*root->modes(), set, *modes);
@@ -228,8 +234,10 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   HAIRNET_ASSERT(set.levels.front().skin);
   for (const SkinDistanceField& field : *set.levels.front().skin) skin.push_back(write(to, field));
   const auto modes = set.modes ? write(to, *set.modes) : 0;
-  const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin), modes),
-                              fb::BuiltLevelsIdentifier());
+  const auto learnt = set.learnt ? write_learnt(to, *set.learnt) : 0;
+  const auto payload =
+      finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin), modes, learnt),
+             fb::BuiltLevelsIdentifier());
   std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
   Header header;
   header.groom = groom;

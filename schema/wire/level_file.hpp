@@ -11,8 +11,8 @@
 
 namespace hairnet::wire {
 
-// The levels built of a groom, and its modes if it has any, as a file: a header, then a FlatBuffer of levels.fbs. Every
-// byte counts; little endian.
+// The levels built of a groom, with its modes and its learnt hair if it has any, as a file: a header, then a FlatBuffer
+// of levels.fbs. Every byte counts; little endian.
 //
 //   offset  bytes  header
 //        0      8  magic "HNLEVELS"

@@ -6,11 +6,12 @@
 #include "recording_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/learnt_hair_table.hpp"
 
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kRecordingVersion = 5;
+constexpr std::uint16_t kRecordingVersion = 6;
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
 constexpr double kAccelerationMax = 1000;  // m/s^2
@@ -41,6 +42,13 @@ Body write(FlatBufferBuilder& to, const RecordingHeader& e) {
 
 Body write(FlatBufferBuilder& to, const RecordedGroom& e) {
   return body(fb::CreateRecordedGroomDirect(to, &e.bytes));
+}
+
+Body write(FlatBufferBuilder& to, const RecordedLearnt& e) {
+  HAIRNET_ASSERT(e.hair);
+  const auto hair = write_learnt(to, *e.hair);
+  const fb::Hash groom = to_flatbuffer(e.groom);
+  return body(fb::CreateRecordedLearnt(to, &groom, hair));
 }
 
 Offset<flatbuffers::Vector<float>> write_vectors(FlatBufferBuilder& to, const std::vector<Vec3f>& vectors) {
@@ -121,6 +129,14 @@ Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
 Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
   from_flatbuffer(*in.bytes(), out.bytes);
   return {};
+}
+
+Fault read(const fb::RecordedLearnt& in, RecordedLearnt& out) {
+  out.groom = from_flatbuffer(*in.groom());
+  auto hair = std::make_shared<LearntHair>();
+  Fault fault = read_learnt(*in.hair(), *hair);
+  out.hair = std::move(hair);
+  return fault;
 }
 
 Fault read_pose(const fb::Bones& from, Pose& to) {
@@ -238,6 +254,8 @@ Fault read_body(const fb::RecordEntry& in, RecordEntry& out) {
       return read(*in.body_as_RecordedHeader(), out.emplace<RecordingHeader>());
     case fb::RecordBody::RecordedGroom:
       return read(*in.body_as_RecordedGroom(), out.emplace<RecordedGroom>());
+    case fb::RecordBody::RecordedLearnt:
+      return read(*in.body_as_RecordedLearnt(), out.emplace<RecordedLearnt>());
     case fb::RecordBody::RecordedTick:
       return read(*in.body_as_RecordedTick(), out.emplace<RecordedTick>());
     case fb::RecordBody::NONE:

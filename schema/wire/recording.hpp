@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <variant>
 #include <vector>
 
+#include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
 #include "schema/wire/messages.hpp"
 
@@ -25,6 +27,10 @@ struct RecordingHeader {
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
 };  // before the first tick that uses it
+struct RecordedLearnt {
+  GroomHash groom{};
+  std::shared_ptr<const LearntHair> hair;
+};  // after its groom; of levels that characters are given from the next tick on
 struct RecordedAdd {
   std::uint64_t character = 0;
   GroomHash groom{};
@@ -76,7 +82,7 @@ struct RecordedTick {
   std::vector<RecordedPose> poses;
   std::uint64_t state_hash = 0;  // World::hash after the step
 };
-using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedTick>;
+using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedLearnt, RecordedTick>;
 
 // `character` is unique for the recording: session id << 32 | the client's number.
 std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);  // size-prefixed

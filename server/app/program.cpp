@@ -117,17 +117,19 @@ class Shutdown {
   std::optional<std::int64_t> begun_ns_;
 };
 
-// The threads beside the I/O thread. Ends them in the direction of the data: tick, builder, recorder.
+// The threads beside the I/O thread. Ends them in the direction of the data: tick, builder and learner,
+// recorder.
 class Threads {
  public:
   Threads(Server& server, Metrics& metrics, IoLoop& loop) : server_(&server) {
     recorder_.emplace([&server] { return server.poll_recorder(); }, DutyThread::Priority::normal);
     if (server.recorder()) server.recorder()->on_put = [this] { recorder_->wake(); };
-    server.builder().on_result = [&server, &loop] {
-      loop.post([&server] { server.poll_io(channel::monotonic_ns()); });
-    };
+    const auto poll_io = [&server, &loop] { loop.post([&server] { server.poll_io(channel::monotonic_ns()); }); };
+    server.builder().on_result = server.learner().on_result = poll_io;
     server.builder().on_job = [this] { builder_->wake(); };
     builder_.emplace([&server] { return server.poll_builder(); }, DutyThread::Priority::low);
+    server.learner().on_job = [this] { learner_->wake(); };
+    learner_.emplace([&server] { return server.poll_learner(); }, DutyThread::Priority::low);
     tick_.emplace(server, metrics.tick, [this, &server, &loop] {
       if (flush_posted_.exchange(true)) return;  // a busy I/O thread flushes once for several ticks
       loop.post([this, &server] {
@@ -139,14 +141,16 @@ class Threads {
   ~Threads() {
     tick_.reset();
     server_->builder().cancel();
+    server_->learner().cancel();
     builder_.reset();
+    learner_.reset();
     recorder_.reset();
   }
 
  private:
   Server* server_;
   std::atomic<bool> flush_posted_{false};
-  std::optional<DutyThread> recorder_, builder_;
+  std::optional<DutyThread> recorder_, builder_, learner_;
   std::optional<TickThread> tick_;
 };
 

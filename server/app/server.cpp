@@ -73,7 +73,8 @@ std::int64_t unix_time_s() {
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns,
-                                               ClockNs clock, const BuildLevels& build_levels, ProcessMemory memory) {
+                                               ClockNs clock, const BuildLevels& build_levels, ProcessMemory memory,
+                                               const LearnHair& learn_hair) {
   if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
   std::unique_ptr<Recorder> recorder;
   if (!config.record.empty()) {
@@ -89,7 +90,7 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
                      ": cannot be read, or was not made by hairnet-token key");
   }
   std::unique_ptr<Server> server(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock,
-                                            build_levels, std::move(memory)));
+                                            build_levels, std::move(memory), learn_hair));
   if (!config.token_revoked_file.empty()) {
     RevokedTokensFile& file = server->revoked_tokens_file_.emplace(config.token_revoked_file);
     file.poll(server->context_.revoked_tokens, now_ns);
@@ -100,13 +101,14 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
                std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
-               const BuildLevels& build_levels, ProcessMemory memory)
+               const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair)
     : memory_(std::move(memory), metrics.program, metrics.program_counters),
       commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       groom_cache_(make_groom_cache(config, metrics.groom_cache)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
       builder_(builder_def(config, level_cache_, groom_cache_, clock, build_levels)),
+      learner_({.groom = config.grooms.groom, .learn = learn_hair, .now_ns = clock}),
       grooms_(config.grooms, builder_, commands_, metrics.groom, groom_listener()),
       context_{config.sessions,
                metrics.session,
@@ -123,6 +125,7 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
       scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {
+  grooms_.learn_with(learner_, [&gauge = metrics.tick.gauges.characters_below_wanted] { return gauge.value() > 0; });
   context_.is_memory_full = [this] { return memory_.is_full(); };
 }
 
@@ -167,6 +170,7 @@ bool Server::poll_tick(std::int64_t now_ns) {
 void Server::poll(std::int64_t now_ns) {
   poll_io(now_ns);
   poll_builder();
+  poll_learner();
   while (poll_tick(now_ns)) {
   }
   flush(now_ns);

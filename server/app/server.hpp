@@ -19,19 +19,21 @@
 
 namespace hairnet::server {
 
-// The whole server without sockets, duty threads and a clock. It has four duties, each for one thread: I/O (sessions
-// and groom store), tick, builder, recorder. Duties exchange data through bounded queues only, so poll() can also run
-// all of them in turn on one thread. The server owns the helper threads of the tick's and the build's loops, and reads
-// the wall clock to check when tokens expire.
+// The whole server without sockets, duty threads and a clock. It has five duties, each for one thread: I/O
+// (sessions and groom store), tick, builder, learner, recorder. Duties exchange data through bounded queues only, so
+// poll() can also run all of them in turn on one thread. The server owns the helper threads of the tick's and the
+// build's loops, and reads the wall clock to check when tokens expire.
 class Server {
  public:
   // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, which any thread may call, measures
   // the duration of work; without one nothing is measured and every character is stepped at the level that its owner
-  // asked for. `build_levels` builds the grooms, on the builder thread. `memory` may be empty.
+  // asked for. `build_levels` builds the grooms, on the builder thread. `memory` may be empty. `learn_hair` runs on the
+  // learner thread.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                 ClockNs clock = nullptr,
                                                 const BuildLevels& build_levels = build_levels_here,
-                                                ProcessMemory memory = {});
+                                                ProcessMemory memory = {},
+                                                const LearnHair& learn_hair = learn_hair_here);
 
   // I/O thread.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
@@ -44,6 +46,8 @@ class Server {
   [[nodiscard]] std::int64_t next_tick_ns() const { return tick_clock_.next_due_ns(); }
   // Builder thread.
   bool poll_builder() { return builder_.poll(); }
+  // Learner thread.
+  bool poll_learner() { return learner_.poll(); }
   // Recorder thread.
   bool poll_recorder() { return recorder_ && recorder_->poll(); }
 
@@ -51,6 +55,7 @@ class Server {
   void poll(std::int64_t now_ns);
 
   [[nodiscard]] GroomBuilder& builder() { return builder_; }
+  [[nodiscard]] HairLearner& learner() { return learner_; }
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
   // For tests that run all duties on one thread.
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
@@ -63,7 +68,7 @@ class Server {
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
          std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
-         const BuildLevels& build_levels, ProcessMemory memory);
+         const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair);
 
   GroomListener groom_listener();
 
@@ -74,6 +79,7 @@ class Server {
   std::optional<GroomCache> groom_cache_;
   std::optional<LevelCache> level_cache_;
   GroomBuilder builder_;
+  HairLearner learner_;
   GroomStore grooms_;
   SessionContext context_;
   std::optional<RevokedTokensFile> revoked_tokens_file_;

@@ -300,6 +300,11 @@ void add_grooms(List& list, Config& c) {
                "bytes that one groom's build may take, in a process of its own");
   list.integer(c.build_threads, "build_threads", 0, 64,
                "threads of a groom's build, of low priority; 0: one for each hardware thread, at most 4");
+  list.choice(
+      g.learning, "learn_hair",
+      "learn hair by example in the background, which crowds need little time for: when characters lack time for "
+      "the level that their owners asked for, always, or never",
+      {"never", "when_short", "always"});
   list.text(c.groom_cache, "groom_cache",
             "cache uploaded grooms in this folder, so that no client uploads them again; empty: no cache");
   list.integer(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20,

@@ -43,7 +43,7 @@ GroomResult refused(BuildFault fault, std::string detail) {
 
 }  // namespace
 
-GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(0), results_(0) {
+GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), learnt_(0), jobs_(0), results_(0) {
   HAIRNET_ASSERT(def.build_levels);
 }
 
@@ -55,6 +55,13 @@ void GroomBuilder::put(GroomJob job) {
 
 void GroomBuilder::read(const wire::GroomHash& groom) {
   reads_.put(groom);
+  wake();
+}
+
+void GroomBuilder::cache(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
+  HAIRNET_ASSERT(levels);
+  if (!def_.levels) return;
+  learnt_.put({groom, std::move(levels)});
   wake();
 }
 
@@ -84,6 +91,10 @@ void GroomBuilder::give(GroomResult result) {
 bool GroomBuilder::poll() {
   if (refresh_.exchange(false)) {
     def_.grooms->refresh();
+    return true;
+  }
+  if (Learnt learnt; learnt_.take(learnt)) {
+    def_.levels->put(learnt.groom, *learnt.levels);
     return true;
   }
   // In turn: uploads and reads do not wait for all of each other.

@@ -72,6 +72,8 @@ class GroomBuilder {
   }
   // Reads a groom from the cache, in turn with jobs.
   void read(const wire::GroomHash& groom);
+  // Writes levels that have been learnt meanwhile to the level cache, in turn with jobs.
+  void cache(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
   // Lists the cache's folder again, on the builder's thread.
   void refresh();
   bool take(GroomResult& result) { return results_.take(result); }
@@ -98,8 +100,13 @@ class GroomBuilder {
 
   GroomBuilderDef def_;
   BoundedQueue<wire::GroomHash> reads_;  // one a groom
-  BoundedQueue<GroomJob> jobs_;          // the store gives one after the other
-  BoundedQueue<GroomResult> results_;    // at most two a job
+  struct Learnt {
+    wire::GroomHash groom{};
+    std::shared_ptr<const LevelSet> levels;
+  };
+  BoundedQueue<Learnt> learnt_;
+  BoundedQueue<GroomJob> jobs_;        // the store gives one after the other
+  BoundedQueue<GroomResult> results_;  // at most two a job
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<bool> cancelled_{false}, refresh_{false};
   bool is_reading_next_ = false;

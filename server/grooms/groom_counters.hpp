@@ -19,6 +19,8 @@ struct GroomCounters : CounterSet {
   Counter grooms_uploaded{*this, "grooms_uploaded"};
   Counter grooms_ready{*this, "grooms_ready"};
   Counter grooms_evicted{*this, "grooms_evicted"};
+  Counter grooms_learnt{*this, "grooms_learnt"};
+  Counter grooms_learnt_refused{*this, "grooms_learnt_refused"};  // the network errs more than the low level
   Counter grooms_refused_size{*this, "grooms_refused", "reason", "size"};
   Counter grooms_refused_limit{*this, "grooms_refused", "reason", "limit"};
   Counter grooms_refused_hash{*this, "grooms_refused", "reason", "hash"};

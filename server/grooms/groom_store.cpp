@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "core/learnt/learnt_hair.hpp"
 #include "server/grooms/level_bytes.hpp"
 #include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
@@ -19,6 +20,8 @@ using wire::GroomState;
 
 // The longest time until a groom is found that another server has put into the cache's folder.
 constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
+// Characters are raised within a second or two; a shortage that lasts is one.
+constexpr std::int64_t kShortFor_ns = 5'000'000'000;
 
 ErrorReason reason_of(BuildFault fault) {
   switch (fault) {
@@ -95,6 +98,12 @@ void GroomStore::check_invariants() const {
   for (const auto& [session, account] : accounts_)
     HAIRNET_ASSERT(account.upload_count == (upload_counts.contains(session) ? upload_counts[session] : 0));
 #endif
+}
+
+void GroomStore::learn_with(HairLearner& learner, std::function<bool()> is_short) {
+  HAIRNET_ASSERT(is_short);
+  learner_ = &learner;
+  is_short_ = std::move(is_short);
 }
 
 void GroomStore::open(SessionId session, const GroomShare& share, std::int64_t now_ns) {
@@ -375,6 +384,7 @@ void GroomStore::poll(std::int64_t now_ns) {
   check_uploads(now_ns);
   end_turn(now_ns);
   feed_builder();
+  learn(now_ns);
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
   std::erase_if(bases_, [](const auto& basis) { return basis.second.expired(); });
   check_invariants();
@@ -453,6 +463,8 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
     return refuse_all(groom, {ErrorReason::limit_exceeded, "the server has no room for more levels"},
                       counters_->grooms_refused_limit, now_ns);
   entry.state = State::ready;
+  entry.levels = result.levels;
+  entry.was_learnt = result.levels->learnt != nullptr;
   entry.level_bytes = bytes;
   level_bytes_ += bytes;
   set_upload_bytes(entry, 0);
@@ -466,6 +478,55 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   }
   commands_->put(std::move(ready));
   send_state(groom, GroomState::ready, now_ns);
+}
+
+// One groom at a time, the one with the most users first.
+void GroomStore::learn(std::int64_t now_ns) {
+  if (!learner_) return;
+  LearningResult result;
+  while (learner_->take(result)) take_learnt(std::move(result));
+  if (!is_short_())
+    short_since_ns_.reset();
+  else if (!short_since_ns_)
+    short_since_ns_ = now_ns;
+  const bool is_wanted =
+      limits_.learning == Learning::always ||
+      (limits_.learning == Learning::when_short && short_since_ns_ && now_ns - *short_since_ns_ >= kShortFor_ns);
+  if (!is_wanted || learning_) return;
+  auto most = grooms_.end();
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    const Entry& entry = groom->second;
+    if (entry.state != State::ready || entry.was_learnt || entry.users.empty()) continue;
+    if (most == grooms_.end() || entry.users.size() > most->second.users.size()) most = groom;
+  }
+  if (most == grooms_.end()) return;
+  most->second.was_learnt = true;
+  LearningJob job{most->first, most->second.levels.lock(), most->second.bytes};
+  if (!job.levels || !job.levels->modes) return;
+  learning_ = most->first;
+  learner_->put(std::move(job));
+}
+
+void GroomStore::take_learnt(LearningResult result) {
+  HAIRNET_ASSERT(learning_ == result.groom);
+  learning_.reset();
+  const auto groom = grooms_.find(result.groom);
+  if (groom == grooms_.end() || groom->second.state != State::ready) return;
+  if (!result.levels) {
+    if (result.detail.empty()) return;
+    counters_->grooms_learnt_refused.add();
+    spdlog::info("event=groom_learnt_refused groom={} detail={}", log_hash(result.groom), log_text(result.detail));
+    return;
+  }
+  const LearntHair& learnt = *result.levels->learnt;
+  counters_->grooms_learnt.add();
+  spdlog::info("event=groom_learnt groom={} error={:.3f} low_error={:.3f} seconds={:.1f}", log_hash(result.groom),
+               learnt.error, learnt.low_error, static_cast<double>(result.taken_ns) * 1e-9);
+  groom->second.level_bytes += learnt.bytes();
+  level_bytes_ += learnt.bytes();
+  groom->second.levels = result.levels;
+  builder_->cache(result.groom, result.levels);
+  commands_->put(GroomReady{result.groom, std::move(result.levels), nullptr});
 }
 
 void GroomStore::refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {
@@ -510,6 +571,7 @@ void GroomStore::erase(Grooms::iterator groom) {
   Entry& entry = groom->second;
   while (!entry.uploads.empty()) end_upload(groom, entry.uploads.begin()->first);
   if (entry.job != 0) builder_->drop(entry.job);
+  if (learning_ == groom->first) learner_->drop();
   set_upload_bytes(entry, 0);
   HAIRNET_ASSERT(level_bytes_ >= entry.level_bytes);
   level_bytes_ -= entry.level_bytes;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -14,9 +15,17 @@
 #include "server/exchange/groom_service.hpp"
 #include "server/grooms/groom_builder.hpp"
 #include "server/grooms/groom_counters.hpp"
+#include "server/grooms/hair_learner.hpp"
 #include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
+
+// When the hair of a groom is learnt.
+enum class Learning : std::uint8_t {
+  never,
+  when_short,  // of time: characters have been below the level that their owners asked for, for a while
+  always,
+};
 
 struct GroomStoreLimits {
   std::size_t groom_bytes_max = std::size_t{64} << 20;    // of one groom
@@ -38,6 +47,7 @@ struct GroomStoreLimits {
   // After this time a build gives way to one of a session whose builds have taken less. It begins again later, with
   // twice the time.
   std::int64_t build_turn_ns = 5'000'000'000;
+  Learning learning = Learning::when_short;
   GroomLimits groom;
 };
 
@@ -62,6 +72,9 @@ class GroomStore final : public GroomService {
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
   GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands, GroomCounters& counters,
              GroomListener listener);
+
+  // Without a learner, no hair is learnt. `is_short`: the tick has too little time for the levels asked for.
+  void learn_with(HairLearner& learner, std::function<bool()> is_short);
 
   void open(SessionId session, const GroomShare& share, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
@@ -104,14 +117,16 @@ class GroomStore final : public GroomService {
     std::map<SessionId, Upload> uploads;            // while uploading; of users
     std::int64_t asked_ns = 0;                      // when a user was last asked for the bytes
     std::vector<std::vector<std::uint8_t>> chunks;  // of the file, while queued; none: it is in the cache
-    SessionId owner = 0;           // uploaded it, or asked for the cached one; its build counts as theirs
-    std::uint64_t order = 0;       // of coming into the queue
-    std::uint64_t job = 0;         // the builder's number, while it has the groom; else 0
-    std::uint64_t byte_count = 0;  // of the file, from queued on; 0: not known yet
-    std::size_t upload_bytes = 0;  // that it holds before it is ready
-    std::size_t level_bytes = 0;   // once ready; including the bytes of the file
-    Bytes bytes;                   // of the file, from building on
-    Bytes basis;                   // of the file of its basis, once ready, if it has one
+    SessionId owner = 0;                   // uploaded it, or asked for the cached one; its build counts as theirs
+    std::uint64_t order = 0;               // of coming into the queue
+    std::uint64_t job = 0;                 // the builder's number, while it has the groom; else 0
+    std::uint64_t byte_count = 0;          // of the file, from queued on; 0: not known yet
+    std::size_t upload_bytes = 0;          // that it holds before it is ready
+    std::size_t level_bytes = 0;           // once ready; including the bytes of the file
+    Bytes bytes;                           // of the file, from building on
+    Bytes basis;                           // of the file of its basis, once ready, if it has one
+    std::weak_ptr<const LevelSet> levels;  // once ready
+    bool was_learnt = false;               // or refused, or is being learnt
     std::int64_t built_since_ns = 0, turn_ns = 0;  // while building: since when, and how long it need not give way
     std::int64_t charged_ns = 0;                   // of the build under way, to its owner
     bool gives_way = false;                        // while building: the builder was told to end it
@@ -172,6 +187,8 @@ class GroomStore final : public GroomService {
   void take(GroomResult result, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
+  void learn(std::int64_t now_ns);
+  void take_learnt(LearningResult result);
   void hand_over(const GroomResult& read, std::int64_t now_ns);
   void refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
   void refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns);  // than the groom's
@@ -200,6 +217,10 @@ class GroomStore final : public GroomService {
   std::uint64_t jobs_ = 0;  // given to the builder
   bool is_builder_busy_ = false;
   std::int64_t refresh_next_ns_ = 0;
+  HairLearner* learner_ = nullptr;
+  std::function<bool()> is_short_;
+  std::optional<std::int64_t> short_since_ns_;
+  std::optional<wire::GroomHash> learning_;  // under way
 };
 
 }  // namespace hairnet::server

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/assert.hpp"
+#include "core/learnt/learnt_hair.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/modes/make_modes.hpp"
 
@@ -57,6 +58,7 @@ std::size_t level_bytes(const LevelSet& set) {
     for (const auto& map : maps)
       if (map) bytes += map->bytes();
   if (set.modes) bytes += bytes_of(*set.modes);
+  if (set.learnt) bytes += set.learnt->bytes();
   return bytes;
 }
 

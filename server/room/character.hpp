@@ -49,7 +49,8 @@ struct Character {
   bool pose_changed = false, pose_teleport = false;                // at this tick
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed
   bool lod_chosen = false;                                         // a Lod was chosen at least once
-  std::uint64_t lod_since = 0;  // tick at which level, stride or suspension last changed
+  std::uint64_t lod_since = 0;    // tick at which level, stride or suspension last changed
+  std::uint64_t learnt_next = 0;  // first tick at which it may be on the learnt level again
 
   // The character in the views of its observers, at the current tick.
   float screen_height = 0;  // the largest

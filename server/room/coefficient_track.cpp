@@ -15,21 +15,23 @@ constexpr std::uint64_t kGapMax_ticks = 8;
 
 }  // namespace
 
-std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, const ModeMap* map,
-                                            std::span<const Vec3f> displacement, std::size_t mode_count,
-                                            bool discontinuous) {
+std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, const HairMotion& motion,
+                                            std::size_t mode_count, bool discontinuous) {
   const bool is_first = last_.coefficients.size() != mode_count;
   HAIRNET_ASSERT(is_first || tick >= last_.tick);
   std::vector<float>& next = next_;
   next.assign(mode_count, 0);
-  if (map) map->coefficients_of(displacement, next);
+  if (motion.map) motion.map->coefficients_of(motion.displacement, next);
+  const bool is_learnt = !motion.learnt.empty();
+  std::ranges::copy(motion.learnt.first(std::min(motion.learnt.size(), mode_count)), next.begin());
   if (is_first || discontinuous || tick - last_.tick > kGapMax_ticks) {
     fading_.clear();
     before_.coefficients.clear();
-  } else if (map != map_) {
+  } else if (motion.map != map_ || is_learnt != was_learnt_) {
     begin_fade(tick, next);
   }
-  map_ = map;
+  map_ = motion.map;
+  was_learnt_ = is_learnt;
   const double age = static_cast<double>(tick - faded_from_) * tick_s / kFade_s;
   if (age >= 1) fading_.clear();
   const auto left = static_cast<float>(1 - smoothstep(std::min(age, 1.0)));

@@ -8,14 +8,21 @@
 
 namespace hairnet::server {
 
-// The coefficients of one character's hair from tick to tick. When the level changes, they come from another map: the
+// What the World says about the hair of a character. Nothing: the hair is at rest.
+struct HairMotion {
+  const ModeMap* map = nullptr;              // of the lattice's level; or none
+  std::span<const Vec3f> displacement = {};  // of the lattice's nodes, head space, m
+  std::span<const float> learnt = {};        // coefficients, m, instead of a lattice
+};
+
+// The coefficients of one character's hair from tick to tick. When the level changes, they come from elsewhere: the
 // difference that the change makes is added back and fades out, so that hair never jumps. Tick thread and workers.
 class CoefficientTrack {
  public:
-  // The coefficients at a later tick, or the same. `map`: of the level; null: the hair is at rest, all are 0.
-  // `discontinuous`: since the last call; nothing fades then. Asserts that ticks do not go back.
-  std::span<const float> at(std::uint64_t tick, double tick_s, const ModeMap* map, std::span<const Vec3f> displacement,
-                            std::size_t mode_count, bool discontinuous);
+  // The coefficients at a later tick, or the same. `discontinuous`: since the last call; nothing fades then. Asserts
+  // that ticks do not go back.
+  std::span<const float> at(std::uint64_t tick, double tick_s, const HairMotion& motion, std::size_t mode_count,
+                            bool discontinuous);
   // The last result, and its tick.
   [[nodiscard]] std::span<const float> shown() const { return last_.coefficients; }
   [[nodiscard]] std::uint64_t tick() const { return last_.tick; }
@@ -27,9 +34,10 @@ class CoefficientTrack {
   };
   void begin_fade(std::uint64_t tick, std::span<const float> next);
 
-  Sample last_, before_;     // as they were shown
-  std::vector<float> next_;  // scratch
-  const ModeMap* map_ = nullptr;
+  Sample last_, before_;          // as they were shown
+  std::vector<float> next_;       // scratch
+  const ModeMap* map_ = nullptr;  // this and the next: of the last motion
+  bool was_learnt_ = false;
   std::vector<float> fading_;  // at the switch; empty: nothing fades
   std::uint64_t faded_from_ = 0;
 };

@@ -14,9 +14,13 @@ namespace {
 // and of its share of the springs against all of them, as the root of the sum of squares (10^3: 0.30 and 0.21, 7^3:
 // 0.44 and 0.21, 5^3: 0.64 and 0.20). The value of the ether level is a guess from how much faster it swings. The error
 // of a stride against every tick (Strides there has newer figures), played out between its turns, is combined with the
-// level's in the same way.
-constexpr std::array<std::array<double, 3>, kLevelCount> kError{
-    {{0.37, 0.53, 0.68}, {0.48, 0.58, 0.71}, {0.67, 0.73, 0.81}, {0.85, 0.90, 0.98}, {1.00, 1.02, 1.05}}};
+// level's in the same way. The learnt level's (Learnt hair there) combines high's with its own from high.
+constexpr std::array<std::array<double, 3>, kLevelCount> kError{{{0.37, 0.53, 0.68},
+                                                                 {0.48, 0.58, 0.71},
+                                                                 {0.67, 0.73, 0.81},
+                                                                 {0.85, 0.90, 0.98},
+                                                                 {0.54, 0.63, 0.75},
+                                                                 {1.00, 1.02, 1.05}}};
 
 constexpr double error_of(LevelIndex level, int stride) {
   HAIRNET_ASSERT(stride == 1 || stride == 2 || stride == 4);
@@ -33,23 +37,34 @@ constexpr double kEntitledMin = 0.8, kEntitledMax = 1.0;
 
 // The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
 // left out: low at every tick (medium at every second tick is better), and high at every second tick (medium at every
-// tick is better).
+// tick is better). Where the learnt level holds, it errs less than all that cost more up to medium at every second
+// tick.
 using enum LevelIndex;
 constexpr std::array<Rung, 7> kToHigh{
     {{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
 constexpr std::array<Rung, 6> kToMedium{{{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}}};
 constexpr std::array<Rung, 5> kToLow{{{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {low, 1}}};
 constexpr std::array<Rung, 4> kToEther{{{rigid, 4}, {ether, 4}, {ether, 2}, {ether, 1}}};
+constexpr std::array<Rung, 6> kLearntToHigh{
+    {{rigid, 4}, {learnt, 4}, {learnt, 2}, {learnt, 1}, {medium, 1}, {high, 1}}};
+constexpr std::span<const Rung> kLearntToMedium = std::span(kLearntToHigh).first(5),
+                                kToLearnt = kLearntToMedium.first(4);
 constexpr std::array<Rung, 3> kToRigid{{{rigid, 4}, {rigid, 2}, {rigid, 1}}};
-constexpr std::array<std::span<const Rung>, kLevelCount> kLadders{kToHigh, kToMedium, kToLow, kToEther, kToRigid};
-constexpr std::array<std::uint8_t, kLevelCount> kEven{2, 2, 2, 1, 0};  // low at every fourth tick, or ether
+// By the finest level asked for; then the same where the learnt level holds. Where it does not, who asks for it gets
+// low.
+constexpr std::size_t kLadderCount = 2 * kLevelCount;
+constexpr std::array<std::span<const Rung>, kLadderCount> kLadders{kToHigh,   kToMedium, kToLow,        kToEther,
+                                                                   kToLow,    kToRigid,  kLearntToHigh, kLearntToMedium,
+                                                                   kToLearnt, kToLearnt, kToLearnt,     kToRigid};
+// Low or learnt at every fourth tick, or ether.
+constexpr std::array<std::uint8_t, kLadderCount> kEven{2, 2, 2, 1, 2, 0, 1, 1, 1, 1, 1, 0};
 
 // Each ladder goes from the largest error to the least, and fits an item.
 static_assert([] {
-  for (std::size_t l = 0; l < kLevelCount; ++l) {
+  for (std::size_t l = 0; l < kLadderCount; ++l) {
     const std::span<const Rung> ladder = kLadders[l];
     if (ladder.empty() || ladder.size() > kRungCountMax || kEven[l] >= ladder.size()) return false;
-    if (ladder.back().level != static_cast<LevelIndex>(l) || ladder.back().stride != 1) return false;
+    if (ladder.back().stride != 1) return false;
     for (std::size_t r = 1; r < ladder.size(); ++r) {
       if (error_of(ladder[r].level, ladder[r].stride) >= error_of(ladder[r - 1].level, ladder[r - 1].stride))
         return false;
@@ -59,8 +74,8 @@ static_assert([] {
 }());
 
 constexpr auto kRungErrors = [] {
-  std::array<std::array<float, kRungCountMax>, kLevelCount> errors{};
-  for (std::size_t l = 0; l < kLevelCount; ++l) {
+  std::array<std::array<float, kRungCountMax>, kLadderCount> errors{};
+  for (std::size_t l = 0; l < kLadderCount; ++l) {
     for (std::size_t r = 0; r < kLadders[l].size(); ++r)
       errors[l][r] = static_cast<float>(error_of(kLadders[l][r].level, kLadders[l][r].stride));
   }
@@ -79,17 +94,20 @@ double weight_of(const BudgetCharacter& c) {
   return weight;
 }
 
-LevelIndex finest(const BudgetCharacter& c) {
-  return c.levels_ready ? c.requested_level : LevelIndex::rigid;
+std::size_t ladder_of(const BudgetCharacter& c) {
+  const LevelIndex finest = c.levels_ready ? c.requested_level : rigid;
+  return static_cast<std::size_t>(finest) + (c.may_learn ? kLevelCount : 0);
 }
 
 // Whether an asleep character keeps its level. It costs nothing, and a change of level would wake it.
 bool may_sleep_on(const BudgetCharacter& c) {
-  return c.asleep && !c.now.suspended && c.now.level >= finest(c) && (c.now.level != rigid || finest(c) == rigid);
+  if (!c.asleep || c.now.suspended || (c.now.level == learnt && !c.may_learn)) return false;
+  const LevelIndex wanted = !c.levels_ready ? rigid : c.requested_level == learnt ? low : c.requested_level;
+  return c.now.level >= wanted && (c.now.level != rigid || wanted == rigid);
 }
 
-std::uint8_t rung_of(const Lod& lod, LevelIndex ladder_of) {
-  const std::span<const Rung> ladder = kLadders[static_cast<std::size_t>(ladder_of)];
+std::uint8_t rung_of(const Lod& lod, std::size_t ladder_of) {
+  const std::span<const Rung> ladder = kLadders[ladder_of];
   std::uint8_t rung = 0;
   if (lod.suspended) return rung;
   const double error = error_of(lod.level, lod.stride);
@@ -105,7 +123,7 @@ std::int64_t in_ns(double s) {
 class Prices {
  public:
   explicit Prices(const BudgetTerms& terms) : send_ns_(1e9 * std::max(0.0, terms.send_s)) {
-    for (std::size_t l = 0; l < kLevelCount; ++l) {
+    for (std::size_t l = 0; l < kLadderCount; ++l) {
       for (std::size_t r = 0; r < kLadders[l].size(); ++r) {
         const auto [level, stride] = kLadders[l][r];
         turn_ns_[l][r] =
@@ -114,8 +132,7 @@ class Prices {
     }
   }
 
-  void put(LevelIndex ladder_of, std::uint32_t observer_count, BudgetItem& item) const {
-    const auto l = static_cast<std::size_t>(ladder_of);
+  void put(std::size_t l, std::uint32_t observer_count, BudgetItem& item) const {
     std::int64_t before = 0;
     for (std::size_t r = 0; r < kLadders[l].size(); ++r) {
       const double turn_ns = turn_ns_[l][r] + observer_count * send_ns_;
@@ -126,7 +143,7 @@ class Prices {
 
  private:
   double send_ns_;
-  std::array<std::array<double, kRungCountMax>, kLevelCount> turn_ns_{};
+  std::array<std::array<double, kRungCountMax>, kLadderCount> turn_ns_{};
 };
 
 class Chooser {
@@ -190,18 +207,18 @@ class Chooser {
         chosen_[i] = c.now;
         continue;
       }
-      const LevelIndex ladder_of = finest(c);
+      const std::size_t ladder = ladder_of(c);
       BudgetItem& item = s_.items.emplace_back();
       item.character = i;
       item.subject = c.subject;
       item.session = c.session;
       item.key = c.key;
       item.weight = weight_of(c);
-      item.error = kRungErrors[static_cast<std::size_t>(ladder_of)].data();
-      item.now = rung_of(c.now, ladder_of);
-      item.last = static_cast<std::uint8_t>(kLadders[static_cast<std::size_t>(ladder_of)].size() - 1);
-      item.even = kEven[static_cast<std::size_t>(ladder_of)];
-      prices.put(ladder_of, c.observer_count, item);
+      item.error = kRungErrors[ladder].data();
+      item.now = rung_of(c.now, ladder);
+      item.last = static_cast<std::uint8_t>(kLadders[ladder].size() - 1);
+      item.even = kEven[ladder];
+      prices.put(ladder, c.observer_count, item);
       if (c.unseen_s > 0) item.last = item.now;
       HAIRNET_ASSERT(item.now <= item.last);
     }
@@ -263,7 +280,7 @@ class Chooser {
   void set(std::size_t item, std::uint8_t rung) {
     const BudgetItem& i = s_.items[item];
     HAIRNET_ASSERT(rung <= i.last);
-    const Rung& r = kLadders[static_cast<std::size_t>(finest(characters_[i.character]))][rung];
+    const Rung& r = kLadders[ladder_of(characters_[i.character])][rung];
     chosen_[i.character] = {r.level, r.stride, false};
   }
 
@@ -271,7 +288,7 @@ class Chooser {
     BudgetReport report;
     std::int64_t sum_ns = 0;
     for (const BudgetItem& item : s_.items) {
-      const std::uint8_t rung = rung_of(chosen_[item.character], finest(characters_[item.character]));
+      const std::uint8_t rung = rung_of(chosen_[item.character], ladder_of(characters_[item.character]));
       sum_ns += item.cost_ns[rung];
       report.raised += rung > item.now;
       report.lowered += rung < item.now;

@@ -15,6 +15,7 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.
                                                                    {28.3e-6, 30.1e-6, 38.8e-6},
                                                                    {11.2e-6, 12.6e-6, 17.0e-6},
                                                                    {2.7e-6, 2.7e-6, 2.8e-6},
+                                                                   {0.7e-6, 1.3e-6, 2.5e-6},
                                                                    {0, 0, 0}}};
 
 constexpr double kFirstSampleMost = 30;  // times the table's time, or one over it: allows a slow machine, but no hiccup

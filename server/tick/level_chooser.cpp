@@ -10,6 +10,7 @@ namespace {
 constexpr std::uint64_t kTicksBetween = 4;  // between two choices, unless a change needs one at once
 constexpr double kSmoothing = 0.05;         // of measured times, for each tick
 constexpr double kUnbounded_s = 1e9;
+constexpr double kUncovered_s = 2;  // off the learnt level, after motions that it was not trained on
 
 void smooth(double& mean, double value) {
   HAIRNET_ASSERT(value >= 0);
@@ -35,7 +36,8 @@ bool LevelChooser::note_unseen(Rooms& rooms, const Simulation& simulation) const
     Character& character = *one;
     if (!character.in_world) continue;
     character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
-    is_urgent = is_urgent || (character.suspended && character.seen) || character.requested_level > character.level ||
+    is_urgent = is_urgent || (character.suspended && character.seen) ||
+                (character.requested_level > character.level && character.requested_level != LevelIndex::learnt) ||
                 (character.level == LevelIndex::rigid && character.requested_level != LevelIndex::rigid &&
                  !character.lod_chosen && simulation.has_levels(character.groom));
   }
@@ -62,6 +64,14 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   return b;
 }
 
+bool LevelChooser::may_learn(const Room& room, const Simulation& simulation, Character& character,
+                             std::uint64_t tick) const {
+  if (!is_learnt_tick(def_.tick_s) || !simulation.has_learnt(character.groom)) return false;
+  if (character.lattice.level == LevelIndex::learnt && !character.lattice.is_covered)
+    character.learnt_next = tick + static_cast<std::uint64_t>(kUncovered_s / def_.tick_s);
+  return tick >= character.learnt_next && is_still(room.wind) && character.material == MaterialScale{};
+}
+
 void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {
   const bool is_urgent = note_unseen(rooms, simulation);
   if (!is_urgent && !over_ && inputs.tick % kTicksBetween != 0) return;
@@ -71,6 +81,7 @@ void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::Reco
     if (!character->in_world) continue;
     placed_.push_back(character);
     budgeted_.push_back(as_budgeted(*character, simulation.has_levels(character->groom), inputs.tick));
+    budgeted_.back().may_learn = may_learn(rooms.room(character->room), simulation, *character, inputs.tick);
   }
   chosen_.resize(budgeted_.size());
   BudgetTerms terms;

@@ -36,6 +36,9 @@ class LevelChooser {
   // True when the level of a character must not wait for the next choice.
   bool note_unseen(Rooms& rooms, const Simulation& simulation) const;
   [[nodiscard]] BudgetCharacter as_budgeted(const Character& character, bool ready, std::uint64_t tick) const;
+  // Whether the learnt level holds for the character in this room.
+  [[nodiscard]] bool may_learn(const Room& room, const Simulation& simulation, Character& character,
+                               std::uint64_t tick) const;
   void apply(Character& character, const Lod& lod, wire::RecordedTick& inputs);
 
   LevelChooserDef def_;

@@ -85,7 +85,7 @@ void Publisher::begin_frame(const Terms& terms, Character& character) {
   character.changed = false;
   if (!character.in_world || !terms.simulation.contains(character.key)) return;
   const LatticeView lattice = character.lattice = terms.simulation.lattice(character.key);
-  HAIRNET_ASSERT((lattice.level == LevelIndex::rigid) == (lattice.model == nullptr));
+  HAIRNET_ASSERT(has_lattice(lattice.level) == (lattice.model != nullptr));
   character.discontinuous = character.discontinuous || (lattice.stepped && lattice.discontinuous);
   const bool is_marked = character.discontinuous || lattice.level != character.shown;
   character.shown = lattice.level;
@@ -161,9 +161,10 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const KnownBasis* const basis = basis_of(character);
   std::span<const float> coefficients;
   if (basis) {
-    const ModeMap* const map = lattice.model ? &basis->modes->map(lattice.level) : nullptr;
-    coefficients = character.coefficients.at(terms.tick.tick, def_.tick_s, map, lattice.displacement,
-                                             basis->modes->basis.mode_count(), character.discontinuous);
+    const HairMotion motion{lattice.model ? &basis->modes->map(lattice.level) : nullptr, lattice.displacement,
+                            lattice.coefficients};
+    coefficients = character.coefficients.at(terms.tick.tick, def_.tick_s, motion, basis->modes->basis.mode_count(),
+                                             character.discontinuous);
   }
   for (FrameVariant& variant : variants)
     variant.detail = codec::detail_for(coefficients, tolerance_m(variant.tolerance));

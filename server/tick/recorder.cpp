@@ -12,9 +12,11 @@
 namespace hairnet::server {
 namespace {
 
-wire::RecordEntry to_entry(std::variant<wire::RecordingHeader, Recorder::Bytes, wire::RecordedTick>& item) {
+wire::RecordEntry to_entry(
+    std::variant<wire::RecordingHeader, Recorder::Bytes, wire::RecordedLearnt, wire::RecordedTick>& item) {
   if (auto* header = std::get_if<wire::RecordingHeader>(&item)) return *header;
   if (auto* bytes = std::get_if<Recorder::Bytes>(&item)) return wire::RecordedGroom{**bytes};
+  if (auto* learnt = std::get_if<wire::RecordedLearnt>(&item)) return *learnt;
   return std::move(std::get<wire::RecordedTick>(item));
 }
 
@@ -39,6 +41,11 @@ void Recorder::put_groom(Bytes bytes) {
   HAIRNET_ASSERT(bytes);
   const std::size_t count = bytes->size();
   put(std::move(bytes), count);
+}
+
+void Recorder::put(const wire::RecordedLearnt& learnt) {
+  HAIRNET_ASSERT(learnt.hair);
+  put(Item(std::in_place_type<wire::RecordedLearnt>, learnt), sizeof(learnt) + learnt.hair->bytes());
 }
 
 void Recorder::put(wire::RecordedTick tick) {

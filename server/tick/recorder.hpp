@@ -27,6 +27,7 @@ class Recorder {
 
   void put(const wire::RecordingHeader& header);
   void put_groom(Bytes bytes);
+  void put(const wire::RecordedLearnt& learnt);
   void put(wire::RecordedTick tick);
   [[nodiscard]] bool failed() const { return failed_.load(std::memory_order_relaxed); }
 
@@ -36,7 +37,7 @@ class Recorder {
   std::function<void()> on_put;  // wakes the recorder; set before use
 
  private:
-  using Item = std::variant<wire::RecordingHeader, Bytes, wire::RecordedTick>;
+  using Item = std::variant<wire::RecordingHeader, Bytes, wire::RecordedLearnt, wire::RecordedTick>;
   struct CloseFile {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };

@@ -262,6 +262,7 @@ struct Scheduler::CommandHandler {
   void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
     if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
+    if (scheduler.recorder_ && c.levels->learnt) scheduler.unrecorded_learnt_[c.groom] = c.levels->learnt;
     scheduler.simulation_.put_levels(c.groom, std::move(c.levels));
     if (scheduler.recorder_ && c.bytes) scheduler.unrecorded_[c.groom] = std::move(c.bytes);
   }
@@ -272,6 +273,7 @@ struct Scheduler::CommandHandler {
       observer.bases_sent.erase(c.groom);
     }
     scheduler.unrecorded_.erase(c.groom);
+    scheduler.unrecorded_learnt_.erase(c.groom);
   }
 };
 
@@ -496,6 +498,10 @@ void Scheduler::apply_hair_states() {
     HAIRNET_ASSERT(changed);
     Character& character = *changed;
     if (change.level == LevelIndex::rigid || !character.state) continue;
+    if (!has_lattice(change.level)) {
+      forget_hair_state(character);
+      continue;
+    }
     const wire::HairState& state = *character.state;
     wire::RecordedState& recorded = inputs_.states.emplace_back();
     recorded.character = character.key;
@@ -582,10 +588,8 @@ StepReport Scheduler::step(std::int64_t now_ns) {
 
 void Scheduler::record_groom(const wire::GroomHash& groom) {
   HAIRNET_ASSERT(recorder_);
-  const auto bytes = unrecorded_.find(groom);
-  if (bytes == unrecorded_.end()) return;
-  recorder_->put_groom(std::move(bytes->second));
-  unrecorded_.erase(bytes);
+  if (auto file = unrecorded_.extract(groom)) recorder_->put_groom(std::move(file.mapped()));
+  if (auto learnt = unrecorded_learnt_.extract(groom)) recorder_->put({groom, std::move(learnt.mapped())});
 }
 
 void Scheduler::record() {

@@ -98,6 +98,7 @@ class Scheduler {
   std::vector<bool> wanted_;
   std::size_t state_bytes_ = 0;                            // of all hair states that wait
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet
+  std::map<wire::GroomHash, std::shared_ptr<const LearntHair>> unrecorded_learnt_;
 };
 
 }  // namespace hairnet::server

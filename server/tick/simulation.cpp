@@ -81,20 +81,21 @@ void Simulation::add(const wire::RecordedAdd& added) {
   def.level = def.levels ? added.level : LevelIndex::rigid;
   def.pose = added.pose;
   def.environment = added.room;
-  const bool has_levels = def.levels != nullptr;
+  const bool has_levels = def.levels != nullptr, has_learnt = has_levels && def.levels->learnt;
   const CharacterId id = world_.add(def);
-  if (id) characters_[added.character] = {id, added.groom, has_levels};
+  if (id) characters_[added.character] = {id, added.groom, has_levels, has_learnt};
 }
 
 void Simulation::set_level(const wire::RecordedLevel& change) {
   const auto placed = characters_.find(change.character);
   if (placed == characters_.end()) return;
   Placed& character = placed->second;
-  if (!character.has_levels) {
+  if (!character.has_levels || (change.level == LevelIndex::learnt && !character.has_learnt)) {
     auto set = levels(character.groom);
     if (!set) return;
-    world_.set_level_set(character.id, std::move(set));
     character.has_levels = true;
+    character.has_learnt = set->learnt != nullptr;
+    world_.set_level_set(character.id, std::move(set));
   }
   world_.set_level(character.id, change.level);
 }

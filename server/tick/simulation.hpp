@@ -25,6 +25,10 @@ class Simulation {
   void forget_levels(const wire::GroomHash& groom);  // characters with these levels keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
+  [[nodiscard]] bool has_learnt(const wire::GroomHash& groom) const {
+    const auto found = levels_.find(groom);
+    return found != levels_.end() && found->second->learnt;
+  }
 
   // Applies the inputs of a tick and steps the World. The order is: removed, added, levels, materials, strides,
   // suspensions, states, winds, poses. Ignores inputs for unknown characters, and additions beyond the world's limit.
@@ -42,7 +46,7 @@ class Simulation {
   struct Placed {
     CharacterId id;
     wire::GroomHash groom{};
-    bool has_levels = false;
+    bool has_levels = false, has_learnt = false;
   };
   void add(const wire::RecordedAdd& added);
   void set_level(const wire::RecordedLevel& change);

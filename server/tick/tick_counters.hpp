@@ -20,7 +20,8 @@ class LevelGauges {
                  {set, family, "level", kLevelNames[1]},
                  {set, family, "level", kLevelNames[2]},
                  {set, family, "level", kLevelNames[3]},
-                 {set, family, "level", kLevelNames[4]}}} {}
+                 {set, family, "level", kLevelNames[4]},
+                 {set, family, "level", kLevelNames[5]}}} {}
   Gauge& operator[](LevelIndex level) { return gauges_[static_cast<std::size_t>(level)]; }
 
  private:
@@ -35,7 +36,7 @@ struct TickGauges : GaugeSet {
   Gauge announcements_waiting{*this,
                               "announcements_waiting"};  // sessions that do not know all members of their room yet
   Gauge rooms{*this, "rooms"};
-  LevelGauges characters{*this, "characters"};  // by the level of the lattice, asleep or not
+  LevelGauges characters{*this, "characters"};  // by level, asleep or not
   Gauge characters_by_state_stepped{*this, "characters_by_state", "state", "stepped"};
   Gauge characters_by_state_asleep{*this, "characters_by_state", "state", "asleep"};  // at rest
   // They are not stepped, since no observer sees them.

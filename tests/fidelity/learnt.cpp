@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/learnt/learn_hair.hpp"
+#include "core/learning/learn_hair.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
 #include "tests/fidelity/modes_subject.hpp"
@@ -284,8 +284,16 @@ int main(int argc, char** argv) {
   app.add_option("--training-motions", learning.motion_count, "to learn from")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  app.add_option("--hidden", learning.hidden_count, "hidden numbers")->check(CLI::Range(4, 128))->capture_default_str();
-  app.add_option("--modes", learning.mode_count, "driven modes")->check(CLI::Range(4, 128))->capture_default_str();
+  const CLI::Validator is_of_fours(
+      [](const std::string& text) { return std::stoi(text) % 4 == 0 ? "" : "not a multiple of 4"; }, "multiple of 4");
+  app.add_option("--hidden", learning.hidden_count, "hidden numbers")
+      ->check(CLI::Range(4, 128))
+      ->check(is_of_fours)
+      ->capture_default_str();
+  app.add_option("--modes", learning.mode_count, "driven modes")
+      ->check(CLI::Range(4, 128))
+      ->check(is_of_fours)
+      ->capture_default_str();
   app.add_option("--rounds", learning.rounds, "over all motions")->check(CLI::Range(1, 10000))->capture_default_str();
   app.add_option("--window", learning.window_s, "of backpropagation, s")
       ->check(CLI::PositiveNumber)

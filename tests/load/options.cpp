@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kFooter = R"(A stage is KIND:DURATION[:KEY=VALUE,...]
   KIND      ramp (goes to its population evenly; not measured), steady (within a second), spike (at once), soak
-  clients=N characters=N      of each client; level=high+low (in turn): high, medium, low, ether, rigid
+  clients=N characters=N      of each client; level=high+low (in turn): high, medium, low, ether, learnt, rigid
   churn=N                     clients a second that leave and are replaced (half without a goodbye)
   storm=50%                   of the clients lose their connections at half time, and return
   slow= flood= malformed= silent= half_open=   misbehaving clients beside the others: a number, or a share such as 10%

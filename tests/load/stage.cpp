@@ -66,7 +66,7 @@ Result<std::vector<LevelIndex>> levels(std::string_view text) {
   for (const std::string_view name : split(text, '+')) {
     const auto known = std::ranges::find(kLevelNames, name);
     if (known == kLevelNames.end())
-      return Refusal(fmt::format("'{}' is not one of high, medium, low, ether, rigid, joined by +", name));
+      return Refusal(fmt::format("'{}' is not one of high, medium, low, ether, learnt, rigid, joined by +", name));
     found.push_back(static_cast<LevelIndex>(known - kLevelNames.begin()));
   }
   return found;

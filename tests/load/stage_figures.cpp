@@ -142,7 +142,7 @@ const std::vector<FigureName>& figure_names() {
       {"frames_missed_share", "of own frames that were due, by tick and stride; frames_missed"},
       {"gap_ticks_max", "longest time from one own frame to the next; 1: at every tick, or at every one of its stride"},
       {"frames_discontinuous_share", "after teleports, resets and changes of level"},
-      {"level_high_share", "of frames, by level: high, medium, low, ether, rigid"},
+      {"level_high_share", "of frames, by level: high, medium, low, ether, learnt, rigid"},
       {"stride_1_share", "of frames, by the ticks to the next: 1, 2, 4"},
       {"poses_unsent_share", "of intended poses, without a session to send them in; poses_unsent"},
       {"poses_unanswered_share", "sent, and never in a frame (their waiting counts as latency); poses_unanswered"},

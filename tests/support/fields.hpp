@@ -17,6 +17,9 @@ BOOST_DESCRIBE_STRUCT(Material, (),
                        air_drag_ns_per_m2, ether_mass_ratio, ether_stiffness_per_s2, ether_damping_ratio, root_length_m,
                        thickness_m, metaball_potential_j))
 BOOST_DESCRIBE_STRUCT(GroupMaterial, (), (group, material))
+BOOST_DESCRIBE_STRUCT(LearntHair, (),
+                      (hidden_count, mode_count, input_weights, hidden_weights, bias, output_weights, most, error,
+                       low_error))
 BOOST_DESCRIBE_STRUCT(MaterialScale, (), (stiffness, damping, density, ether_damping, air_drag, gel_per_s2))
 BOOST_DESCRIBE_STRUCT(Wind, (),
                       (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed))
@@ -86,6 +89,7 @@ BOOST_DESCRIBE_STRUCT(Goodbye, (), (reason, detail))
 
 BOOST_DESCRIBE_STRUCT(RecordingHeader, (), (tick_rate_hz, substep_count, iterations, gravity, wind))
 BOOST_DESCRIBE_STRUCT(RecordedGroom, (), (bytes))
+BOOST_DESCRIBE_STRUCT(RecordedLearnt, (), (groom, hair))
 BOOST_DESCRIBE_STRUCT(RecordedAdd, (), (character, groom, room, levels_ready, level, pose))
 BOOST_DESCRIBE_STRUCT(RecordedLevel, (), (character, level))
 BOOST_DESCRIBE_STRUCT(RecordedMaterial, (), (character, scale))

@@ -35,7 +35,7 @@ CLI::Option* add_parsed(CLI::App& app, const char* flag, T& target, const char* 
 }
 
 Result<LevelIndex> parse_lattice_level(const std::string& text) {
-  for (std::size_t i = 0; i + 1 < kLevelCount; ++i) {
+  for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
     if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
   }
   return Refusal("'" + text + "' is not one of high, medium, low, ether");

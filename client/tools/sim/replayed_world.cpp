@@ -50,6 +50,13 @@ Result<void> ReplayedWorld::take(const wire::RecordedGroom& recorded) {
   return {};
 }
 
+Result<void> ReplayedWorld::take(const wire::RecordedLearnt& recorded) {
+  const auto found = grooms_.find(recorded.groom);
+  if (found == grooms_.end()) return Refusal("learnt hair of a groom that is not in the recording");
+  found->second.learnt = recorded.hair;
+  return {};
+}
+
 Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::GroomHash& hash) {
   const auto found = grooms_.find(hash);
   if (found == grooms_.end()) return Refusal("a groom that is not in the recording");
@@ -63,6 +70,11 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
     };
     recorded.levels = build_levels(*recorded.groom, callbacks);
     recorded.groom.reset();
+  }
+  if (recorded.levels->learnt != recorded.learnt) {
+    auto levels = std::make_shared<LevelSet>(*recorded.levels);
+    levels->learnt = recorded.learnt;
+    recorded.levels = std::move(levels);
   }
   return recorded.levels;
 }
@@ -85,7 +97,7 @@ Result<void> ReplayedWorld::add(const wire::RecordedAdd& added) {
   def.environment = added.room;
   const CharacterId id = world_->add(def);
   if (!id) return Refusal("more characters than a world holds");
-  characters_[added.character] = {id, added.groom, added.levels_ready};
+  characters_[added.character] = {id, added.groom, added.levels_ready, def.levels && def.levels->learnt};
   return {};
 }
 
@@ -93,13 +105,16 @@ Result<void> ReplayedWorld::set_level(const wire::RecordedLevel& level) {
   const auto found = characters_.find(level.character);
   if (found == characters_.end()) return Refusal("sets the level of unknown " + name_of(level.character));
   Character& character = found->second;
-  if (!character.has_levels && level.level != LevelIndex::rigid) {
+  const bool lacks_levels = !character.has_levels && level.level != LevelIndex::rigid;
+  if (lacks_levels || (level.level == LevelIndex::learnt && !character.has_learnt)) {
     Result<std::shared_ptr<const LevelSet>> levels = levels_of(character.groom);
     if (!levels) return Refusal(levels.error());
-    world_->set_level_set(character.id, std::move(*levels));
     character.has_levels = true;
+    character.has_learnt = (*levels)->learnt != nullptr;
+    world_->set_level_set(character.id, std::move(*levels));
   }
-  world_->set_level(character.id, level.level);
+  if (!world_->set_level(character.id, level.level))
+    return Refusal("sets " + name_of(level.character) + " to a level that it does not have");
   return {};
 }
 

@@ -23,6 +23,7 @@ class ReplayedWorld {
   // decode.
   Result<void> take(const wire::RecordingHeader& header);
   Result<void> take(const wire::RecordedGroom& groom);
+  Result<void> take(const wire::RecordedLearnt& learnt);
   // Applies a tick and steps. The error is one line: the recording is inconsistent, or a hash differs.
   Result<void> take(const wire::RecordedTick& tick);
 
@@ -31,7 +32,7 @@ class ReplayedWorld {
   struct Character {
     CharacterId id;
     wire::GroomHash groom{};
-    bool has_levels = false;
+    bool has_levels = false, has_learnt = false;
   };
   [[nodiscard]] const std::map<std::uint64_t, Character>& characters() const { return characters_; }
 
@@ -39,6 +40,7 @@ class ReplayedWorld {
   struct RecordedLevels {
     std::optional<Groom> groom;  // until its levels are built
     std::shared_ptr<const LevelSet> levels;
+    std::shared_ptr<const LearntHair> learnt;  // that they are to have
   };
   Result<std::shared_ptr<const LevelSet>> levels_of(const wire::GroomHash& hash);
   Result<void> add(const wire::RecordedAdd& added);

@@ -32,7 +32,7 @@ Result<LevelIndex> parse_level(const std::string& text) {
   for (std::size_t i = 0; i < kLevelCount; ++i) {
     if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
   }
-  return Refusal("level " + quoted(text) + " is not one of high, medium, low, ether, rigid");
+  return Refusal("level " + quoted(text) + " is not one of high, medium, low, ether, learnt, rigid");
 }
 
 Result<std::size_t> parse_strand_count(const std::string& text) {

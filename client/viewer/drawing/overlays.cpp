@@ -155,6 +155,8 @@ Vec3f level_colour(LevelIndex level) {
       return {0.60f, 0.18f, 0.03f};
     case LevelIndex::ether:
       return {0.08f, 0.20f, 0.60f};
+    case LevelIndex::learnt:
+      return {0.35f, 0.12f, 0.45f};
     case LevelIndex::rigid:
       return {0.25f, 0.25f, 0.27f};
   }

@@ -57,7 +57,9 @@ LocalWorld local_world_of(const ViewOptions& options, const std::vector<Characte
     if (setup.level == LevelIndex::rigid || setup.groom->points.empty()) continue;
     std::shared_ptr<LevelSet>& set = sets[setup.groom];
     if (!set) set = std::make_shared<LevelSet>();
-    const auto index = static_cast<std::size_t>(setup.level);
+    const LevelIndex level =
+        setup.level == LevelIndex::learnt ? LevelIndex::low : setup.level;  // nothing is learnt here
+    const auto index = static_cast<std::size_t>(level);
     if (!set->levels[index].rest.empty()) continue;
     BuildCallbacks callbacks;
     callbacks.progress = [&bar](double fraction, std::string_view stage) {

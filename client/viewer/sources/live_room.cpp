@@ -189,8 +189,10 @@ Result<void> LiveRoom::take(const wire::GroomStatus& status) {
 Result<void> LiveRoom::take(const link::FrameBatch& batch) {
   const std::int64_t now = link_.now_ns(), sampled = link_.to_local_ns(batch.sample_time_ns);
   const bool is_repeated = !batch.frames.empty() && batch.frames[0].repeated;
-  if (!is_repeated) latency_ms_ = 1e-6 * static_cast<double>(now - sampled);
-  if (!is_repeated) statistics_.count_frames(batch, now - sampled);
+  if (!is_repeated) {
+    latency_ms_ = 1e-6 * static_cast<double>(now - sampled);
+    statistics_.count_frames(batch, now - sampled);
+  }
   for (const link::Frame& frame : batch.frames) take(frame, batch, sampled, now);
   return {};
 }

@@ -14,6 +14,11 @@ bool has_level(const LevelSet& levels, LevelIndex level) {
   return level == LevelIndex::rigid || !levels[level].rest.empty();
 }
 
+// Nothing is learnt here: who asks for that gets low, as from a server.
+LevelIndex here(LevelIndex wanted) {
+  return wanted == LevelIndex::learnt ? LevelIndex::low : wanted;
+}
+
 }  // namespace
 
 WorldDef LocalWorld::world_def(const Def& def) {
@@ -58,8 +63,8 @@ void LocalWorld::give_levels(const Groom& groom, const std::shared_ptr<const Lev
 }
 
 void LocalWorld::set_level_now(SimulatedCharacter& simulated) {
-  if (simulated.levels && has_level(*simulated.levels, simulated.level_wanted))
-    world_.set_level(simulated.character, simulated.level_wanted);
+  const LevelIndex level = here(simulated.level_wanted);
+  if (simulated.levels && has_level(*simulated.levels, level)) world_.set_level(simulated.character, level);
 }
 
 std::vector<std::shared_ptr<const Groom>> LocalWorld::grooms_without_levels() const {

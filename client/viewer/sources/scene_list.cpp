@@ -1,6 +1,7 @@
 #include "client/viewer/sources/scene_list.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "client/assets/load_groom.hpp"
 #include "client/assets/made/made.hpp"
@@ -55,7 +56,11 @@ Result<std::shared_ptr<const Motion>> SceneList::motion_of(std::size_t motion, s
 
 Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
   const bool every_level = choice.level == kEveryLevel;
-  const auto count = every_level ? kLevelCount : static_cast<std::size_t>(std::clamp(choice.count, 1, kCountMax));
+  // The learnt level needs a server.
+  constexpr std::array kLevelsHere{LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether,
+                                   LevelIndex::rigid};
+  const auto count =
+      every_level ? kLevelsHere.size() : static_cast<std::size_t>(std::clamp(choice.count, 1, kCountMax));
   const std::size_t hair_count = hair_.size() - 1, motion_count = motions_.size() - 1;
   const auto hair = static_cast<std::size_t>(choice.hair), motion = static_cast<std::size_t>(choice.motion);
   if (hair > hair_count || motion > motion_count) return Refusal("no such scene");
@@ -71,8 +76,9 @@ Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
     character.groom = *groom;
     character.motion = *moved;
     if (count > 1) character.place = side_by_side(n, count);  // a given motion may already include a place
-    character.level = static_cast<LevelIndex>(every_level ? n : static_cast<std::size_t>(choice.level));
-    character.name = every_level ? std::string(kLevelNames[n]) : (*groom)->name + " " + std::to_string(n + 1);
+    character.level = every_level ? kLevelsHere[n] : static_cast<LevelIndex>(choice.level);
+    character.name = every_level ? std::string(kLevelNames[static_cast<std::size_t>(character.level)])
+                                 : (*groom)->name + " " + std::to_string(n + 1);
     character.hair_colour = default_hair_colour(every_level ? 0 : n);
     characters.push_back(std::move(character));
   }

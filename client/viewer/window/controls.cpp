@@ -19,7 +19,7 @@ constexpr const char* kKeys =
     "Tab, shift Tab        choose the next, the last\n"
     "F                     follow it or not      A  look at all\n"
     "Space  pause          .  one tick           T  teleport\n"
-    "1-5    level          +, -  speed\n"
+    "1-6    level          +, -  speed\n"
     "L lattice  S springs  M contacts   C attachments\n"
     "D drag     V level colours          G  timing\n"
     "R      record video   U  controls           H  this";

@@ -1,4 +1,4 @@
-#include "core/learnt/learn_hair.hpp"
+#include "core/learning/learn_hair.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,9 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/learnt/network.hpp"
+#include "core/learning/network.hpp"
 #include "core/random.hpp"
+#include "tests/support/learnt.hpp"
 
 namespace hairnet {
 namespace {
@@ -25,22 +26,6 @@ Pose random_pose(Random& random, double size) {
     pose.bones[bone] = pose.bones[bone] * RigidTransform{turn(), 0.02 * vector()};
   }
   return pose;
-}
-
-LearntHair random_hair(std::uint64_t seed, std::size_t hidden_count = 20, std::size_t mode_count = 12) {
-  Random random(seed);
-  LearntHair hair;
-  hair.hidden_count = hidden_count;
-  hair.mode_count = mode_count;
-  const auto fill = [&](std::vector<float>& weights, std::size_t count, double size) {
-    for (std::size_t i = 0; i < count; ++i) weights.push_back(static_cast<float>(size * random.bell()));
-  };
-  fill(hair.input_weights, 3 * hidden_count * kPoseInputCount, 0.3);
-  fill(hair.hidden_weights, 3 * hidden_count * hidden_count, 0.3);
-  fill(hair.bias, 3 * hidden_count, 1);
-  fill(hair.output_weights, mode_count * hidden_count, 0.02);
-  hair.most.fill(10);
-  return hair;
 }
 
 // The equations of LearntHair, one after the other.
@@ -137,7 +122,8 @@ TEST(PoseHistory, takes_the_pose_after_a_teleport_as_still) {
 
 TEST(LearntHair, agrees_with_the_reference) {
   for (const auto& [hidden, modes] : {std::pair{4, 4}, {20, 12}, {48, 32}, {128, 128}}) {
-    const LearntHair hair = random_hair(3, static_cast<std::size_t>(hidden), static_cast<std::size_t>(modes));
+    const LearntHair hair =
+        support::random_learnt_hair(3, static_cast<std::size_t>(hidden), static_cast<std::size_t>(modes));
     ASSERT_EQ(validate(hair), "");
     Random random(4);
     LearntState state;
@@ -157,7 +143,7 @@ TEST(LearntHair, agrees_with_the_reference) {
 }
 
 TEST(LearntHair, is_the_same_alone_and_in_a_crowd) {
-  const LearntHair hair = random_hair(5);
+  const LearntHair hair = support::random_learnt_hair(5);
   std::vector<LearntState> crowd(kLearntWidth), alone(kLearntWidth);
   std::vector<std::vector<float>> c(kLearntWidth, std::vector<float>(hair.mode_count));
   std::vector<float> own(hair.mode_count);
@@ -179,7 +165,7 @@ TEST(LearntHair, is_the_same_alone_and_in_a_crowd) {
 }
 
 TEST(LearntHair, of_a_still_upright_head_is_exactly_at_rest) {
-  const LearntHair hair = random_hair(7);
+  const LearntHair hair = support::random_learnt_hair(7);
   const Pose pose;
   LearntState state;
   std::vector<float> c(hair.mode_count + 5, 1);
@@ -192,7 +178,7 @@ TEST(LearntHair, of_a_still_upright_head_is_exactly_at_rest) {
 }
 
 TEST(LearntHair, stays_bounded_far_outside_its_range_and_says_so) {
-  const LearntHair hair = random_hair(8);
+  const LearntHair hair = support::random_learnt_hair(8);
   LearntState state;
   std::vector<float> c(hair.mode_count);
   double most = 0;
@@ -209,7 +195,7 @@ TEST(LearntHair, stays_bounded_far_outside_its_range_and_says_so) {
 }
 
 TEST(LearntHair, covers_inputs_of_the_size_met_in_training) {
-  LearntHair hair = random_hair(9);
+  LearntHair hair = support::random_learnt_hair(9);
   PoseInputs inputs{};
   EXPECT_TRUE(hair.covers(inputs));
   inputs[3] = -10;
@@ -221,7 +207,7 @@ TEST(LearntHair, covers_inputs_of_the_size_met_in_training) {
 }
 
 TEST(LearntHair, with_a_fault_is_not_valid) {
-  const LearntHair good = random_hair(10);
+  const LearntHair good = support::random_learnt_hair(10);
   const auto fault = [&](auto spoil) {
     LearntHair hair = good;
     spoil(hair);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <ranges>
 #include <type_traits>
@@ -20,6 +21,10 @@ inline bool equal(const Quat& a, const Quat& b) {
 template <class T>
 bool equal(const std::optional<T>& a, const std::optional<T>& b) {
   return a.has_value() == b.has_value() && (!a || equal(*a, *b));
+}
+template <class T>
+bool equal(const std::shared_ptr<T>& a, const std::shared_ptr<T>& b) {
+  return (a != nullptr) == (b != nullptr) && (!a || equal(*a, *b));
 }
 template <class... T>
 bool equal(const std::variant<T...>& a, const std::variant<T...>& b) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "core/levels/build.hpp"
@@ -10,6 +11,7 @@
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/build_grooms.hpp"
 #include "tests/support/equal_levels.hpp"
+#include "tests/support/learnt.hpp"
 #include "tests/support/quick_training.hpp"
 
 namespace hairnet::wire {
@@ -62,6 +64,33 @@ TEST_F(LevelFile, brings_back_the_modes) {
   EXPECT_EQ(got.basis.modes, sent.basis.modes);
   EXPECT_EQ(got.basis.node_count, sent.basis.node_count);
   for (std::size_t i = 0; i < sent.maps.size(); ++i) EXPECT_TRUE(got.maps[i].matrix() == sent.maps[i].matrix()) << i;
+}
+
+TEST_F(LevelFile, brings_back_what_was_learnt) {
+  LevelSet set = *levels_;
+  const LearntHair sent = support::random_learnt_hair(4);
+  set.learnt = std::make_shared<LearntHair>(sent);
+  const DecodedLevels decoded = decode_levels(encode_levels(kGroom, set), kGroom);
+  ASSERT_TRUE(decoded.levels && decoded.levels->learnt) << decoded.detail;
+  const LearntHair& got = *decoded.levels->learnt;
+  EXPECT_EQ(got.hidden_count, sent.hidden_count);
+  EXPECT_EQ(got.mode_count, sent.mode_count);
+  EXPECT_EQ(got.input_weights, sent.input_weights);
+  EXPECT_EQ(got.hidden_weights, sent.hidden_weights);
+  EXPECT_EQ(got.bias, sent.bias);
+  EXPECT_EQ(got.output_weights, sent.output_weights);
+  EXPECT_EQ(got.most, sent.most);
+}
+
+TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_unsound) {
+  LevelSet set = *levels_;
+  auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(4));
+  set.learnt = hair;
+  hair->bias.pop_back();
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
+  *hair = support::random_learnt_hair(4);
+  hair->output_weights[3] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
 }
 
 TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_unsound) {

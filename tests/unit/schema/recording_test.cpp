@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
 
@@ -17,6 +18,8 @@ std::vector<RecordEntry> some_recording(std::uint64_t seed) {
   std::vector<RecordEntry> entries{random.recording_header()};
   for (int n = 0; n < 20; ++n) {
     if (n % 5 == 0) entries.emplace_back(RecordedGroom{Bytes(random.integer(0, 300), 7)});
+    if (n % 10 == 0)
+      entries.emplace_back(RecordedLearnt{{7}, std::make_shared<LearntHair>(support::random_learnt_hair(seed))});
     entries.emplace_back(random.recorded_tick());
   }
   return entries;

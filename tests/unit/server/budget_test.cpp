@@ -33,6 +33,13 @@ namespace {
 
 constexpr double kTick_s = 1.0 / 30;
 
+// The finest level that a character may have.
+LevelIndex finest(const BudgetCharacter& c) {
+  if (!c.levels_ready || c.requested_level == LevelIndex::rigid) return LevelIndex::rigid;
+  if (c.may_learn) return c.requested_level < LevelIndex::low ? c.requested_level : LevelIndex::learnt;
+  return c.requested_level == LevelIndex::learnt ? LevelIndex::low : c.requested_level;
+}
+
 // A server that applies the chosen levels, tick by tick.
 struct Play {
   CostEstimate cost{kTick_s};
@@ -44,7 +51,7 @@ struct Play {
 
   explicit Play(double available_s) {
     terms.available_s = available_s;
-    terms.encode_s = {3e-6, 2e-6, 1e-6, 1e-6, 0.3e-6};
+    terms.encode_s = {3e-6, 2e-6, 1e-6, 1e-6, 1e-6, 0.3e-6};
     terms.send_s = 0.1e-6;
   }
 
@@ -76,8 +83,7 @@ struct Play {
 
   // The cost as the header defines it, computed independently.
   [[nodiscard]] double cost_s(const BudgetCharacter& c, const Lod& lod) const {
-    const LevelIndex finest = c.levels_ready ? c.requested_level : LevelIndex::rigid;
-    const bool has_hair_to_show = lod.level == LevelIndex::rigid && finest != LevelIndex::rigid;
+    const bool has_hair_to_show = lod.level == LevelIndex::rigid && finest(c) != LevelIndex::rigid;
     if (lod.suspended || (c.asleep && lod == c.now && !has_hair_to_show)) return 0;
     return (cost.turn_s(lod.level, lod.stride) + terms.encode_s[static_cast<std::size_t>(lod.level)] +
             c.observer_count * terms.send_s) /
@@ -108,6 +114,7 @@ Play random_play(unsigned seed, bool with_odd_ones = true) {
     c.observer_count = dice.below(20);
     c.head_speed_m_per_s = static_cast<float>(dice.uniform(0, 2));
     c.requested_level = static_cast<LevelIndex>(dice.below(kLevelCount));
+    c.may_learn = dice.below(3) == 0;
     if (!with_odd_ones) continue;
     c.levels_ready = dice.below(10) != 0;
     c.asleep = dice.below(5) == 0;
@@ -150,7 +157,7 @@ TEST(Budget, gives_only_what_was_asked_for_and_is_ready) {
       const BudgetCharacter& c = play.characters[i];
       EXPECT_EQ(play.chosen[i].suspended, c.unseen_s >= kSuspendAfter_s);
       if (play.chosen[i].suspended) continue;
-      EXPECT_GE(play.chosen[i].level, c.requested_level);
+      EXPECT_GE(play.chosen[i].level, std::min(c.requested_level, finest(c)));
       if (!c.levels_ready) {
         EXPECT_EQ(play.chosen[i].level, LevelIndex::rigid);
       }
@@ -163,10 +170,31 @@ TEST(Budget, gives_everyone_what_was_asked_for_when_there_is_room) {
   play.terms.available_s = 10;
   play.tick();
   for (std::size_t i = 0; i < play.characters.size(); ++i) {
-    EXPECT_EQ(play.chosen[i], (Lod{play.characters[i].requested_level, 1, false}));
+    EXPECT_EQ(play.chosen[i], (Lod{finest(play.characters[i]), 1, false}));
   }
   EXPECT_EQ(play.report.below_wanted, 0u);
   EXPECT_NEAR(play.report.wanted_s, play.report.predicted_s, 1e-12);
+}
+
+TEST(Budget, puts_nearly_all_of_a_crowd_on_the_learnt_level_where_low_would_not_fit) {
+  Play play(5e-3);
+  for (int i = 0; i < 2000; ++i) play.add(0, 7).may_learn = true;
+  for (int tick = 0; tick < 60; ++tick) play.tick();
+  EXPECT_FALSE(play.report.is_over);
+  for (const Lod& lod : play.chosen) EXPECT_EQ(lod.level, LevelIndex::learnt);
+}
+
+TEST(Budget, leaves_the_learnt_level_as_soon_as_it_does_not_hold) {
+  Play play(10);
+  play.add(0, 7).may_learn = true;
+  play.characters[0].requested_level = LevelIndex::low;
+  play.tick();
+  EXPECT_EQ(play.chosen[0], (Lod{LevelIndex::learnt, 1, false}));
+  play.characters[0].may_learn = false;
+  play.characters[0].asleep = true;
+  play.tick();
+  for (int tick = 0; tick < 30; ++tick) play.tick();
+  EXPECT_EQ(play.chosen[0], (Lod{LevelIndex::low, 1, false}));
 }
 
 TEST(Budget, spreads_low_levels_evenly_before_it_favours_anyone) {

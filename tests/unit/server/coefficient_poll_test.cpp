@@ -5,6 +5,7 @@
 
 #include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
+#include "tests/support/learnt.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 
 namespace hairnet::server {
@@ -63,6 +64,26 @@ class CoefficientFrames : public PollTest {
     }
     return seen;
   }
+  // Whether the level switches, and the hair then moves hardly faster than at other times.
+  static bool switches_smoothly(const std::map<std::uint64_t, Seen>& seen) {
+    const Seen* last = nullptr;
+    double fastest = 0, at_switch = 0;
+    bool has_switched = false;
+    for (const auto& [tick, one] : seen) {
+      if (last && last->frame.level != LevelIndex::rigid) {
+        double square = 0;
+        for (std::size_t k = 0; k < one.decoded.coefficients.size(); ++k)
+          square += std::pow(one.decoded.coefficients[k] - last->decoded.coefficients[k], 2);
+        const bool switches = one.frame.level != last->frame.level;
+        has_switched = has_switched || switches;
+        double& most = switches ? at_switch : fastest;
+        most = std::max(most, std::sqrt(square));
+        EXPECT_FALSE(one.frame.discontinuous) << tick;
+      }
+      last = &one;
+    }
+    return has_switched && at_switch < 1.5 * fastest;
+  }
 };
 
 TEST_F(CoefficientFrames, are_shorter_the_more_error_is_allowed) {
@@ -92,25 +113,7 @@ TEST_F(CoefficientFrames, go_on_when_the_level_changes) {
   run_ms(500, {owner.get()});
   owner->send(wire::SetLevel{1, LevelIndex::low}, now_ns_);
   run_ms(1000, {owner.get()});
-  const auto seen = frames(*owner, basis);
-  const Seen* last = nullptr;
-  double fastest = 0, at_switch = 0;
-  bool has_switched = false;
-  for (const auto& [tick, one] : seen) {
-    if (last && last->frame.level != LevelIndex::rigid) {
-      double square = 0;
-      for (std::size_t k = 0; k < one.decoded.coefficients.size(); ++k)
-        square += std::pow(one.decoded.coefficients[k] - last->decoded.coefficients[k], 2);
-      const bool switches = one.frame.level != last->frame.level;
-      has_switched = has_switched || switches;
-      double& most = switches ? at_switch : fastest;
-      most = std::max(most, std::sqrt(square));
-      EXPECT_FALSE(one.frame.discontinuous) << tick;
-    }
-    last = &one;
-  }
-  EXPECT_TRUE(has_switched);
-  EXPECT_LT(at_switch, 1.5 * fastest);
+  EXPECT_TRUE(switches_smoothly(frames(*owner, basis)));
 }
 
 TEST_F(CoefficientFrames, are_refused_for_an_error_out_of_range) {
@@ -119,6 +122,96 @@ TEST_F(CoefficientFrames, are_refused_for_an_error_out_of_range) {
   ask(*owner, std::numeric_limits<float>::quiet_NaN());
   run_ms(50);
   EXPECT_EQ(owner->errors(), std::vector(2, wire::ErrorReason::observe_invalid));
+}
+
+// A server that learns hair as soon as it has been built.
+class LearntFrames : public CoefficientFrames {
+ protected:
+  LearntFrames() {
+    learn_ = [](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
+      return std::make_shared<LearntHair>(support::random_learnt_hair(3));
+    };
+    config_.grooms.learning = Learning::always;
+    start(config_);
+  }
+  static LevelIndex level(FakeClient& client) {
+    const auto batches = client.connection->all<wire::FrameBatch>();
+    return batches.empty() || batches.back().frames.empty() ? LevelIndex::rigid : batches.back().frames[0].level;
+  }
+  Config config_;
+};
+
+TEST_F(LearntFrames, take_the_place_of_lower_levels_as_soon_as_they_are_learnt) {
+  const auto low = join("", LevelIndex::low), high = join("other", LevelIndex::high);
+  run_ms(2000, {low.get(), high.get()});
+  EXPECT_EQ(metrics_.groom.grooms_learnt.value(), 1u);
+  EXPECT_EQ(level(*low), LevelIndex::learnt);
+  EXPECT_EQ(level(*high), LevelIndex::high);
+}
+
+TEST_F(LearntFrames, are_not_made_where_the_server_shall_not_learn) {
+  config_.grooms.learning = Learning::when_short;  // and no clock tells that it is
+  start(config_);
+  const auto low = join("", LevelIndex::low);
+  run_ms(2000, {low.get()});
+  EXPECT_EQ(metrics_.groom.grooms_learnt.value(), 0u);
+  EXPECT_EQ(level(*low), LevelIndex::low);
+}
+
+TEST_F(LearntFrames, give_way_to_the_low_level_in_wind_and_with_another_material) {
+  const auto owner = join("", LevelIndex::learnt);
+  run_ms(2000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::learnt);
+  wire::SetWind wind;
+  wind.wind.mean_m_per_s = {2, 0, 0};
+  owner->send(wind, now_ns_);
+  run_ms(1000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::low);
+  owner->send(wire::SetWind{}, now_ns_);
+  run_ms(1000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::learnt);
+  owner->send(wire::SetMaterial{1, {.density = 2}}, now_ns_);
+  run_ms(1000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::low);
+}
+
+TEST_F(LearntFrames, give_way_to_the_low_level_in_motions_that_were_not_trained) {
+  learn_ = [](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
+    auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(3));
+    hair->most.fill(0.01f);
+    return hair;
+  };
+  start(config_);
+  const auto owner = join("", LevelIndex::low);
+  run_ms(2500, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::low);
+  run_ms(2500);  // at rest, and 2 s later
+  EXPECT_EQ(level(*owner), LevelIndex::learnt);
+}
+
+TEST_F(LearntFrames, go_on_smoothly_from_and_to_a_lattice) {
+  const auto owner = join("", LevelIndex::learnt);
+  ask(*owner, 0.25e-3f);
+  run_ms(1500, {owner.get()});
+  const wire::HairBasis basis = basis_for(*owner);
+  for (const LevelIndex to : {LevelIndex::high, LevelIndex::low}) {
+    owner->connection->received.clear();
+    run_ms(500, {owner.get()});
+    owner->send(wire::SetLevel{1, to}, now_ns_);
+    run_ms(1000, {owner.get()});
+    EXPECT_TRUE(switches_smoothly(frames(*owner, basis)));
+  }
+}
+
+TEST_F(LearntFrames, of_a_groom_that_cannot_be_learnt_are_those_of_the_low_level) {
+  learn_ = [](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
+    return Refusal("it errs too much");
+  };
+  start(config_);
+  const auto owner = join("", LevelIndex::learnt);
+  run_ms(1500, {owner.get()});
+  EXPECT_EQ(metrics_.groom.grooms_learnt_refused.value(), 1u);
+  EXPECT_EQ(level(*owner), LevelIndex::low);
 }
 
 }  // namespace

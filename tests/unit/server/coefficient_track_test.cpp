@@ -22,7 +22,7 @@ class CoefficientTrackTest : public testing::Test {
     return {Vec3f(swing, 0.5f * swing, 0.02f), Vec3f::Zero()};
   }
   std::vector<float> at(std::uint64_t tick, const ModeMap* map, bool discontinuous = false) {
-    const std::span<const float> c = track_.at(tick, kTickLength_s, map, hair(tick), 3, discontinuous);
+    const std::span<const float> c = track_.at(tick, kTickLength_s, {map, hair(tick), {}}, 3, discontinuous);
     return {c.begin(), c.end()};
   }
   const ModeMap fine_ = scaled(1), coarse_ = scaled(0.5f);
@@ -72,6 +72,20 @@ TEST_F(CoefficientTrackTest, fade_to_rest_when_the_lattice_goes) {
   EXPECT_GT(std::abs(first), 0.5f * std::abs(before));
   for (std::uint64_t tick = 7; tick <= 20; ++tick) at(tick, nullptr);
   EXPECT_EQ(at(21, nullptr), std::vector<float>(3, 0.0f));
+}
+
+TEST_F(CoefficientTrackTest, fade_to_those_of_a_network_and_back) {
+  const std::vector<float> learnt{0.03f, -0.02f};  // it drives two of three
+  const auto at_learnt = [&](std::uint64_t tick) {
+    const std::span<const float> c = track_.at(tick, kTickLength_s, {.learnt = learnt}, 3, false);
+    return std::vector<float>(c.begin(), c.end());
+  };
+  at(4, &fine_);
+  const float before = at(5, &fine_)[0];
+  EXPECT_LT(std::abs(at_learnt(6)[0] - before), 0.04f);
+  for (std::uint64_t tick = 7; tick <= 20; ++tick) at_learnt(tick);
+  EXPECT_EQ(at_learnt(21), (std::vector<float>{0.03f, -0.02f, 0}));
+  EXPECT_LT(std::abs(at(22, &fine_)[0] - 0.03f), 0.01f);
 }
 
 TEST_F(CoefficientTrackTest, can_be_asked_for_again_at_the_same_tick) {

@@ -29,7 +29,7 @@ class PollTest : public testing::Test {
   void start(Config config = {}) {
     config.workers = 2;
     server_.reset();
-    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_);
+    auto created = Server::create(config, metrics_, now_ns_, nullptr, build_, {}, learn_);
     ASSERT_TRUE(created) << created.error();
     server_ = std::move(*created);
   }
@@ -55,6 +55,7 @@ class PollTest : public testing::Test {
   }
 
   BuildLevels build_ = build_quickly;
+  LearnHair learn_ = learn_hair_here;  // where Config says so
   Metrics metrics_;
   std::int64_t now_ns_ = kStart_ns;
   std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());

@@ -6,21 +6,20 @@
 #include <vector>
 
 #include "core/groom/groom.hpp"
+#include "core/learnt/learnt_hair.hpp"
 #include "core/levels/level.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/parallel_for.hpp"
 
 namespace hairnet {
 
-inline constexpr Eigen::Index kLearntLanes = 16;
-
-// What the finest level did in sixteen motions side by side. A column is one motion at one tick: [tick][motion].
+// What the finest level did in kLearntWidth motions side by side. A column is one motion at one tick: [tick][motion].
 struct LearntExamples {
   Eigen::MatrixXf inputs;        // [input], PoseHistory
   Eigen::MatrixXf coefficients;  // [mode], m
   Eigen::MatrixXf low;  // [mode], m: what the low level did, moved to the finest level by its LevelMap; or empty
 
-  [[nodiscard]] Eigen::Index tick_count() const { return inputs.cols() / kLearntLanes; }
+  [[nodiscard]] Eigen::Index tick_count() const { return inputs.cols() / kLearntWidth; }
 };
 
 struct ExampleRequest {

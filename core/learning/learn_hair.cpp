@@ -1,12 +1,12 @@
-#include "core/learnt/learn_hair.hpp"
+#include "core/learning/learn_hair.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/assert.hpp"
-#include "core/learnt/learnt_examples.hpp"
-#include "core/learnt/network.hpp"
+#include "core/learning/learnt_examples.hpp"
+#include "core/learning/network.hpp"
 #include "core/random.hpp"
 
 namespace hairnet {
@@ -16,6 +16,8 @@ using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
+static_assert(kLearntModesMax == kModeCountMax);
+
 // Modes of which the error is measured; what the others move can be neglected.
 constexpr std::size_t kMeasuredModes = 64;
 // Motions of training have lower numbers.
@@ -23,7 +25,7 @@ constexpr std::uint32_t kFirstHeldOut = 1000000;
 constexpr std::size_t kSixteensAStep = 2;
 
 std::uint32_t whole_sixteens(std::uint32_t count) {
-  constexpr std::uint32_t kWhole = kLearntLanes;
+  constexpr std::uint32_t kWhole = kLearntWidth;
   return (count + kWhole - 1) / kWhole * kWhole;
 }
 
@@ -31,9 +33,9 @@ std::uint32_t whole_sixteens(std::uint32_t count) {
 class MeanError {
  public:
   void add(const MatrixXf& wrong, const MatrixXf& truth) {
-    for (Index lane = 0; lane < kLearntLanes; ++lane) {
+    for (Index lane = 0; lane < kLearntWidth; ++lane) {
       double error_m2 = 0, motion_m2 = 1e-12;
-      for (Index c = lane; c < truth.cols(); c += kLearntLanes) {
+      for (Index c = lane; c < truth.cols(); c += kLearntWidth) {
         error_m2 += static_cast<double>(wrong.col(c).squaredNorm());
         motion_m2 += static_cast<double>(truth.col(c).squaredNorm());
       }
@@ -73,12 +75,12 @@ std::vector<VectorXf> weights_of(const std::vector<LearntExamples>& examples) {
   std::vector<VectorXf> weights;
   float sum = 0;
   for (const LearntExamples& e : examples) {
-    VectorXf& own = weights.emplace_back(VectorXf::Zero(kLearntLanes));
-    for (Index c = 0; c < e.coefficients.cols(); ++c) own[c % kLearntLanes] += e.coefficients.col(c).squaredNorm();
+    VectorXf& own = weights.emplace_back(VectorXf::Zero(kLearntWidth));
+    for (Index c = 0; c < e.coefficients.cols(); ++c) own[c % kLearntWidth] += e.coefficients.col(c).squaredNorm();
     own = ((own / static_cast<float>(e.tick_count())).cwiseSqrt().array() + kCalm_m).inverse();
     sum += own.sum();
   }
-  for (VectorXf& own : weights) own *= static_cast<float>(kLearntLanes) * static_cast<float>(weights.size()) / sum;
+  for (VectorXf& own : weights) own *= static_cast<float>(kLearntWidth) * static_cast<float>(weights.size()) / sum;
   return weights;
 }
 
@@ -131,7 +133,7 @@ VectorXf fit(const std::vector<LearntExamples>& examples, const Scales& scales, 
     targets.push_back(e.coefficients.topRows(size.outputs) / scales.output);
   }
   const auto window = std::clamp<Index>(std::lround(learning.window_s / kLearntTick_s), 1, examples[0].tick_count());
-  const Index windows = examples[0].tick_count() / window, columns = window * kLearntLanes;
+  const Index windows = examples[0].tick_count() / window, columns = window * kLearntWidth;
   VectorXf weights = first_weights(size);
   Descent descent(weights.size(), learning.decay);
   std::vector<Network<float>> networks(kSixteensAStep, Network<float>(size));
@@ -141,7 +143,7 @@ VectorXf fit(const std::vector<LearntExamples>& examples, const Scales& scales, 
       static_cast<std::size_t>(learning.rounds * windows) * ((examples.size() + kSixteensAStep - 1) / kSixteensAStep);
   std::size_t step = 0;
   for (int round = 0; round < learning.rounds; ++round) {
-    for (MatrixXf& h : hidden) h = MatrixXf::Zero(size.hidden, kLearntLanes);
+    for (MatrixXf& h : hidden) h = MatrixXf::Zero(size.hidden, kLearntWidth);
     for (Index begin = 0; begin < windows * columns; begin += columns) {
       for (std::size_t first = 0; first < examples.size(); first += kSixteensAStep) {
         const std::size_t count = std::min(kSixteensAStep, examples.size() - first);
@@ -149,7 +151,7 @@ VectorXf fit(const std::vector<LearntExamples>& examples, const Scales& scales, 
           const std::size_t e = first + i;
           const auto x = inputs[e].middleCols(begin, columns);
           MatrixXf error = networks[i].forward(weights, x, hidden[e]) - targets[e].middleCols(begin, columns);
-          for (Index c = 0; c < columns; ++c) error.col(c) *= 2 * motion_weights[e][c % kLearntLanes];
+          for (Index c = 0; c < columns; ++c) error.col(c) *= 2 * motion_weights[e][c % kLearntWidth];
           gradients[i].setZero(weights.size());
           networks[i].backward(weights, x, error / static_cast<float>(columns), gradients[i]);
         });
@@ -178,6 +180,7 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
                                                      const Modes& modes, const BuildCallbacks& callbacks,
                                                      const ParallelFor& parallel_for, const HairLearning& learning) {
   HAIRNET_ASSERT(levels);
+  HAIRNET_ASSERT(learning.hidden_count % 4 == 0 && learning.mode_count % 4 == 0);
   const auto at = [&](double begin, double end, const char* stage) {
     return [&callbacks, begin, end, stage](double share) {
       return !callbacks.progress || callbacks.progress(begin + share * (end - begin), stage);
@@ -220,7 +223,7 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   MeanError error, low_error;
   Network<float> network(size);
   for (const LearntExamples& e : unseen) {
-    MatrixXf h = MatrixXf::Zero(size.hidden, kLearntLanes), wrong = e.coefficients;
+    MatrixXf h = MatrixXf::Zero(size.hidden, kLearntWidth), wrong = e.coefficients;
     wrong.topRows(size.outputs) -= network.forward(weights, e.inputs, h);
     error.add(wrong, e.coefficients);
     low_error.add(e.low - e.coefficients, e.coefficients);

@@ -1,4 +1,4 @@
-#include "core/learnt/learnt_examples.hpp"
+#include "core/learning/learnt_examples.hpp"
 
 #include <algorithm>
 #include <array>
@@ -44,7 +44,7 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
                                           const Modes& modes, const ExampleRequest& request,
                                           const std::function<bool(double)>& keep_going,
                                           const ParallelFor& parallel_for) {
-  HAIRNET_ASSERT(request.motion_count % kLearntLanes == 0);
+  HAIRNET_ASSERT(request.motion_count % kLearntWidth == 0);
   const LevelMap* map = levels->map(LevelIndex::low, LevelIndex::high);
   HAIRNET_ASSERT(map);
   WorldDef def;
@@ -61,11 +61,11 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
   }
   const MatrixXf projection = modes.map(LevelIndex::high).matrix().topRows(request.mode_count);
   const auto ticks = static_cast<Index>(request.tick_count);
-  std::vector<LearntExamples> examples(request.motion_count / kLearntLanes);
+  std::vector<LearntExamples> examples(request.motion_count / kLearntWidth);
   for (LearntExamples& e : examples) {
-    e.inputs.resize(kPoseInputCount, ticks * kLearntLanes);
-    e.coefficients.resize(request.mode_count, ticks * kLearntLanes);
-    if (request.with_low) e.low.resize(request.mode_count, ticks * kLearntLanes);
+    e.inputs.resize(kPoseInputCount, ticks * kLearntWidth);
+    e.coefficients.resize(request.mode_count, ticks * kLearntWidth);
+    if (request.with_low) e.low.resize(request.mode_count, ticks * kLearntWidth);
   }
   for (Index t = 0; t < ticks; ++t) {
     if (!keep_going(static_cast<double>(t) / static_cast<double>(ticks))) return {};
@@ -75,26 +75,26 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
       world.set_pose(actor.high, pose);
       if (request.with_low) world.set_pose(actor.low, pose);
       const PoseInputs inputs = actor.history.next(pose);
-      const auto lane = static_cast<Index>(n) % kLearntLanes;
-      examples[n / kLearntLanes].inputs.col(t * kLearntLanes + lane) =
+      const auto lane = static_cast<Index>(n) % kLearntWidth;
+      examples[n / kLearntWidth].inputs.col(t * kLearntWidth + lane) =
           Eigen::Map<const VectorXf>(inputs.data(), kPoseInputCount);
     }
     world.step();
     run_loop(parallel_for, examples.size(), [&](std::size_t e) {
-      const std::span<const Actor> own = std::span(actors).subspan(e * kLearntLanes, kLearntLanes);
-      MatrixXf nodes(projection.cols(), kLearntLanes);
-      for (Index lane = 0; lane < kLearntLanes; ++lane) {
+      const std::span<const Actor> own = std::span(actors).subspan(e * kLearntWidth, kLearntWidth);
+      MatrixXf nodes(projection.cols(), kLearntWidth);
+      for (Index lane = 0; lane < kLearntWidth; ++lane) {
         const auto d = world.lattice(own[static_cast<std::size_t>(lane)].high).displacement;
         nodes.col(lane) = Eigen::Map<const VectorXf>(d.data()->data(), nodes.rows());
       }
-      examples[e].coefficients.middleCols(t * kLearntLanes, kLearntLanes).noalias() = projection * nodes;
+      examples[e].coefficients.middleCols(t * kLearntWidth, kLearntWidth).noalias() = projection * nodes;
       if (!request.with_low) return;
       std::vector<Vec3f> mapped(modes.basis.node_count);
-      for (Index lane = 0; lane < kLearntLanes; ++lane) {
+      for (Index lane = 0; lane < kLearntWidth; ++lane) {
         map->apply(world.lattice(own[static_cast<std::size_t>(lane)].low).displacement, mapped);
         nodes.col(lane) = Eigen::Map<const VectorXf>(mapped.data()->data(), nodes.rows());
       }
-      examples[e].low.middleCols(t * kLearntLanes, kLearntLanes).noalias() = projection * nodes;
+      examples[e].low.middleCols(t * kLearntWidth, kLearntWidth).noalias() = projection * nodes;
     });
   }
   return examples;

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "core/learnt/learnt_hair.hpp"
+#include "core/random.hpp"
+
+namespace hairnet::support {
+
+// A network that has learnt nothing: it moves, and comes to rest.
+inline LearntHair random_learnt_hair(std::uint64_t seed, std::size_t hidden_count = 20, std::size_t mode_count = 12) {
+  Random random(seed);
+  LearntHair hair;
+  hair.hidden_count = hidden_count;
+  hair.mode_count = mode_count;
+  const auto fill = [&](std::vector<float>& weights, std::size_t count, double size) {
+    for (std::size_t i = 0; i < count; ++i) weights.push_back(static_cast<float>(size * random.bell()));
+  };
+  fill(hair.input_weights, 3 * hidden_count * kPoseInputCount, 0.3);
+  fill(hair.hidden_weights, 3 * hidden_count * hidden_count, 0.3);
+  fill(hair.bias, 3 * hidden_count, 1);
+  fill(hair.output_weights, mode_count * hidden_count, 0.02);
+  hair.most.fill(10);
+  return hair;
+}
+
+}  // namespace hairnet::support
