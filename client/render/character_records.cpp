@@ -10,8 +10,9 @@ namespace {
 
 using Vec4f = Eigen::Vector4f;
 
-constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20;
-constexpr float kStray_m = 2.5e-3f;  // of follow hairs from their strand
+constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20, kCoefficientTexel = 21;
+constexpr float kCoefficientMax_m = 1e3f;  // larger ones are none of hair
+constexpr float kStray_m = 2.5e-3f;        // of follow hairs from their strand
 
 Vec4f with(const Vec3f& v, float w) {
   return {v.x(), v.y(), v.z(), w};
@@ -19,9 +20,12 @@ Vec4f with(const Vec3f& v, float w) {
 
 }  // namespace
 
-void CharacterRecords::clear() {
+void CharacterRecords::clear(std::size_t rows_max) {
   records_.clear();
-  lattices_.clear();
+  uploaded_nodes_.clear();
+  sources_.assign(1, {});
+  lattice_rows_ = 0;
+  rows_max_ = rows_max;
 }
 
 void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail,
@@ -48,20 +52,51 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
     texels[kFirstBone + 9].w() = density->weight;
   }
   texels[4] = {detail.follow_hair_count, kStray_m, 0, 0};
-  if (moves_hair(character.lattice)) {
-    const Lattice& lattice = character.lattice.geometry->lattice;
-    texels[4].z() = 1;
-    texels[kLatticeTexel] = with(lattice.origin, 0);
-    texels[kLatticeTexel + 1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(lattices_.size()));
-    texels[kLatticeTexel + 2] = {static_cast<float>(lattice.dims[0]), static_cast<float>(lattice.dims[1]),
-                                 static_cast<float>(lattice.dims[2]), 0};
-    for (const Vec3f& u : character.lattice.grid_displacements) lattices_.push_back(with(u, 0));
-  }
+  if (moves_hair(character.lattice)) place_lattice(character.lattice, texels);
   texels[kTipTexel] = with(character.hair_tip_colour.value_or(character.hair_colour), character.roughness);
+}
+
+// The texels of the newest record.
+void CharacterRecords::place_lattice(const MovedLattice& moved, Vec4f* texels) {
+  const Lattice& lattice = moved.geometry->lattice;
+  const std::size_t number = source_of(moved);
+  Source& source = sources_[number];
+  if (source.end == source.first) source.first = count() - 1;
+  source.end = count();
+  std::size_t count_or_row = uploaded_nodes_.size() / kLatticeRow;
+  if (number > 0) {
+    count_or_row = moved.coefficients.size();
+    while (count_or_row > 0 && moved.coefficients[count_or_row - 1] == 0) --count_or_row;
+    for (std::size_t k = 0; k < count_or_row; ++k)
+      texels[kCoefficientTexel + k / 4][static_cast<Eigen::Index>(k % 4)] = moved.coefficients[k];
+  } else {
+    for (const Vec3f& u : nodes_of(moved, scratch_)) uploaded_nodes_.push_back(with(u, 0));
+    uploaded_nodes_.resize((count_or_row + node_rows(*moved.geometry)) * kLatticeRow, Vec4f::Zero());
+  }
+  texels[4].z() = 1;
+  texels[kLatticeTexel] = with(lattice.origin, static_cast<float>(number));
+  texels[kLatticeTexel + 1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(lattice_rows_ * kLatticeRow));
+  texels[kLatticeTexel + 2] = {static_cast<float>(lattice.dims[0]), static_cast<float>(lattice.dims[1]),
+                               static_cast<float>(lattice.dims[2]), static_cast<float>(count_or_row)};
+  lattice_rows_ += node_rows(*moved.geometry);
+}
+
+// A basis that is too large for a texture is summed up here.
+std::size_t CharacterRecords::source_of(const MovedLattice& moved) {
+  if (!moved.basis || mode_rows(*moved.geometry, *moved.basis) > rows_max_) return 0;
+  const auto known = std::ranges::find(sources_, moved.basis, &Source::basis);
+  const auto number = static_cast<std::size_t>(known - sources_.begin());
+  if (known == sources_.end()) sources_.push_back({moved.basis, moved.geometry, 0, 0});
+  return number;
 }
 
 bool moves_hair(const MovedLattice& lattice) {
   if (lattice.geometry == nullptr) return false;
+  if (lattice.basis) {
+    HAIRNET_ASSERT(lattice.basis->node_count == lattice.geometry->active_nodes.size());
+    HAIRNET_ASSERT(lattice.coefficients.size() <= lattice.basis->mode_count());
+    return std::ranges::all_of(lattice.coefficients, [](float c) { return std::abs(c) <= kCoefficientMax_m; });
+  }
   HAIRNET_ASSERT(lattice.grid_displacements.size() == lattice.geometry->lattice.node_count());
   return std::ranges::all_of(lattice.grid_displacements, [](const Vec3f& u) { return u.allFinite(); });
 }

@@ -1,6 +1,8 @@
 #include "client/render/density_grid.hpp"
 
 #include <algorithm>
+#include <span>
+#include <vector>
 
 namespace hairnet::render {
 namespace {
@@ -14,11 +16,13 @@ Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::Alig
                               const MovedLattice& moved) {
   if (moved.geometry == nullptr) return rest;
   const Lattice& lattice = moved.geometry->lattice;
+  std::vector<Vec3f> scratch;
+  const std::span<const Vec3f> nodes = nodes_of(moved, scratch);
   const Eigen::AlignedBox3f near(rest.min() - lattice.spacing, rest.max() + lattice.spacing);
   Eigen::AlignedBox3f box = roots;
-  for (std::uint32_t n = 0; n < moved.grid_displacements.size(); ++n) {
+  for (std::uint32_t n = 0; n < nodes.size(); ++n) {
     const Vec3f at = lattice.node(n);
-    const Vec3f& moved_by = moved.grid_displacements[n];
+    const Vec3f& moved_by = nodes[n];
     if (near.contains(at) && moved_by.allFinite()) box.extend(at.cwiseMax(rest.min()).cwiseMin(rest.max()) + moved_by);
   }
   return box;

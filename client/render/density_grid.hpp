@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "core/ffd/moved_lattice.hpp"
+#include "core/modes/moved_lattice.hpp"
 
 namespace hairnet::render {
 

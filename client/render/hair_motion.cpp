@@ -36,15 +36,21 @@ std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharac
   std::ranges::stable_sort(largest, std::ranges::greater{}, &MovingCharacter::head_px);
   std::map<std::uint64_t, Before> now;
   std::vector<Motion> motions;
+  std::vector<Vec3f> scratch;
   for (const MovingCharacter* one : largest) {
-    Before& state = now[one->id];
-    state.head = one->head;
-    if (const auto& [geometry, grid] = one->lattice; moves_hair(one->lattice))
-      state.nodes = {geometry->lattice, {grid.begin(), grid.end()}};
     const auto known = before_.find(one->id);
-    if (known == before_.end() || motions.size() == kMovingMax) continue;
-    write_swing(motions.size(), state.nodes, known->second.nodes, one->ball_radius_m);
-    motions.push_back({one->head, known->second.head, one->ball_radius_m});
+    const bool is_known = known != before_.end() && motions.size() < kMovingMax;
+    if (!is_known && now.size() == kMovingMax) continue;
+    Before state{one->head, {}};
+    if (moves_hair(one->lattice)) {
+      const std::span<const Vec3f> nodes = nodes_of(one->lattice, scratch);
+      state.nodes = {one->lattice.geometry->lattice, {nodes.begin(), nodes.end()}};
+    }
+    if (is_known) {
+      write_swing(motions.size(), state.nodes, known->second.nodes, one->ball_radius_m);
+      motions.push_back({one->head, known->second.head, one->ball_radius_m});
+    }
+    if (now.size() < kMovingMax) now.emplace(one->id, std::move(state));
   }
   before_ = std::move(now);
   return motions;

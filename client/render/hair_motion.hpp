@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/moved_lattice.hpp"
 #include "core/geometry/rigid_transform.hpp"
+#include "core/modes/moved_lattice.hpp"
 
 namespace hairnet::render {
 

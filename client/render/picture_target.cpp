@@ -13,11 +13,11 @@ void make_texture(Texture& texture, GLenum format, int width, int height) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
-constexpr GLsizei kSamples = 4;  // the minimum of OpenGL ES 3
+constexpr GLsizei kLargeSamples = 4;  // the minimum of OpenGL ES 3
 
-void make_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
+void make_large_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
   glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
-  glRenderbufferStorageMultisample(GL_RENDERBUFFER, kSamples, format, width, height);
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, kLargeSamples, format, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer.name());
 }
 
@@ -35,8 +35,8 @@ bool PictureTarget::resize(int width, int height, int supersample) {
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);
   const int large_width = width * supersample, large_height = height * supersample;
   glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
-  make_samples(samples_, GL_SRGB8_ALPHA8, GL_COLOR_ATTACHMENT0, large_width, large_height);
-  make_samples(depth_samples_, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT, large_width, large_height);
+  make_large_samples(samples_, GL_SRGB8_ALPHA8, GL_COLOR_ATTACHMENT0, large_width, large_height);
+  make_large_samples(depth_samples_, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT, large_width, large_height);
   if (!complete()) return false;
   make_texture(large_, GL_SRGB8_ALPHA8, large_width, large_height);
   make_texture(small_, GL_RGBA8, width, height);

@@ -50,7 +50,9 @@ void bind_samplers(GLuint program) {
                                                          {"history_count", kHistoryCountUnit},
                                                          {"average", kHistoryUnit},
                                                          {"swing", kSwingUnit},
-                                                         {"skin_nodes", kSkinNodesUnit}};
+                                                         {"skin_nodes", kSkinNodesUnit},
+                                                         {"uploaded_nodes", kUploadedNodesUnit},
+                                                         {"modes", kModesUnit}};
   for (const auto& [name, unit] : kSamplers) glUniform1i(glGetUniformLocation(program, name), unit);
 }
 

@@ -17,7 +17,8 @@ namespace hairnet::render {
 inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
                        kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7, kDensityUnit = 8,
                        kLightDepthNowUnit = 9, kLightDepthRestUnit = 10, kCurrentUnit = 11, kDepthUnit = 12,
-                       kHistoryUnit = 13, kHistoryCountUnit = 14, kSwingUnit = 15, kSkinNodesUnit = 16;
+                       kHistoryUnit = 13, kHistoryCountUnit = 14, kSwingUnit = 15, kSkinNodesUnit = 16,
+                       kUploadedNodesUnit = 17, kModesUnit = 18;
 
 // A linked pair of shaders. Its context must be current at every use.
 class Program {

@@ -11,6 +11,7 @@
 #include "client/render/character_records.hpp"
 #include "client/render/groom_buffers.hpp"
 #include "client/render/hair_density_pass.hpp"
+#include "client/render/lattice_pass.hpp"
 #include "client/render/light_rig.hpp"
 #include "client/render/program.hpp"
 #include "client/render/projection.hpp"
@@ -26,6 +27,7 @@ constexpr int kCardTextureWidth = 1024, kCardTextureHeight = 512;
 
 struct Programs {
   Program background, body, fabric, card, strand;
+  LatticePass lattices;
   StrandDeformPass placement;
   HairDensityPass density;
 
@@ -40,12 +42,14 @@ struct Programs {
     if (!card) return Refusal(card.error());
     Result<Program> strand = Program::build("strand.vert", "strand.frag");
     if (!strand) return Refusal(strand.error());
+    Result<LatticePass> lattices = LatticePass::build();
+    if (!lattices) return Refusal(lattices.error());
     Result<StrandDeformPass> placement = StrandDeformPass::build();
     if (!placement) return Refusal(placement.error());
     Result<HairDensityPass> density = HairDensityPass::build();
     if (!density) return Refusal(density.error());
-    return Programs{std::move(*background), std::move(*body),      std::move(*fabric), std::move(*card),
-                    std::move(*strand),     std::move(*placement), std::move(*density)};
+    return Programs{std::move(*background), std::move(*body),     std::move(*fabric),    std::move(*card),
+                    std::move(*strand),     std::move(*lattices), std::move(*placement), std::move(*density)};
   }
 };
 
@@ -163,7 +167,6 @@ class GlStage final : public Stage {
   Programs programs_;
   Texture card_texture_;
   VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
-  VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
   VertexArray nothing_;         // for the single triangle over the screen
   std::size_t rows_max_ = 0;    // of a texture
   std::size_t point_rows_ = 0;  // of the strands of all characters
@@ -260,7 +263,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 
 // Removes the characters from `by_groom` that do not fit into the rows of the textures.
 void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
-  records_.clear();
+  records_.clear(rows_max_);
   drawn_characters_.clear();
   statistics_ = {};
   point_rows_ = densities_ = 0;
@@ -269,7 +272,7 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
     for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
       const Appearance& one = by_groom[g][i];
       const std::size_t rows = groom->point_rows(strands_of(*groom, one));
-      if (!records_.has_room(rows_max_) || point_rows_ + rows > rows_max_) {
+      if (!records_.has_room() || point_rows_ + rows > rows_max_) {
         statistics_.left_out += by_groom[g].size() - i;
         by_groom[g].resize(i);
         break;
@@ -414,18 +417,18 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   fit_points(by_groom);
   add_records(by_groom, view.camera.eye);
   records_texture_.fill(records_.records());
-  lattices_texture_.fill(records_.lattices());
   for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
   if (records_.count() > 0) {
     statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
-                                  records_.lattices().size() * sizeof(Eigen::Vector4f) / records_.count();
+                                  records_.lattice_rows() * kLatticeRow * sizeof(Eigen::Vector4f) / records_.count();
   }
 
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})
     glDisable(test);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   records_texture_.bind();
-  lattices_texture_.bind();
+  programs_.lattices.run(records_);
+  statistics_.groom_bytes += programs_.lattices.basis_bytes();
   place_strands(by_groom);
   add_densities(by_groom, view);
   statistics_.point_bytes = programs_.placement.bytes();

@@ -10,9 +10,9 @@
 #include "client/render/camera.hpp"
 #include "client/render/draw_detail.hpp"
 #include "client/render/hair_motion.hpp"
-#include "core/ffd/moved_lattice.hpp"
 #include "core/ffd/skin_push.hpp"
 #include "core/groom/groom.hpp"
+#include "core/modes/moved_lattice.hpp"
 #include "core/pose/pose.hpp"
 #include "core/result.hpp"
 
@@ -49,7 +49,7 @@ struct Sampling {
 struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, cards = 0, vertices = 0;
   std::size_t left_out = 0;                          // characters that did not fit into the GPU's textures
-  std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms; of one character
+  std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms and bases; of one character
   std::size_t point_bytes = 0;                       // on the GPU: points of the drawn strands
 };
 

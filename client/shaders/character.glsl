@@ -6,19 +6,21 @@
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
 //   9, 11, 13, 15 w: size of a cell of its grid of density, m; weight of its strands there
-//   16 ... 18 lattice: origin; 1 / spacing, first node in `lattices`; nodes an axis
+//   16 ... 18 lattice: origin, number of its basis in the picture, or 0: its nodes are uploaded; 1 / spacing, first node
+//   in `lattices`; nodes an axis, count of its coefficients or first row of its uploaded nodes
 //   19 hair albedo at the tip; roughness of the hair
 //   20 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
-const int kRecordTexels = 21;
+//   21 ... 52 coefficients of its modes, m, four a texel
+const int kRecordTexels = 53;
 const int kBoneCount = 5;
 const int kLatticeTexel = 16;
 const int kTipTexel = 19;
+const int kCoefficientTexel = 21;
 const int kLatticeRow = 1024;  // texels of a row of `lattices`
 
 uniform highp sampler2D records;
-uniform highp sampler2D lattices;  // xyz: displacement of a lattice's node, head space, m
-uniform int first_record;          // of this draw call
-uniform int copies;                // instances a character
+uniform int first_record;  // of this draw call
+uniform int copies;        // instances a character
 
 struct Character {
   vec4 rotation;
@@ -33,6 +35,12 @@ struct Character {
 };
 
 vec4 record(int row, int texel) { return texelFetch(records, ivec2(texel, row), 0); }
+
+// Rows of `lattices` that its nodes have.
+int node_rows(int row) {
+  ivec3 dims = ivec3(record(row, kLatticeTexel + 2).xyz);
+  return (dims.x * dims.y * dims.z + kLatticeRow - 1) / kLatticeRow;
+}
 
 Character load_character(int row) {
   vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);

@@ -2,7 +2,11 @@
 // read). u(x) = sum over nodes of w(x) * displacement, head space, m; `slope` is its gradient, column a = du / dx_a.
 // Outside the lattice its border nodes extrapolate linearly. `weight`: of quadratic or linear FFD in their mixture.
 
-vec3 node_displacement(int node) { return texelFetch(lattices, ivec2(node & (kLatticeRow - 1), node / kLatticeRow), 0).xyz; }
+uniform highp usampler2D lattices;  // displacements of nodes, head space, m: the bits of three floats
+
+vec3 node_displacement(int node) {
+  return uintBitsToFloat(texelFetch(lattices, ivec2(node & (kLatticeRow - 1), node / kLatticeRow), 0).xyz);
+}
 
 void add_quadratic(vec3 g, ivec3 dims, int first, float weight, vec3 inverse_spacing, inout vec3 u, inout mat3 slope) {
   vec3 middle = clamp(floor(g + 0.5), vec3(1.0), vec3(dims - 2));

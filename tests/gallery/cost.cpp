@@ -10,9 +10,11 @@
 #include "client/render/egl_context.hpp"
 #include "client/render/gl_objects.hpp"
 #include "client/render/groom_geometry.hpp"
+#include "client/render/lattice_pass.hpp"
 #include "client/render/picture.hpp"
 #include "client/render/picture_target.hpp"
 #include "client/render/projection.hpp"
+#include "core/random.hpp"
 
 namespace hairnet::gallery {
 namespace {
@@ -91,7 +93,51 @@ double fastest_ms(const std::function<void()>& draw) {
   return best;
 }
 
+// As large as that of a hairstyle; what the modes are does not matter.
+Basis any_basis(std::size_t node_count) {
+  Basis basis{node_count, std::vector<float>(kModeCountMax, 0.01f), std::vector<float>(kModeCountMax, 1e-4f), {}};
+  Random random(1);
+  for (std::size_t i = 0; i < 3 * node_count * kModeCountMax; ++i)
+    basis.modes.push_back(static_cast<std::int16_t>(32767 * random.symmetric()));
+  return basis;
+}
+
 }  // namespace
+
+Result<void> print_lattice_cost(const Hairstyle& style) {
+  const Result<render::EglContext> context = render::EglContext::create();
+  if (!context) return Refusal(context.error());
+  Result<render::LatticePass> pass = render::LatticePass::build();
+  if (!pass) return Refusal(pass.error());
+  render::VectorTexture records_texture(render::kRecordsUnit, render::CharacterRecords::kRecordTexels);
+  const LevelGeometry& geometry = (*style.levels)[LevelIndex::high].geometry;
+  const auto basis = std::make_shared<const Basis>(any_basis(geometry.active_nodes.size()));
+  render::CharacterRecords records;
+  const auto ms_of = [&](std::size_t count, const MovedLattice& lattice, bool by_gpu) {
+    return fastest_ms([&] {
+      records.clear();
+      for (std::size_t i = 0; i < count; ++i) {
+        std::vector<Vec3f> scratch;
+        render::ShownCharacter character;
+        character.lattice = by_gpu ? lattice : MovedLattice{&geometry, nodes_of(lattice, scratch)};
+        records.add(character, Vec3::Zero(), {}, 1, false, {});
+      }
+      records_texture.fill(records.records());
+      pass->run(records);
+    });
+  };
+  std::printf("nodes of lattices, ms     summed up by the GPU   on the CPU, uploaded\n");
+  for (const std::size_t count : {1, 32, 500}) {
+    for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 8}) {
+      const std::vector<float> coefficients(coefficient_count, 0.01f);
+      const MovedLattice lattice{&geometry, {}, basis, coefficients};
+      std::printf("%3zu of %3zu coefficients %20.2f %22.2f\n", count, coefficient_count, ms_of(count, lattice, true),
+                  ms_of(count, lattice, false));
+    }
+  }
+  std::printf("on the GPU: %.1f MB of the basis\n", 1e-6 * static_cast<double>(pass->basis_bytes()));
+  return {};
+}
 
 Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px) {
   const auto moments = simulate_motion(style, "made:dance", LevelIndex::high, {1.6});

@@ -66,6 +66,7 @@ Result<void> measure_cost() {
     const Result<Hairstyle> style = load_hairstyle(name);
     if (!style) return Refusal(style.error());
     if (const Result<void> printed = print_draw_cost(*style, 960, 540); !printed) return printed;
+    if (const Result<void> printed = print_lattice_cost(*style); !printed) return printed;
   }
   return {};
 }

@@ -11,6 +11,7 @@
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
 #include "tests/tools/web_messages.hpp"
+#include "tests/tools/web_modes.hpp"
 #include "tests/tools/web_random.hpp"
 
 namespace hairnet {
@@ -213,6 +214,14 @@ Json record_case() {
   const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, character.lattice), 3, 1e-3f);
   render::CharacterRecords records;
   records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
+  // The same with a lattice that moves in modes.
+  const wire::HairBasis hair = make_basis(random, {3, 4, 5}, 6);
+  const auto basis = std::make_shared<const Basis>(hair.basis);
+  const std::vector<float> coefficients{0.1f, -0.2f, 0, 0.05f, 0.01f, 0};
+  character.lattice = {&hair.geometry, {}, basis, coefficients};
+  records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
+  const auto middle = records.records().begin() + render::CharacterRecords::kRecordTexels;
+  const std::vector<Eigen::Vector4f> first(records.records().begin(), middle), second(middle, records.records().end());
   return {{"pose", to_json(character.pose)},
           {"hairAlbedo", flat(std::array{character.hair_colour})},
           {"hairTipAlbedo", flat(std::array{*character.hair_tip_colour})},
@@ -229,8 +238,17 @@ Json record_case() {
           {"strandBox", flat(std::array{Vec3f(rest.min()), Vec3f(rest.max())})},
           {"rootBox", flat(std::array{Vec3f(roots.min()), Vec3f(roots.max())})},
           {"lattice", {{"geometry", to_json(geometry)}, {"grid", flat(grid)}}},
-          {"record", raw(records.records())},
-          {"lattices", raw(records.lattices())}};
+          {"record", raw(first)},
+          {"uploadedNodes", raw(records.uploaded_nodes())},
+          {"inModes",
+           {{"geometry", to_json(hair.geometry)},
+            {"nodeCount", basis->node_count},
+            {"deviationM", basis->deviation_m},
+            {"unit", basis->unit},
+            {"modes", basis->modes},
+            {"coefficients", coefficients},
+            {"record", raw(second)},
+            {"texels", raw(render::mode_texels(hair.geometry, *basis))}}}};
 }
 
 }  // namespace

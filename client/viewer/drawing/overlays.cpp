@@ -36,10 +36,12 @@ Rgba strain_colour(float strain) {
 class LatticeDrawing {
  public:
   LatticeDrawing(const ViewedCharacter& character, Drawing& drawing) : viewed_(character), drawing_(drawing) {
+    std::vector<Vec3f> scratch;
+    const std::span<const Vec3f> nodes = nodes_of(character.lattice, scratch);
     const LevelGeometry& geometry = *character.geometry;
-    for (std::size_t i = 0; i < geometry.active_nodes.size(); ++i) {
-      rest_.emplace_back(geometry.lattice.node(geometry.active_nodes[i]));
-      node_.emplace_back(rest_.back() + character.displacement[i]);
+    for (const std::uint32_t node : geometry.active_nodes) {
+      rest_.emplace_back(geometry.lattice.node(node));
+      node_.emplace_back(rest_.back() + nodes[node]);
     }
   }
 

@@ -39,7 +39,8 @@ class Cost {
 std::vector<Moment> moments_of(const LocalWorld& world) {
   std::vector<Moment> moments;
   for (const ViewedCharacter& character : world.viewed_characters()) {
-    moments.emplace_back(character.pose, character.displacement, character.geometry, character.skin);
+    moments.emplace_back(character.pose, character.lattice, character.geometry);
+    moments.back().skin = character.skin;
   }
   return moments;
 }

@@ -149,12 +149,10 @@ class RenderedPictures : public Pictures {
       on_stage.skin = moment->skin;
       renderer_->stage().set_skin(on_stage.number, SkinPush(*moment->skin, groom.materials.base.thickness_m));
     }
-    ShownLattice lattice;
-    lattice.show(moment->displacement, moment->geometry);
     render::ShownCharacter shown;
     shown.groom = on_stage.number;
     shown.pose = moment->pose;
-    shown.lattice = lattice.moved();
+    shown.lattice = moment->lattice();
     shown.hair_colour = sitter.hair_colour;
     if (sitter.appearance) wear(*sitter.appearance, shown);
     return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},

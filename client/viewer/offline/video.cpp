@@ -73,23 +73,23 @@ Result<void> draw_video(const ViewOptions& options, std::size_t count,
 class Shown {
  public:
   Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour,
-        const std::optional<wire::Appearance>& appearance, const Moment& moment) {
+        const std::optional<wire::Appearance>& appearance, const Moment& moment)
+      : moment_(moment) {
     viewed_.id = id;
     viewed_.groom = std::move(groom);
     viewed_.hair_colour = hair_colour;
     viewed_.appearance = appearance;
     viewed_.pose = moment.pose;
-    lattice_.show(moment.displacement, moment.geometry);
   }
   [[nodiscard]] ViewedCharacter viewed_character() const {
     ViewedCharacter character = viewed_;
-    character.lattice = lattice_.moved();
+    character.lattice = moment_.lattice();
     return character;
   }
 
  private:
   ViewedCharacter viewed_;
-  ShownLattice lattice_;
+  Moment moment_;
 };
 
 }  // namespace

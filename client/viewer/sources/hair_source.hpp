@@ -7,10 +7,10 @@
 #include <string>
 
 #include "client/viewer/sources/head_grab.hpp"
-#include "core/ffd/moved_lattice.hpp"
 #include "core/groom/groom.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
+#include "core/modes/moved_lattice.hpp"
 #include "core/result.hpp"
 #include "core/skin/skin_distance_field.hpp"
 #include "core/solver/wind.hpp"
@@ -29,7 +29,7 @@ struct ViewedCharacter {
   MovedLattice lattice;                           // of its hair
   LevelIndex level = LevelIndex::rigid;           // that is stepped
   std::shared_ptr<const LevelGeometry> geometry;  // of the lattice; null: at rest
-  std::span<const Vec3f> displacement;            // of the lattice, active order, head space, m
+  std::span<const Vec3f> displacement;            // the same of simulated hair, active order, head space, m
   std::shared_ptr<const Level> model;             // the lattice's mechanical model; null: not known here
   std::shared_ptr<const Skin> skin;               // to keep the hair out of; null: not known here
   MaterialScale material;

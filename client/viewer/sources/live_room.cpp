@@ -271,11 +271,7 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
 }
 
 void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
-  for (OwnCharacter& own : own_characters_) {
-    own.sample = own.playout.sample(now_ns);
-    if (!own.sample.valid) continue;
-    own.lattice.show(own.sample.displacement, own.sample.geometry());
-  }
+  for (OwnCharacter& own : own_characters_) own.sample = own.playout.sample(now_ns);
   other_characters_.play(now_ns, moment);
 }
 
@@ -313,21 +309,20 @@ std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groo
 void LiveRoom::show(std::int64_t now_ns) {
   viewed_.clear();
   const auto add = [&](const std::shared_ptr<const Groom>& groom, const wire::GroomHash& hash,
-                       const link::Playout::Sample& sample, const ShownLattice& lattice) -> ViewedCharacter& {
+                       const link::Playout::Sample& sample) -> ViewedCharacter& {
     ViewedCharacter& character = viewed_.emplace_back();
     character.groom = groom;
     character.skin = link_.skin_of(hash);
     character.pose = sample.pose;
-    character.lattice = lattice.moved();
+    character.lattice = lattice_of(sample);
     character.level = sample.level;
     character.geometry = sample.geometry();
-    character.displacement = sample.displacement;
     character.model = model_of(groom, character.geometry.get());
     return character;
   };
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     const OwnCharacter& own = own_characters_[i];
-    ViewedCharacter& character = add(characters_[i].groom, own.groom, own.sample, own.lattice);
+    ViewedCharacter& character = add(characters_[i].groom, own.groom, own.sample);
     character.id = i + 1;
     character.name =
         characters_[i].name.empty() ? characters_[i].groom->name + " " + std::to_string(i + 1) : characters_[i].name;
@@ -340,7 +335,7 @@ void LiveRoom::show(std::int64_t now_ns) {
   for (const auto& [number, member] : other_characters_.members()) {
     const std::shared_ptr<const Groom> groom = other_characters_.groom_of(member);
     if (!member.here || !groom || !member.sample.valid) continue;
-    ViewedCharacter& character = add(groom, member.joined.groom, member.sample, member.lattice);
+    ViewedCharacter& character = add(groom, member.joined.groom, member.sample);
     character.id = kOther + number;
     const std::string person = member.name();
     character.name = (person.empty() ? groom->name : person) + ", member " + std::to_string(number);

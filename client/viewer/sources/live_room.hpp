@@ -78,7 +78,6 @@ class LiveRoom : public HairSource {
     std::uint32_t member = 0;  // 0: not known yet
     link::Playout playout;
     link::Playout::Sample sample;
-    ShownLattice lattice;
     MaterialScale material;
     LevelIndex level_wanted = LevelIndex::high;
     HeadGrab grab;

@@ -223,7 +223,10 @@ void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character)
     for (std::size_t i = 0; i < simulated.shown.size(); ++i)
       simulated.shown[i] = (1 - share) * simulated.before.displacement[i] + share * simulated.after.displacement[i];
   }
-  simulated.lattice.show(simulated.shown, lattice.geometry);
+  if (!simulated.shown.empty()) {
+    simulated.grid.resize(lattice.geometry->lattice.node_count());
+    expand_displacements(*lattice.geometry, simulated.shown, simulated.grid);
+  }
 
   character = {};
   character.id = simulated.id;
@@ -231,7 +234,7 @@ void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character)
   character.groom = simulated.def.groom;
   character.hair_colour = simulated.def.hair_colour;
   character.pose = pose_of(simulated, shown_s_);
-  character.lattice = simulated.lattice.moved();
+  if (!simulated.shown.empty()) character.lattice = {lattice.geometry.get(), simulated.grid};
   character.level = lattice.level;
   character.geometry = lattice.geometry;
   character.displacement = simulated.shown;

@@ -10,7 +10,6 @@
 
 #include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/hair_source.hpp"
-#include "client/viewer/sources/moment.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
 #include "core/world/world.hpp"
 
@@ -108,7 +107,7 @@ class LocalWorld : public HairSource {
     bool aside = false, teleport_pending = false;  // by teleport()
     Lattice before, after;                         // the last two ticks
     std::vector<Vec3f> shown;
-    ShownLattice lattice;
+    std::vector<Vec3f> grid;  // the same of every grid node
   };
   static WorldDef world_def(const Def& def);
   SimulatedCharacter* find(std::uint64_t id);

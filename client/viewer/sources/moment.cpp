@@ -1,15 +1,22 @@
 #include "client/viewer/sources/moment.hpp"
 
-#include "core/assert.hpp"
+#include <utility>
 
 namespace hairnet::viewer {
 
-void ShownLattice::show(std::span<const Vec3f> displacement, const std::shared_ptr<const LevelGeometry>& geometry) {
-  geometry_ = displacement.empty() ? nullptr : geometry;
-  if (!geometry_) return;
-  HAIRNET_ASSERT(displacement.size() == geometry_->active_nodes.size());
-  grid_.resize(geometry_->lattice.node_count());
-  expand_displacements(*geometry_, displacement, grid_);
+MovedLattice lattice_of(const link::Playout::Sample& sample) {
+  if (!sample.basis) return {};
+  const wire::HairBasis& hair = sample.basis->hair;
+  return {&hair.geometry, {}, {sample.basis, &hair.basis}, sample.coefficients};
 }
+
+Moment::Moment(const Pose& shown, const MovedLattice& lattice, std::shared_ptr<const LevelGeometry> geometry)
+    : pose(shown),
+      geometry_(std::move(geometry)),
+      grid_(lattice.grid_displacements.begin(), lattice.grid_displacements.end()),
+      basis_(lattice.basis),
+      coefficients_(lattice.coefficients.begin(), lattice.coefficients.end()) {}
+
+Moment::Moment(const link::Playout::Sample& sample) : Moment(sample.pose, lattice_of(sample), sample.geometry()) {}
 
 }  // namespace hairnet::viewer

@@ -111,9 +111,7 @@ void OtherCharacters::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (auto& [number, member] : members_) {
     if (!member.here) continue;
     member.sample = member.playout.sample(now_ns);
-    if (!member.sample.valid) continue;
-    member.lattice.show(member.sample.displacement, member.sample.geometry());
-    if (moment < 0) continue;
+    if (!member.sample.valid || moment < 0) continue;
     Moment shown(member.sample);
     shown.skin = link_.skin_of(member.joined.groom);
     member.moments.insert_or_assign(moment, std::move(shown));

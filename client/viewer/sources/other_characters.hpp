@@ -29,7 +29,6 @@ class OtherCharacters {
     wire::MemberJoined joined;  // with its newest tag and appearance
     link::Playout playout;
     link::Playout::Sample sample;  // the last sample of play()
-    ShownLattice lattice;
     bool here = true;
     std::map<std::ptrdiff_t, Moment> moments;
 

@@ -68,7 +68,7 @@ for (const [kind, push] of [
         strayM: 0,
         size: 1,
         bodyVisible: true,
-        lattice: { ...geometry.lattice, firstNode: 0 },
+        lattice: { ...geometry.lattice, firstNode: 0, basis: 0, coefficients: new Float32Array(0), uploadedRow: 0 },
         pointRows: { first: 0, count: 1 },
       },
       record,
@@ -160,7 +160,11 @@ function deformOnGpu(work: Work): number[] {
   const put = (unit: number, name: string, width: number, values: number[]) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, 1, 0, gl.RGBA, gl.FLOAT, new Float32Array(values));
+    const floats = new Float32Array(values);
+    if (name === "lattices") {
+      const bits = new Uint32Array(floats.buffer);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32UI, width, 1, 0, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
+    } else gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, 1, 0, gl.RGBA, gl.FLOAT, floats);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
     gl.uniform1i(gl.getUniformLocation(program, name), unit);

@@ -48,7 +48,7 @@ test("the GPU places the points of strands as the CPU does, and none is further 
       strayM: 0,
       size: 1,
       bodyVisible: true,
-      lattice: { origin, spacing, dims, firstNode: 0 },
+      lattice: { origin, spacing, dims, firstNode: 0, basis: 0, coefficients: new Float32Array(0), uploadedRow: 0 },
       pointRows: { first: 1, count: rows },
     },
     record,
@@ -117,7 +117,8 @@ function placeOnGpu(work: Work): number[] {
     return texture;
   };
   make(0, gl.RGBA32F, recordTexels, 1, gl.RGBA, gl.FLOAT, new Float32Array(work.record));
-  make(1, gl.RGBA32F, latticeRow, 1, gl.RGBA, gl.FLOAT, new Float32Array(work.nodes));
+  const bits = new Uint32Array(new Float32Array(work.nodes).buffer);
+  make(1, gl.RGBA32UI, latticeRow, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
   make(2, gl.RGBA32F, pointRow, work.rows, gl.RGBA, gl.FLOAT, new Float32Array(work.rest));
   make(3, gl.RG32F, pointRow, work.rows, gl.RG, gl.FLOAT, new Float32Array(work.arc));
   const targets = [4, 5].map((unit) =>

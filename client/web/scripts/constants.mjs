@@ -19,6 +19,7 @@ const files = [
   "client/render/groom_geometry.cpp",
   "client/render/groom_geometry.hpp",
   "client/render/light_rig.cpp",
+  "client/render/mode_texels.hpp",
   "client/render/occlusion_grid.cpp",
   "client/render/scalp.cpp",
   "client/render/skin_texture.cpp",

@@ -8,6 +8,7 @@
 
 #include "client/render/character_records.hpp"
 #include "client/render/egl_context.hpp"
+#include "client/render/lattice_pass.hpp"
 #include "client/render/vector_texture.hpp"
 #include "core/ffd/lattice.hpp"
 #include "core/ffd/skin_push.hpp"
@@ -42,7 +43,9 @@ class ShaderTest : public testing::Test {
     if (!context) GTEST_SKIP() << "NOT TESTED: " << context.error();
     context_.emplace(std::move(*context));
     records_.emplace(kRecordsUnit, CharacterRecords::kRecordTexels);
-    lattices_.emplace(kLatticesUnit, CharacterRecords::kLatticeRow);
+    Result<LatticePass> lattices = LatticePass::build();
+    ASSERT_TRUE(lattices) << lattices.error();
+    lattices_.emplace(std::move(*lattices));
     set_up_drawing();
   }
   void TearDown() override {
@@ -66,11 +69,12 @@ class ShaderTest : public testing::Test {
     records.add({}, Vec3::Zero(), {}, 1, false, first);
     records.add(character, Vec3::Zero(), detail, 4e-4f, false, second);
     records_->fill(records.records());
-    lattices_->fill(records.lattices());
+    lattices_->run(records);
   }
 
   std::optional<EglContext> context_;
-  std::optional<VectorTexture> records_, lattices_;
+  std::optional<VectorTexture> records_;
+  std::optional<LatticePass> lattices_;
   Pose pose_ = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
 };
 

@@ -104,6 +104,7 @@ class ShaderDeform : public ShaderTest {
     glBeginTransformFeedback(GL_POINTS);
     glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(points.rest.size()));
     glEndTransformFeedback();
+    glDisable(GL_RASTERIZER_DISCARD);
     Deformed deformed;
     const auto* read = static_cast<const float*>(
         glMapBufferRange(GL_TRANSFORM_FEEDBACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT));

@@ -39,7 +39,6 @@ class StrandDeformPassTest : public ShaderTest {
     const std::size_t rows = groom.point_rows(geometry.strand_count);
     fill_records(nodes, quadratic, {0, rows}, {rows, rows});
     records_->bind();
-    lattices_->bind();
     placement_->reserve(2 * rows);
     placement_->place(groom, 0, 2);
 

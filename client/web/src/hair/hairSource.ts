@@ -1,6 +1,6 @@
 import type { Appearance } from "./appearance";
 import type { Groom } from "./groom";
-import type { MovedLattice } from "./lattice";
+import type { MovedLattice } from "./movedLattice";
 import type { Pose } from "./pose";
 import type { Skin } from "./skin";
 

@@ -31,13 +31,6 @@ export interface LevelGeometry {
   readonly trimmedWeights: Float32Array;
 }
 
-/** A lattice at one moment. */
-export interface MovedLattice {
-  readonly geometry: LevelGeometry;
-  /** displacements: 3 a grid node, head space, m */
-  readonly grid: Float32Array;
-}
-
 const kTrimmedWeightMax = 16;
 
 export function nodeCount(lattice: Lattice): number {

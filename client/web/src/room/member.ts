@@ -1,6 +1,6 @@
 import { defaultAppearance, type Appearance } from "../hair/appearance";
 import type { Groom } from "../hair/groom";
-import { expandDisplacements, nodeCount, type MovedLattice } from "../hair/lattice";
+import { ModeLattice } from "../hair/movedLattice";
 import { Playout, type PlayoutSample } from "../hair/playout";
 import type { Pose } from "../hair/pose";
 import type { Skin } from "../hair/skin";
@@ -18,7 +18,7 @@ export class Member {
   /** null: no frame has arrived */
   pose: Pose | null = null;
   /** null: its hair is at rest */
-  lattice: MovedLattice | null = null;
+  lattice: ModeLattice | null = null;
   /** Any bytes, at most 256, that the owner's application gave it. */
   tag: Uint8Array = new Uint8Array();
   /** As the owner wants it drawn; the default of its number if the owner does not say. */
@@ -66,13 +66,8 @@ export class Member {
     this.pose = newest ?? sample.pose;
   }
 
-  #move({ geometry, displacement }: PlayoutSample): void {
-    if (!geometry) {
-      this.lattice = null;
-      return;
-    }
-    if (this.lattice?.geometry !== geometry)
-      this.lattice = { geometry, grid: new Float32Array(3 * nodeCount(geometry.lattice)) };
-    expandDisplacements(geometry, displacement, this.lattice.grid);
+  #move({ basis, coefficients }: PlayoutSample): void {
+    if (this.lattice?.hair !== basis) this.lattice = basis && new ModeLattice(basis);
+    this.lattice?.show(coefficients);
   }
 }

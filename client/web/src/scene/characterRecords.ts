@@ -1,7 +1,7 @@
 import {
+  kCoefficientTexel,
   kDensityTexel,
   kFirstBone,
-  kLatticeRow,
   kLatticeTexel,
   kRecordTexels,
   kTipTexel,
@@ -12,12 +12,18 @@ import type { DensityGrid } from "./densityGrid";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
 
-/** A lattice that moves hair, and its place in `Lattices`. */
+/** A lattice that moves hair, and its place in `LatticePass`. */
 export interface PlacedLattice {
   readonly origin: ArrayLike<number>;
   readonly spacing: ArrayLike<number>;
   readonly dims: ArrayLike<number>;
   readonly firstNode: number;
+  /** number of its basis in the picture, from 1; 0: its nodes are uploaded */
+  readonly basis: number;
+  /** of its modes, m; none where nodes are uploaded */
+  readonly coefficients: Float32Array;
+  /** of uploaded nodes */
+  readonly uploadedRow: number;
 }
 
 /** The data of a character in its row. */
@@ -112,53 +118,12 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
     });
   } else put(kDensityTexel, 0, 0, 0, 0);
   if (lattice) {
-    const { origin, spacing, dims, firstNode } = lattice;
-    put(kLatticeTexel, origin[0], origin[1], origin[2], 0);
+    const { origin, spacing, dims, firstNode, basis, coefficients } = lattice;
+    put(kLatticeTexel, origin[0], origin[1], origin[2], basis);
     put(kLatticeTexel + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
-    put(kLatticeTexel + 2, dims[0], dims[1], dims[2], 0);
+    put(kLatticeTexel + 2, dims[0], dims[1], dims[2], basis > 0 ? coefficients.length : lattice.uploadedRow);
+    out.fill(0, 4 * kCoefficientTexel, 4 * kRecordTexels);
+    out.set(coefficients, 4 * kCoefficientTexel);
   }
   put(kTipTexel, ...record.hairTipAlbedo, record.roughness);
-}
-
-/** The displacements of all lattices in a frame. */
-export class Lattices {
-  readonly #rows = new FloatTexture(kLatticeRow);
-  #count = 0;
-
-  get texture() {
-    return this.#rows.texture;
-  }
-
-  /** Makes room for `count` unwritten nodes. */
-  begin(count: number): void {
-    this.#rows.reserve(Math.max(Math.ceil(count / kLatticeRow), 1));
-    this.#count = 0;
-  }
-
-  /**
-   * `displacements`: 3 for each grid node. Returns the number of the first node; null when one of them is not finite.
-   */
-  add(displacements: Float32Array): number | null {
-    const first = this.#count;
-    const { values } = this.#rows;
-    let unsound = 0; // or not a number
-    for (let node = 0; node < displacements.length / 3; ++node) {
-      const at = 4 * (first + node);
-      values[at] = displacements[3 * node];
-      values[at + 1] = displacements[3 * node + 1];
-      values[at + 2] = displacements[3 * node + 2];
-      unsound += 0 * (values[at] + values[at + 1] + values[at + 2]);
-    }
-    if (unsound !== 0) return null;
-    this.#count += displacements.length / 3;
-    return first;
-  }
-
-  end(): void {
-    this.#rows.write();
-  }
-
-  dispose(): void {
-    this.#rows.dispose();
-  }
 }

@@ -1,6 +1,6 @@
 import { type Box3, Vector3 } from "three";
 import { kCellsBeside, kDensityShare, kDensitySide } from "../generated/constants";
-import type { MovedLattice } from "../hair/lattice";
+import type { MovedLattice } from "../hair/movedLattice";
 
 /** Where a character's grid of density lies (client/shaders/density.glsl). Head space, m. */
 export interface DensityGrid {

@@ -9,7 +9,7 @@ import {
   RGBAFormat,
   Vector3,
 } from "three";
-import type { MovedLattice } from "../hair/lattice";
+import type { MovedLattice } from "../hair/movedLattice";
 import type { Pose } from "../hair/pose";
 
 /** Characters whose motion is known to a picture; the largest on the screen. The same number as in accumulate.frag. */
@@ -68,8 +68,7 @@ export class HairMotion {
   /** Returns the motions since `remember`, and writes `swing`. */
   motions(): Motion[] {
     const motions: Motion[] = [];
-    const largest = [...this.#shown].sort((a, b) => b.screenHeight - a.screenHeight);
-    for (const one of largest) {
+    for (const one of this.#largest()) {
       const before = this.#before.get(one.character);
       if (!before) continue;
       if (motions.length === kMovingMax) break;
@@ -84,11 +83,11 @@ export class HairMotion {
     return motions;
   }
 
-  /** The state of this picture is the one before the next picture's. */
+  /** The state of this picture is the one before the next picture's: of the largest, whose motion will count. */
   remember(): void {
     const known = this.#before;
     this.#before = new Map();
-    for (const one of this.#shown) {
+    for (const one of this.#largest().slice(0, kMovingMax)) {
       const lattice = copied(one.lattice, known.get(one.character)?.lattice ?? null);
       this.#before.set(one.character, { headToScene: headToScene(one), lattice });
     }
@@ -100,6 +99,10 @@ export class HairMotion {
 
   dispose(): void {
     this.swing.dispose();
+  }
+
+  #largest(): MovingCharacter[] {
+    return [...this.#shown].sort((a, b) => b.screenHeight - a.screenHeight);
   }
 
   #writeSwing(slice: number, one: MovingCharacter, before: MovedLattice | null): void {

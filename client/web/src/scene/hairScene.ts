@@ -14,7 +14,6 @@ import { checkOptions } from "../hair/checkOptions";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { Groom } from "../hair/groom";
-import type { MovedLattice } from "../hair/lattice";
 import { poseFault } from "../hair/pose";
 import type { Skin } from "../hair/skin";
 import { SkinPush } from "../hair/skinPush";
@@ -31,8 +30,9 @@ import { HairMotion, type MovingCharacter } from "./hairMotion";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
+import { LatticePass } from "./latticePass";
 import { SkinTexture } from "./skinTexture";
-import { CharacterRecords, Lattices, type PlacedLattice, type PointRows } from "./characterRecords";
+import { CharacterRecords, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
 import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
@@ -106,7 +106,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #renderer: WebGLRenderer;
   readonly #options: HairSceneOptions;
   readonly #records = new CharacterRecords();
-  readonly #lattices = new Lattices();
+  readonly #lattices = new LatticePass(this.#records.texture);
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
   readonly #density = new HairDensityPass(this.#records.texture, this.#placement.texture, this.#uniforms.rig);
@@ -169,7 +169,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     ]);
     this.#frame();
     this.#setUniforms(camera);
-    this.#write();
+    this.#write(members);
     this.#reportImportance(nowMs);
   }
 
@@ -294,7 +294,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
         ballRadiusM: 1.3 * (groom?.radiusM ?? 0.5) + 0.1,
         screenHeight: seen.screenHeight,
-        lattice: member.lattice,
+        lattice: member.lattice?.coarse ?? member.lattice,
       };
       this.#shown.push(one);
       if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
@@ -314,14 +314,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   // Writes lattices and records, and sets up the draw calls.
-  #write(): void {
-    let nodes = 0;
+  #write(members: readonly ShownMember[]): void {
     let rows = 0;
-    for (const { shown } of this.#grooms.values()) {
-      rows += shown.length;
-      for (const one of shown) nodes += (one.lattice?.grid.length ?? 0) / 3;
-    }
-    this.#lattices.begin(nodes);
+    for (const { shown } of this.#grooms.values()) rows += shown.length;
+    this.#lattices.begin(
+      members.map(({ lattice }) => lattice),
+      this.#renderer.capabilities.maxTextureSize,
+    );
     this.#records.begin(rows);
     const counts = this.statistics;
     counts.drawCalls = counts.strands = counts.cards = counts.vertices = counts.groomBytes = counts.grooms = 0;
@@ -353,8 +352,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       placed.push({ drawing, first, characters: shown.length });
       dense.push({ drawing, first, characters: shown.length, points });
     }
-    this.#lattices.end();
     this.#records.end();
+    this.#lattices.run(this.#renderer);
+    counts.groomBytes += this.#lattices.basisBytes;
     this.#placement.place(this.#renderer, placed, pointRows);
     this.#density.run(this.#renderer, dense, grids);
     counts.pointBytes = this.#placement.bytes;
@@ -386,15 +386,10 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       strayM: kStrayM,
       size: one.size,
       bodyVisible: character.bodyVisible,
-      lattice: this.#placeLattice(one.lattice),
+      lattice: one.member.lattice && this.#lattices.add(one.member.lattice, this.#records.count),
       pointRows,
       density,
     });
-  }
-
-  #placeLattice(moved: MovedLattice | null): PlacedLattice | null {
-    const firstNode = moved && this.#lattices.add(moved.grid);
-    return firstNode === null ? null : { ...moved!.geometry.lattice, firstNode };
   }
 
   get #castsShadows(): boolean {

@@ -15,6 +15,8 @@ import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
 import hairLight from "../../../shaders/hair_light.glsl?raw";
 import limitLengthsFrag from "../../../shaders/limit_lengths.frag?raw";
+import modeNodesFrag from "../../../shaders/mode_nodes.frag?raw";
+import nodesVert from "../../../shaders/nodes.vert?raw";
 import presentFrag from "../../../shaders/present.frag?raw";
 import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
@@ -24,6 +26,7 @@ import skinPush from "../../../shaders/skin_push.glsl?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
 import strandVert from "../../../shaders/strand.vert?raw";
 import strandPoints from "../../../shaders/strand_points.glsl?raw";
+import uploadedNodesFrag from "../../../shaders/uploaded_nodes.frag?raw";
 import cardFrag from "../../../shaders/card.frag?raw";
 import cardTextureFrag from "../../../shaders/card_texture.frag?raw";
 import cardVert from "../../../shaders/card.vert?raw";
@@ -45,6 +48,8 @@ const files: Record<string, string> = {
   "ffd.glsl": ffd,
   "hair_light.glsl": hairLight,
   "limit_lengths.frag": limitLengthsFrag,
+  "mode_nodes.frag": modeNodesFrag,
+  "nodes.vert": nodesVert,
   "points.vert": pointsVert,
   "present.frag": presentFrag,
   "scene.glsl": scene,
@@ -54,6 +59,7 @@ const files: Record<string, string> = {
   "strand.frag": strandFrag,
   "strand.vert": strandVert,
   "strand_points.glsl": strandPoints,
+  "uploaded_nodes.frag": uploadedNodesFrag,
   "card.frag": cardFrag,
   "card_texture.frag": cardTextureFrag,
   "card.vert": cardVert,

@@ -3,12 +3,12 @@ import { Group, PerspectiveCamera, Texture, Vector2, Vector3, type RawShaderMate
 import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
 import { detailFor } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
-import { kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
+import { kCoefficientTexel, kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { place } from "../../src/scene/placement";
-import { CharacterRecords, Lattices, writeRecord, type CharacterRecord } from "../../src/scene/characterRecords";
+import { CharacterRecords, writeRecord, type CharacterRecord } from "../../src/scene/characterRecords";
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
@@ -25,7 +25,15 @@ const record: CharacterRecord = {
   strayM: 0.002,
   size: 1.25,
   bodyVisible: false,
-  lattice: { origin: [-1, -2, -3], spacing: [0.5, 0.25, 0.125], dims: [3, 4, 5], firstNode: 1030 },
+  lattice: {
+    origin: [-1, -2, -3],
+    spacing: [0.5, 0.25, 0.125],
+    dims: [3, 4, 5],
+    firstNode: 2048,
+    basis: 2,
+    coefficients: Float32Array.of(5, 6, 7, 8, 9),
+    uploadedRow: 0,
+  },
   pointRows: { first: 7, count: 11 },
 };
 
@@ -41,9 +49,11 @@ describe("records", () => {
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
     expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
-    expect(texel(kLatticeTexel)).toEqual([-1, -2, -3, 0]);
-    expect(texel(kLatticeTexel + 1)).toEqual([2, 4, 8, 1030]);
-    expect(texel(kLatticeTexel + 2)).toEqual([3, 4, 5, 0]);
+    expect(texel(kLatticeTexel)).toEqual([-1, -2, -3, 2]);
+    expect(texel(kLatticeTexel + 1)).toEqual([2, 4, 8, 2048]);
+    expect(texel(kLatticeTexel + 2)).toEqual([3, 4, 5, 5]);
+    expect(texel(kCoefficientTexel)).toEqual([5, 6, 7, 8]);
+    expect(texel(kCoefficientTexel + 1)).toEqual([9, 0, 0, 0]);
     expect(texel(kTipTexel)).toEqual([0.2, 0.3, 0.4, 0.5].map(Math.fround));
   });
 
@@ -52,6 +62,7 @@ describe("records", () => {
     expect(text).toContain(`kRecordTexels = ${kRecordTexels};`);
     expect(text).toContain(`kLatticeTexel = ${kLatticeTexel};`);
     expect(text).toContain(`kTipTexel = ${kTipTexel};`);
+    expect(text).toContain(`kCoefficientTexel = ${kCoefficientTexel};`);
     expect(text).toContain(`kPointRow = ${kPointRow};`);
   });
 
@@ -69,14 +80,6 @@ describe("records", () => {
     for (let n = 0; n < 40; ++n) expect(data[4 * (n * width + 2) + 3]).toBe(n);
   });
 
-  test("a lattice that is not finite has no place, and the next takes it", () => {
-    const lattices = new Lattices();
-    lattices.begin(4);
-    expect(lattices.add(Float32Array.of(0, NaN, 0))).toBeNull();
-    expect(lattices.add(Float32Array.of(0, 0, 0, Infinity, 0, 0))).toBeNull();
-    expect(lattices.add(Float32Array.of(1, 2, 3))).toBe(0);
-  });
-
   test("take at most a few times the memory in use", () => {
     const records = new CharacterRecords();
     const height = () => (records.texture.image as { height: number }).height;
@@ -88,25 +91,12 @@ describe("records", () => {
     expect(height()).toBeGreaterThanOrEqual(20);
     expect(height()).toBeLessThanOrEqual(80);
   });
-
-  test("lattices follow each other over the ends of rows", () => {
-    const lattices = new Lattices();
-    lattices.begin(3000);
-    const grid = new Float32Array(3 * 1500).fill(0.5);
-    expect(lattices.add(grid)).toBe(0);
-    expect(lattices.add(grid.map((x) => 2 * x))).toBe(1500);
-    lattices.end();
-    const { data } = lattices.texture.image as unknown as { data: Float32Array };
-    expect(data[4 * 1499]).toBe(0.5);
-    expect(data[4 * 1500 + 2]).toBe(1);
-    expect(data[4 * 2999 + 2]).toBe(1);
-  });
 });
 
 describe("draw calls", () => {
   const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
   const group = new Group();
-  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Lattices().texture, new Texture());
+  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) =>
     materials.push(material),

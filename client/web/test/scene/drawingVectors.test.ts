@@ -1,15 +1,18 @@
 // What client/render makes of the same grooms, sizes and cameras in C++: tests/tools/web_drawing.cpp.
 import { describe, expect, test } from "vitest";
-import { Box3, DataUtils, PerspectiveCamera } from "three";
+import { Box3, DataUtils, PerspectiveCamera, Texture } from "three";
 import { kStrayM } from "../../src/generated/constants";
+import { ModeLattice } from "../../src/hair/movedLattice";
 import { decodeGroom } from "../../src/net/groomFile";
-import { Lattices, writeRecord } from "../../src/scene/characterRecords";
+import { writeRecord } from "../../src/scene/characterRecords";
 import { densityGrid, movedBox } from "../../src/scene/densityGrid";
 import { detailFor, widthScale, type DrawDetail } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import type { MeshArrays } from "../../src/scene/geometry/meshBuilder";
 import { OcclusionGrid } from "../../src/scene/geometry/occlusionGrid";
 import { Scalp } from "../../src/scene/geometry/scalp";
+import { LatticePass } from "../../src/scene/latticePass";
+import { modeTexels } from "../../src/scene/modeTexels";
 import { makeLightRig, studioLights } from "../../src/scene/lightRig";
 import { geometryOf, type GeometryVector } from "../support/shapes";
 import { fromHex, furthest, vectors } from "../support/vectors";
@@ -47,7 +50,11 @@ interface Vectors {
     rootBox: number[];
     lattice: { geometry: GeometryVector; grid: number[] };
     record: string;
-    lattices: string;
+    uploadedNodes: string;
+    inModes: { geometry: GeometryVector; nodeCount: number; coefficients: number[]; record: string } & Record<
+      "deviationM" | "unit" | "modes",
+      number[]
+    > & { texels: string };
   };
 }
 
@@ -196,34 +203,45 @@ test("the studio's lights stand in the same places about the camera and have the
 });
 
 test("a character's record and its lattice lie in textures as in C++", () => {
-  const { pose, strandWidthM, lattice, record, lattices, strandBox, rootBox, ...same } = all.record;
-  const nodes = new Lattices();
+  const { pose, strandWidthM, lattice, record, uploadedNodes, inModes, strandBox, rootBox, ...same } = all.record;
+  const pass = new LatticePass(new Texture());
   const moved = { geometry: geometryOf(lattice.geometry), grid: Float32Array.from(lattice.grid) };
-  nodes.begin(moved.grid.length / 3);
-  const placed = { ...moved.geometry.lattice, firstNode: nodes.add(moved.grid)! };
+  const { geometry, ...numbersOf } = inModes;
+  const basis = {
+    nodeCount: numbersOf.nodeCount,
+    deviationM: Float32Array.from(numbersOf.deviationM),
+    unit: Float32Array.from(numbersOf.unit),
+    modes: Int16Array.from(numbersOf.modes),
+  };
+  const summed = new ModeLattice({ geometry: geometryOf(geometry), basis, skin: [] });
+  summed.show(Float32Array.from(numbersOf.coefficients));
+  pass.begin([moved, summed], 2048);
+  const placed = pass.add(moved, 0)!;
   const out = new Float32Array(floats(record).length);
   const box = (ends: number[]) => new Box3().setFromArray(ends);
   const density = densityGrid(movedBox(box(strandBox), box(rootBox), moved), 3, 1e-3);
   const widthM = strandWidthM * widthScale(same.detail);
-  writeRecord(
-    {
-      ...same,
-      pose: Float64Array.from(pose),
-      widthM,
-      strayM: kStrayM,
-      size: 1,
-      bodyVisible: false,
-      lattice: placed,
-      density,
-    },
-    out,
-  );
+  const written = {
+    ...same,
+    pose: Float64Array.from(pose),
+    widthM,
+    strayM: kStrayM,
+    size: 1,
+    bodyVisible: false,
+    lattice: placed,
+    density,
+  };
+  writeRecord(written, out);
   // The weight of strands in the grid of density is about 30.
   const expected = floats(record);
   const weightAt = 4 * 15 + 3;
   expect(out[weightAt] / expected[weightAt]).toBeCloseTo(1, 6);
   out[weightAt] = expected[weightAt];
   near("record", out, expected, kDirection);
-  const { data } = nodes.texture.image as unknown as { data: Float32Array };
-  near("lattices", data.subarray(0, floats(lattices).length), floats(lattices), 0);
+  near("uploaded nodes", pass.uploadedNodes.subarray(0, floats(uploadedNodes).length), floats(uploadedNodes), 0);
+  // The same character with a lattice of modes is the next.
+  writeRecord({ ...written, lattice: pass.add(summed, 1)! }, out);
+  out[weightAt] = floats(inModes.record)[weightAt];
+  near("record with modes", out, floats(inModes.record), kDirection);
+  near("modes", modeTexels(summed.geometry, basis), floats(inModes.texels), 1e-5); // of up to 20
 });

@@ -1,7 +1,7 @@
 import { PerspectiveCamera, Scene, Vector2, type WebGLRenderer } from "three";
 import { expect, test } from "vitest";
 import { Deformer } from "../../src/hair/deform";
-import type { MovedLattice } from "../../src/hair/lattice";
+import type { MovedLattice } from "../../src/hair/movedLattice";
 import { rigidPose } from "../../src/hair/pose";
 import { displacementAt, HairMotion, kMovingMax, type MovingCharacter } from "../../src/scene/hairMotion";
 import { Picture, placeOf } from "../../src/scene/picture";

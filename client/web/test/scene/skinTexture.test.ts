@@ -2,7 +2,7 @@ import { Group, Texture } from "three";
 import { expect, it } from "vitest";
 import { kSkinRow } from "../../src/generated/constants";
 import { SkinPush } from "../../src/hair/skinPush";
-import { CharacterRecords, Lattices } from "../../src/scene/characterRecords";
+import { CharacterRecords } from "../../src/scene/characterRecords";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { GroomDrawing } from "../../src/scene/groomDrawing";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
@@ -32,7 +32,7 @@ it("has no grid before a skin is known, then those of its bones", () => {
 });
 
 it("reaches the materials of cards that were made before it was known", () => {
-  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Lattices().texture, new Texture());
+  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
   const made = makeGroomGeometry(madeGroom());
   const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
   const thickness: number[] = [];

@@ -1,0 +1,82 @@
+#include "client/render/lattice_pass.hpp"
+
+#include <algorithm>
+
+#include "client/render/mode_texels.hpp"
+
+namespace hairnet::render {
+namespace {
+
+void set_nearest() {
+  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
+}
+
+}  // namespace
+
+Result<LatticePass> LatticePass::build() {
+  Result<Program> sum = Program::build("nodes.vert", "mode_nodes.frag");
+  if (!sum) return Refusal(sum.error());
+  Result<Program> copy = Program::build("nodes.vert", "uploaded_nodes.frag");
+  if (!copy) return Refusal(copy.error());
+  return LatticePass(std::move(*sum), std::move(*copy));
+}
+
+void LatticePass::reserve(std::size_t rows) {
+  glActiveTexture(GL_TEXTURE0 + kLatticesUnit);
+  glBindTexture(GL_TEXTURE_2D, nodes_.name());
+  glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
+  if (rows <= rows_) return;
+  GLint rows_max = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &rows_max);
+  rows_ = std::clamp<std::size_t>(2 * rows, 4, static_cast<std::size_t>(rows_max));
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(kLatticeRow), static_cast<GLsizei>(rows_), 0,
+               GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
+  set_nearest();
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, nodes_.name(), 0);
+}
+
+void LatticePass::bind_modes(const CharacterRecords::Source& source) {
+  const auto [place, is_new] = modes_.try_emplace(source.basis.get());
+  auto& [basis, texture, bytes] = place->second;
+  glActiveTexture(GL_TEXTURE0 + kModesUnit);
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  if (!is_new) return;
+  basis = source.basis;
+  const auto texels = mode_texels(*source.geometry, *source.basis);
+  bytes = texels.size() * sizeof texels[0];
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, static_cast<GLsizei>(kLatticeRow),
+               static_cast<GLsizei>(texels.size() / kLatticeRow), 0, GL_RGBA, GL_FLOAT, texels.data());
+  set_nearest();
+}
+
+void LatticePass::run(const CharacterRecords& records) {
+  // A new basis may lie where one that is gone lay.
+  std::erase_if(modes_, [](const auto& entry) { return entry.second.basis.expired(); });
+  uploaded_.fill(records.uploaded_nodes());
+  GLint before = 0;
+  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
+  reserve(std::max<std::size_t>(records.lattice_rows(), 1));
+  glViewport(0, 0, static_cast<GLsizei>(kLatticeRow), static_cast<GLsizei>(rows_));
+  glBindVertexArray(nothing_.name());
+  for (std::size_t number = 0; number < records.sources().size(); ++number) {
+    const CharacterRecords::Source& source = records.sources()[number];
+    if (source.end == source.first) continue;
+    if (source.basis) bind_modes(source);
+    const Program& program = source.basis ? sum_ : copy_;
+    program.use();
+    program.set("first_record", static_cast<int>(source.first));
+    program.set("target_rows", static_cast<int>(rows_));
+    program.set("basis", static_cast<int>(number));
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(source.end - source.first));
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
+}
+
+std::size_t LatticePass::basis_bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& [basis, modes] : modes_) bytes += modes.bytes;
+  return bytes;
+}
+
+}  // namespace hairnet::render

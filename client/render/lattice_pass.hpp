@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+
+#include "client/render/character_records.hpp"
+#include "client/render/program.hpp"
+#include "client/render/vector_texture.hpp"
+
+namespace hairnet::render {
+
+// Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. The GPU sums modes up: a basis
+// lies there once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of
+// lattices without modes are uploaded. Each lattice has rows of its own.
+class LatticePass {
+ public:
+  static Result<LatticePass> build();
+
+  // Records must be bound. Changes the bound framebuffer, viewport and vertex array, and binds the nodes.
+  void run(const CharacterRecords& records);
+  [[nodiscard]] std::size_t basis_bytes() const;  // of the bases on the GPU
+  // The framebuffer of the nodes, for reading back.
+  [[nodiscard]] GLuint nodes() const { return target_.name(); }
+
+ private:
+  struct Modes {
+    std::weak_ptr<const Basis> basis;
+    Texture texture;
+    std::size_t bytes = 0;
+  };
+  LatticePass(Program sum, Program copy) : sum_(std::move(sum)), copy_(std::move(copy)) {}
+  void reserve(std::size_t rows);
+  void bind_modes(const CharacterRecords::Source& source);
+
+  Program sum_, copy_;
+  VectorTexture uploaded_{kUploadedNodesUnit, kLatticeRow};
+  Texture nodes_;
+  Framebuffer target_;
+  VertexArray nothing_;
+  std::size_t rows_ = 0;
+  std::map<const Basis*, Modes> modes_;
+};
+
+}  // namespace hairnet::render

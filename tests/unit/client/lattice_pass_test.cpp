@@ -1,0 +1,151 @@
+// Nodes of lattices as the GPU makes them, beside those of core.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "client/assets/made/made.hpp"
+#include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
+#include "tests/support/quick_training.hpp"
+#include "tests/unit/client/shader_cases.hpp"
+
+namespace hairnet::render {
+namespace {
+
+constexpr float kNode_m = 1e-5f;
+
+// The basis of a hairstyle, and what it moves.
+struct Hair {
+  explicit Hair(const char* style) {
+    HairstyleOptions options;
+    options.strand_count = 200;
+    groom = *make_hairstyle(style, options);
+    levels = build_levels(groom);
+    modes = make_modes(groom, levels, {}, {}, support::kQuickTraining);
+    basis = {modes, &modes->basis};
+  }
+  [[nodiscard]] const LevelGeometry& geometry() const { return (*levels)[LevelIndex::high].geometry; }
+
+  Groom groom;
+  std::shared_ptr<const LevelSet> levels;
+  std::shared_ptr<const Modes> modes;
+  std::shared_ptr<const Basis> basis;
+};
+
+class LatticePassTest : public ShaderTest {
+ protected:
+  static void SetUpTestSuite() { hair_ = new Hair("long_curly"); }
+  static void TearDownTestSuite() { delete hair_; }
+  void set_up_drawing() override {}
+  void tear_down_drawing() override {}
+
+  // As far as in lively motion.
+  static std::vector<float> coefficients(std::size_t count, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<float> out;
+    for (std::size_t k = 0; k < count; ++k)
+      out.push_back(2 * hair_->basis->deviation_m[k] * static_cast<float>(random.symmetric()));
+    return out;
+  }
+  static MovedLattice moved(std::span<const float> by) { return {&hair_->geometry(), {}, hair_->basis, by}; }
+
+  // The nodes of all characters by the GPU, each at the rows that its record says.
+  std::vector<std::vector<Vec3f>> by_gpu(std::span<const MovedLattice> lattices) {
+    CharacterRecords records;
+    for (const MovedLattice& lattice : lattices) {
+      ShownCharacter character;
+      character.lattice = lattice;
+      records.add(character, Vec3::Zero(), {}, 1, false, {});
+    }
+    records_->fill(records.records());
+    lattices_->run(records);
+    std::vector<std::vector<Vec3f>> nodes;
+    glBindFramebuffer(GL_FRAMEBUFFER, lattices_->nodes());
+    for (std::size_t i = 0; i < lattices.size(); ++i) {
+      const Eigen::Vector4f* texels = records.records().data() + i * CharacterRecords::kRecordTexels;
+      std::vector<Vec3f>& read = nodes.emplace_back();
+      if (texels[4].z() == 0) continue;
+      const std::size_t rows = node_rows(*lattices[i].geometry);
+      std::vector<std::array<float, 4>> bits(rows * kLatticeRow);
+      glReadPixels(0, static_cast<GLint>(texels[17].w()) / static_cast<GLint>(kLatticeRow), kLatticeRow,
+                   static_cast<GLsizei>(rows), GL_RGBA_INTEGER, GL_UNSIGNED_INT, bits.data());
+      for (std::size_t n = 0; n < lattices[i].geometry->lattice.node_count(); ++n)
+        read.emplace_back(bits[n][0], bits[n][1], bits[n][2]);
+    }
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    return nodes;
+  }
+  // The furthest distance between nodes by the GPU and by core.
+  float furthest(std::span<const MovedLattice> lattices) {
+    const auto nodes = by_gpu(lattices);
+    float most = 0;
+    for (std::size_t i = 0; i < lattices.size(); ++i) {
+      std::vector<Vec3f> scratch;
+      const std::span<const Vec3f> wanted = nodes_of(lattices[i], scratch);
+      if (nodes[i].size() != wanted.size()) return std::numeric_limits<float>::infinity();
+      for (std::size_t n = 0; n < wanted.size(); ++n) most = std::max(most, (nodes[i][n] - wanted[n]).norm());
+    }
+    return most;
+  }
+
+  static inline Hair* hair_ = nullptr;
+};
+
+TEST_F(LatticePassTest, nodes_from_coefficients_are_those_of_core) {
+  const auto all = coefficients(hair_->basis->mode_count(), 1), few = coefficients(5, 2), none = coefficients(0, 3);
+  std::vector<float> zeros = coefficients(40, 4);
+  for (std::size_t k = 17; k < zeros.size(); ++k) zeros[k] = 0;
+  ASSERT_FALSE(hair_->geometry().trimmed_nodes.empty());
+  const std::array lattices{moved(all), moved(few), moved(none), moved(zeros)};
+  const float apart = furthest(lattices);
+  EXPECT_LT(apart, kNode_m);
+  RecordProperty("furthest_nm", static_cast<int>(std::ceil(1e9f * apart)));
+  std::vector<Vec3f> scratch;
+  float most = 0;
+  for (const Vec3f& u : nodes_of(lattices[0], scratch)) most = std::max(most, u.norm());
+  EXPECT_GT(most, 0.05f);
+}
+
+TEST_F(LatticePassTest, bases_and_uploaded_nodes_share_a_picture) {
+  Basis reversed = *hair_->basis;
+  for (std::int16_t& integer : reversed.modes) integer = static_cast<std::int16_t>(-integer);
+  auto other = std::make_shared<const Basis>(std::move(reversed));
+  const Nodes large = rough_nodes({Vec3f::Zero(), Vec3f::Constant(0.05f), {13, 12, 11}}, 7);
+  const auto c = coefficients(20, 1);
+  const MovedLattice uploaded{&large.geometry, large.displacements};
+  std::vector<MovedLattice> lattices{moved(c), uploaded, {&hair_->geometry(), {}, other, c}, uploaded, moved(c)};
+  EXPECT_LT(furthest(lattices), kNode_m);
+  EXPECT_EQ(lattices_->basis_bytes(), 2 * 16 * kLatticeRow * mode_rows(hair_->geometry(), *other));
+  other.reset();
+  lattices.erase(lattices.begin() + 2);
+  EXPECT_LT(furthest(lattices), kNode_m);
+  EXPECT_EQ(lattices_->basis_bytes(), 16 * kLatticeRow * mode_rows(hair_->geometry(), *hair_->basis));
+}
+
+TEST_F(LatticePassTest, coefficients_that_are_none_of_hair_move_nothing) {
+  const auto sound = coefficients(3, 1);
+  for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f}) {
+    const std::vector<float> c{0.1f, wrong};
+    const std::array lattices{moved(c), moved(sound)};
+    const auto nodes = by_gpu(lattices);
+    EXPECT_TRUE(nodes[0].empty());
+    EXPECT_EQ(nodes[1].size(), 1000u);
+  }
+}
+
+TEST_F(LatticePassTest, basis_that_no_texture_has_room_for_is_summed_up_before) {
+  const auto c = coefficients(30, 1);
+  CharacterRecords records;
+  records.clear(mode_rows(hair_->geometry(), *hair_->basis) - 1);
+  ShownCharacter character;
+  character.lattice = moved(c);
+  records.add(character, Vec3::Zero(), {}, 1, false, {});
+  std::vector<Vec3f> scratch;
+  const std::span<const Vec3f> nodes = nodes_of(character.lattice, scratch);
+  ASSERT_EQ(records.uploaded_nodes().size(), kLatticeRow);
+  for (std::size_t n = 0; n < nodes.size(); ++n) EXPECT_EQ(records.uploaded_nodes()[n].head<3>(), nodes[n]);
+}
+
+}  // namespace
+}  // namespace hairnet::render
