@@ -27,7 +27,8 @@ export class ModeLattice implements MovedLattice {
   #coefficients: Float32Array = new Float32Array(0);
   #active: Float32Array | null = null;
   #grid: Float32Array | null = null;
-  #isCurrent = false;
+  /** that `#grid` is of */
+  #computed: Float32Array | null = null;
 
   /** `modesMax`: the others are left out. */
   constructor(
@@ -48,18 +49,21 @@ export class ModeLattice implements MovedLattice {
   get grid(): Float32Array {
     const { geometry, basis } = this.hair;
     this.#grid ??= new Float32Array(3 * nodeCount(geometry.lattice));
-    if (this.#isCurrent) return this.#grid;
+    const coefficients = this.#coefficients;
+    // Sleeping hair is not computed again.
+    const isSame =
+      coefficients.length === this.#computed?.length && coefficients.every((c, k) => c === this.#computed![k]);
+    if (isSame) return this.#grid;
     this.#active ??= new Float32Array(3 * basis.nodeCount);
-    displacementsOf(basis, this.#coefficients, this.#active);
+    displacementsOf(basis, coefficients, this.#active);
     expandDisplacements(geometry, this.#active, this.#grid);
-    this.#isCurrent = true;
+    this.#computed = coefficients.slice();
     return this.#grid;
   }
 
   /** Keeps the array until the next call. */
   show(coefficients: Float32Array): void {
     this.#coefficients = coefficients.length > this.modesMax ? coefficients.subarray(0, this.modesMax) : coefficients;
-    this.#isCurrent = false;
     this.coarse?.show(coefficients);
   }
 }

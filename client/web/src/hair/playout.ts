@@ -1,6 +1,5 @@
-import { displacementsOf, type HairBasis } from "./basis";
+import type { HairBasis } from "./basis";
 import type { Frame } from "./frame";
-import type { LevelGeometry } from "./lattice";
 import { LevelIndex } from "./level";
 import { interpolatePose, movePose, rigidPose, type Pose } from "./pose";
 import { smoothstep } from "./smoothstep";
@@ -29,12 +28,8 @@ export interface PlayoutSample {
   readonly coefficients: Float32Array;
   /** null: at rest */
   readonly basis: HairBasis | null;
-  /** 3 an active node of `geometry`, head space, m; empty: at rest */
-  readonly displacement: Float32Array;
   /** the sample time that is shown; never decreases */
   readonly timeNs: number;
-  /** of the displacement; null: at rest */
-  readonly geometry: LevelGeometry | null;
 }
 
 interface State {
@@ -88,9 +83,6 @@ export class Playout {
   /** and its time */
   #timeNs = 0;
   #correction: Correction | null = null;
-  /** what `#displacement` is of */
-  #displaced: Pick<State, "coefficients" | "basis"> = this.#shown;
-  #displacement = new Float32Array(0);
   #started = false;
   /** of the arrivals; null: must be computed again */
   #target: number | null = null;
@@ -173,23 +165,7 @@ export class Playout {
     for (let i = from; i < to; ++i) if (!this.#isJoined(i)) this.#correction = null;
     while (frames.length > 3 && frames[3].timeNs <= this.#timeNs) frames.shift();
     this.#shown = this.#corrected(this.#curveAt(this.#timeNs));
-    this.#displace();
-    const { pose, level, coefficients, basis } = this.#shown;
-    const geometry = basis?.geometry ?? null;
-    return { pose, level, coefficients, basis, geometry, displacement: this.#displacement, timeNs: this.#timeNs };
-  }
-
-  /** Sleeping hair is not computed again. */
-  #displace(): void {
-    const { coefficients, basis } = this.#shown;
-    const last = this.#displaced;
-    this.#displaced = this.#shown;
-    const isSame =
-      coefficients.length === last.coefficients.length && coefficients.every((c, k) => c === last.coefficients[k]);
-    if (basis === last.basis && isSame) return;
-    const numbers = basis ? 3 * basis.basis.nodeCount : 0;
-    if (this.#displacement.length !== numbers) this.#displacement = new Float32Array(numbers);
-    if (basis) displacementsOf(basis.basis, coefficients, this.#displacement);
+    return { ...this.#shown, timeNs: this.#timeNs };
   }
 
   #recordArrival(sampleTimeNs: number, arrivalTimeNs: number): void {
