@@ -65,8 +65,8 @@ Result<void> measure_cost() {
   for (const char* name : {"made:long_straight", "made:long_curly"}) {
     const Result<Hairstyle> style = load_hairstyle(name);
     if (!style) return Refusal(style.error());
-    if (const Result<void> printed = print_draw_cost(*style, 960, 540); !printed) return printed;
     if (const Result<void> printed = print_lattice_cost(*style); !printed) return printed;
+    if (const Result<void> printed = print_draw_cost(*style, 960, 540); !printed) return printed;
   }
   return {};
 }
