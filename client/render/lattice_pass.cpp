@@ -19,17 +19,16 @@ Result<LatticePass> LatticePass::build() {
   if (!sum) return Refusal(sum.error());
   Result<Program> copy = Program::build("nodes.vert", "uploaded_nodes.frag");
   if (!copy) return Refusal(copy.error());
-  return LatticePass(std::move(*sum), std::move(*copy));
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return LatticePass(std::move(*sum), std::move(*copy), node_sum_for(renderer != nullptr ? renderer : ""));
 }
 
 void LatticePass::reserve(std::size_t rows) {
   glActiveTexture(GL_TEXTURE0 + kLatticesUnit);
   glBindTexture(GL_TEXTURE_2D, nodes_.name());
   glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
-  if (rows <= rows_) return;
-  GLint rows_max = 0;
-  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &rows_max);
-  rows_ = std::clamp<std::size_t>(2 * rows, 4, static_cast<std::size_t>(rows_max));
+  if (rows == rows_) return;
+  rows_ = rows;
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(kLatticeRow), static_cast<GLsizei>(rows_), 0,
                GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
   set_nearest();
@@ -53,10 +52,10 @@ void LatticePass::bind_modes(const CharacterRecords::Source& source) {
 void LatticePass::run(const CharacterRecords& records) {
   // A new basis may lie where one that is gone lay.
   std::erase_if(modes_, [](const auto& entry) { return entry.second.basis.expired(); });
-  uploaded_.fill(records.uploaded_nodes());
+  if (!records.uploaded_nodes().empty()) uploaded_.fill(records.uploaded_nodes());
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
-  reserve(std::max<std::size_t>(records.lattice_rows(), 1));
+  reserve(std::max<std::size_t>(records.node_rows(), 1));
   glViewport(0, 0, static_cast<GLsizei>(kLatticeRow), static_cast<GLsizei>(rows_));
   glBindVertexArray(nothing_.name());
   for (std::size_t number = 0; number < records.sources().size(); ++number) {

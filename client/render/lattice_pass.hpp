@@ -12,13 +12,16 @@ namespace hairnet::render {
 
 // Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. The GPU sums modes up: a basis
 // lies there once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of
-// lattices without modes are uploaded. Each lattice has rows of its own.
+// lattices without modes, and all that the processor sums up, are uploaded. The texture stays from picture to picture,
+// so that the same records must fill it, and hair that sleeps costs nothing.
 class LatticePass {
  public:
   static Result<LatticePass> build();
 
   // Records must be bound. Changes the bound framebuffer, viewport and vertex array, and binds the nodes.
   void run(const CharacterRecords& records);
+  // Of the context in which it was built.
+  [[nodiscard]] NodeSum sum_by() const { return sum_by_; }
   [[nodiscard]] std::size_t basis_bytes() const;  // of the bases on the GPU
   // The framebuffer of the nodes, for reading back.
   [[nodiscard]] GLuint nodes() const { return target_.name(); }
@@ -29,11 +32,13 @@ class LatticePass {
     Texture texture;
     std::size_t bytes = 0;
   };
-  LatticePass(Program sum, Program copy) : sum_(std::move(sum)), copy_(std::move(copy)) {}
+  LatticePass(Program sum, Program copy, NodeSum sum_by)
+      : sum_(std::move(sum)), copy_(std::move(copy)), sum_by_(sum_by) {}
   void reserve(std::size_t rows);
   void bind_modes(const CharacterRecords::Source& source);
 
   Program sum_, copy_;
+  NodeSum sum_by_;
   VectorTexture uploaded_{kUploadedNodesUnit, kLatticeRow};
   Texture nodes_;
   Framebuffer target_;

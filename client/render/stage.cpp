@@ -83,6 +83,7 @@ Result<void> make_card_texture(const Texture& texture) {
 // One character of a picture, before its record is made.
 struct Appearance {
   const ShownCharacter* character;
+  std::size_t number;  // of the character, among all
   DrawDetail detail;
   std::size_t list;  // of strands
   float head_px;
@@ -154,7 +155,8 @@ class GlStage final : public Stage {
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
                                                                  const Look& look) const;
   void fit_points(std::vector<std::vector<Appearance>>& by_groom) const;
-  void add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin);
+  void add_records(std::span<const ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
+                   const Vec3& origin);
   void set_scene(const Program& program, const View& view, const Look& look, int width, int height, bool srgb) const;
   [[nodiscard]] std::optional<DensityGrid> density_of(const GroomBuffers& groom, const Appearance& one,
                                                       std::size_t number) const;
@@ -186,7 +188,8 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
   double nearest = 1e9, furthest = 0;
   const double spread = std::tan(view.camera.fov_deg * std::numbers::pi / 360.0);
   const double side_y = std::hypot(1.0, spread), side_x = std::hypot(1.0, spread * static_cast<double>(view.aspect));
-  for (const ShownCharacter& character : characters) {
+  for (std::size_t number = 0; number < characters.size(); ++number) {
+    const ShownCharacter& character = characters[number];
     if (character.groom >= grooms_.size() || !grooms_[character.groom] || !is_valid(character.pose)) continue;
     const GroomBuffers& groom = *grooms_[character.groom];
     const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
@@ -200,7 +203,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
     const float head_px = kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
     const DrawDetail detail =
         character.detail.value_or(detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
-    by_groom[character.groom].push_back({&character, detail, groom.list_for(detail.tolerance_m), head_px});
+    by_groom[character.groom].push_back({&character, number, detail, groom.list_for(detail.tolerance_m), head_px});
   }
   for (auto& shown : by_groom) {
     std::ranges::stable_sort(shown, [](const Appearance& a, const Appearance& b) {
@@ -262,8 +265,9 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 }
 
 // Removes the characters from `by_groom` that do not fit into the rows of the textures.
-void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
-  records_.clear(rows_max_);
+void GlStage::add_records(std::span<const ShownCharacter> characters,
+                          std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
+  records_.begin(characters, programs_.lattices.sum_by(), rows_max_);
   drawn_characters_.clear();
   statistics_ = {};
   point_rows_ = densities_ = 0;
@@ -272,13 +276,13 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
     for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
       const Appearance& one = by_groom[g][i];
       const std::size_t rows = groom->point_rows(strands_of(*groom, one));
-      if (!records_.has_room() || point_rows_ + rows > rows_max_) {
+      if (!records_.has_room(one.number) || point_rows_ + rows > rows_max_) {
         statistics_.left_out += by_groom[g].size() - i;
         by_groom[g].resize(i);
         break;
       }
       const std::optional<DensityGrid> density = density_of(*groom, one, densities_);
-      records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
+      records_.add(one.number, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
       drawn_characters_.push_back(
@@ -415,12 +419,12 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   depth_range_ = view.range;
 
   fit_points(by_groom);
-  add_records(by_groom, view.camera.eye);
+  add_records(characters, by_groom, view.camera.eye);
   records_texture_.fill(records_.records());
   for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
-  if (records_.count() > 0) {
+  if (!characters.empty()) {
     statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
-                                  records_.lattice_rows() * kLatticeRow * sizeof(Eigen::Vector4f) / records_.count();
+                                  records_.node_rows() * kLatticeRow * sizeof(Eigen::Vector4f) / characters.size();
   }
 
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})

@@ -6,8 +6,9 @@
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
 //   9, 11, 13, 15 w: size of a cell of its grid of density, m; weight of its strands there
-//   16 ... 18 lattice: origin, number of its basis in the picture, or 0: its nodes are uploaded; 1 / spacing, first node
-//   in `lattices`; nodes an axis, count of its coefficients or first row of its uploaded nodes
+//   16 ... 18 lattice: origin, number of its basis in the picture, or 0: its nodes are uploaded, or -1: they are there from
+//   the picture before; 1 / spacing, first node in `lattices`; nodes an axis, count of its coefficients or first row of its
+//   uploaded nodes
 //   19 hair albedo at the tip; roughness of the hair
 //   20 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
 //   21 ... 52 coefficients of its modes, m, four a texel

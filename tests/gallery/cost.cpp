@@ -112,27 +112,27 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
   render::VectorTexture records_texture(render::kRecordsUnit, render::CharacterRecords::kRecordTexels);
   const LevelGeometry& geometry = (*style.levels)[LevelIndex::high].geometry;
   const auto basis = std::make_shared<const Basis>(any_basis(geometry.active_nodes.size()));
-  render::CharacterRecords records;
-  const auto ms_of = [&](std::size_t count, const MovedLattice& lattice, bool by_gpu) {
+  const auto ms_of = [&](std::size_t count, std::size_t coefficient_count, render::NodeSum sum, bool sleeps) {
+    std::vector<float> coefficients(coefficient_count, 0.01f);
+    render::ShownCharacter character;
+    character.lattice = {&geometry, {}, basis, coefficients};
+    const std::vector<render::ShownCharacter> characters(count, character);
+    render::CharacterRecords records;
     return fastest_ms([&] {
-      records.clear();
-      for (std::size_t i = 0; i < count; ++i) {
-        std::vector<Vec3f> scratch;
-        render::ShownCharacter character;
-        character.lattice = by_gpu ? lattice : MovedLattice{&geometry, nodes_of(lattice, scratch)};
-        records.add(character, Vec3::Zero(), {}, 1, false, {});
-      }
+      if (!sleeps) coefficients[0] *= -1;
+      records.begin(characters, sum);
+      for (std::size_t i = 0; i < count; ++i) records.add(i, Vec3::Zero(), {}, 1, false, {});
       records_texture.fill(records.records());
       pass->run(records);
     });
   };
-  std::printf("nodes of lattices, ms     summed up by the GPU   on the CPU, uploaded\n");
+  std::printf("nodes of lattices, ms  summed up by the GPU  by the processor  asleep\n");
   for (const std::size_t count : {1, 32, 500}) {
     for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 8}) {
-      const std::vector<float> coefficients(coefficient_count, 0.01f);
-      const MovedLattice lattice{&geometry, {}, basis, coefficients};
-      std::printf("%3zu of %3zu coefficients %20.2f %22.2f\n", count, coefficient_count, ms_of(count, lattice, true),
-                  ms_of(count, lattice, false));
+      const auto ms = [&](render::NodeSum sum, bool sleeps) { return ms_of(count, coefficient_count, sum, sleeps); };
+      std::printf("%3zu of %3zu coefficients %18.2f %17.2f %7.2f\n", count, coefficient_count,
+                  ms(render::NodeSum::gpu, false), ms(render::NodeSum::processor, false),
+                  ms(render::NodeSum::gpu, true));
     }
   }
   std::printf("on the GPU: %.1f MB of the basis\n", 1e-6 * static_cast<double>(pass->basis_bytes()));

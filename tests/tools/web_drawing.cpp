@@ -212,14 +212,16 @@ Json record_case() {
   const Eigen::AlignedBox3f rest(Vec3f(-0.2f, -0.3f, -0.1f), Vec3f(0.3f, 0.2f, 0.4f));
   const Eigen::AlignedBox3f roots(Vec3f(-0.1f, 0.05f, 0), Vec3f(0.1f, 0.25f, 0.1f));
   const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, character.lattice), 3, 1e-3f);
-  render::CharacterRecords records;
-  records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
   // The same with a lattice that moves in modes.
   const wire::HairBasis hair = make_basis(random, {3, 4, 5}, 6);
   const auto basis = std::make_shared<const Basis>(hair.basis);
   const std::vector<float> coefficients{0.1f, -0.2f, 0, 0.05f, 0.01f, 0};
-  character.lattice = {&hair.geometry, {}, basis, coefficients};
-  records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
+  std::array characters{character, character};
+  characters[1].lattice = {&hair.geometry, {}, basis, coefficients};
+  render::CharacterRecords records;
+  records.begin(characters);
+  for (const std::size_t number : {0, 1})
+    records.add(number, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
   const auto middle = records.records().begin() + render::CharacterRecords::kRecordTexels;
   const std::vector<Eigen::Vector4f> first(records.records().begin(), middle), second(middle, records.records().end());
   return {{"pose", to_json(character.pose)},

@@ -5,6 +5,7 @@ import { ModeLattice, type MovedLattice } from "../src/hair/movedLattice";
 import { kLatticeRow } from "../src/generated/constants";
 import { CharacterRecords } from "../src/scene/characterRecords";
 import { LatticePass } from "../src/scene/latticePass";
+import { nodeSumFor, rendererName, type NodeSum } from "../src/scene/nodeSum";
 import { fullGrid } from "../test/support/shapes";
 
 /** Numbers from 0 up to 1, the same for the same seed. */
@@ -48,7 +49,7 @@ function movedBy(hair: HairBasis, count: number, seed: number): ModeLattice {
 }
 
 /** How far the nodes of several characters lie from those of the CPU, m, and how far those move. */
-export function compareNodes(): { apartM: number[]; movedM: number; error: number } {
+export function compareNodes(sum: NodeSum): { apartM: number[]; movedM: number; newCounts: number[]; error: number } {
   const renderer = new WebGLRenderer();
   const [one, other] = [anyBasis([10, 10, 10], 128, 1), anyBasis([12, 13, 14], 31, 2)];
   const uploaded = { geometry: one.geometry, grid: movedBy(one, 5, 9).grid.slice() };
@@ -63,13 +64,17 @@ export function compareNodes(): { apartM: number[]; movedM: number; error: numbe
   const records = new CharacterRecords();
   const pass = new LatticePass(records.texture);
   const apartM: number[] = [];
+  const newCounts: number[] = [];
   let movedM = 0;
-  // Twice: the second picture finds the bases there, and has other characters in other places.
-  for (const shown of [lattices, [...lattices].reverse().slice(1)]) {
-    pass.begin(shown, renderer.capabilities.maxTextureSize);
+  // The second picture finds nodes there, the third bases alone: it has other characters in other places.
+  const reversed = [...lattices].reverse().slice(1);
+  for (const shown of [lattices, lattices, reversed]) {
+    pass.begin(shown, renderer.capabilities.maxTextureSize, sum);
     records.begin(shown.length);
-    const places = shown.map((lattice) => {
-      const placed = pass.add(lattice, records.count);
+    let newCount = 0;
+    const places = shown.map((_, number) => {
+      const placed = pass.add(number, records.count);
+      if (placed!.basis >= 0) ++newCount;
       records.add({
         pose: new Float64Array(35),
         hairAlbedo: [0, 0, 0],
@@ -87,6 +92,7 @@ export function compareNodes(): { apartM: number[]; movedM: number; error: numbe
       return placed!.firstNode / kLatticeRow;
     });
     records.end();
+    newCounts.push(newCount);
     pass.run(renderer);
     for (const [n, { grid }] of shown.entries()) {
       const read = pass.read(renderer, places[n], grid.length / 3);
@@ -102,7 +108,15 @@ export function compareNodes(): { apartM: number[]; movedM: number; error: numbe
   pass.dispose();
   records.dispose();
   renderer.dispose();
-  return { apartM, movedM, error };
+  return { apartM, movedM, newCounts, error };
 }
 
-Object.assign(window, { compareNodes });
+/** What draws here, and who sums up nodes for it. */
+export function chosenSum(): { name: string; sum: NodeSum } {
+  const renderer = new WebGLRenderer();
+  const name = rendererName(renderer);
+  renderer.dispose();
+  return { name, sum: nodeSumFor(name) };
+}
+
+Object.assign(window, { compareNodes, chosenSum });

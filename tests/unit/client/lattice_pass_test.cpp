@@ -50,20 +50,19 @@ class LatticePassTest : public ShaderTest {
   }
   static MovedLattice moved(std::span<const float> by) { return {&hair_->geometry(), {}, hair_->basis, by}; }
 
-  // The nodes of all characters by the GPU, each at the rows that its record says.
-  std::vector<std::vector<Vec3f>> by_gpu(std::span<const MovedLattice> lattices) {
-    CharacterRecords records;
-    for (const MovedLattice& lattice : lattices) {
-      ShownCharacter character;
-      character.lattice = lattice;
-      records.add(character, Vec3::Zero(), {}, 1, false, {});
-    }
-    records_->fill(records.records());
-    lattices_->run(records);
+  // The nodes of all characters from the GPU, each at the rows that its record says. Draws the last one first.
+  std::vector<std::vector<Vec3f>> nodes_from_gpu(std::span<const MovedLattice> lattices) {
+    std::vector<ShownCharacter> characters(lattices.size());
+    for (std::size_t i = 0; i < lattices.size(); ++i) characters[i].lattice = lattices[i];
+    picture_.begin(characters, sum_);
+    for (std::size_t i = lattices.size(); i-- > 0;) picture_.add(i, Vec3::Zero(), {}, 1, false, {});
+    records_->fill(picture_.records());
+    lattices_->run(picture_);
     std::vector<std::vector<Vec3f>> nodes;
     glBindFramebuffer(GL_FRAMEBUFFER, lattices_->nodes());
     for (std::size_t i = 0; i < lattices.size(); ++i) {
-      const Eigen::Vector4f* texels = records.records().data() + i * CharacterRecords::kRecordTexels;
+      const Eigen::Vector4f* texels =
+          picture_.records().data() + (lattices.size() - 1 - i) * CharacterRecords::kRecordTexels;
       std::vector<Vec3f>& read = nodes.emplace_back();
       if (texels[4].z() == 0) continue;
       const std::size_t rows = node_rows(*lattices[i].geometry);
@@ -78,7 +77,7 @@ class LatticePassTest : public ShaderTest {
   }
   // The furthest distance between nodes by the GPU and by core.
   float furthest(std::span<const MovedLattice> lattices) {
-    const auto nodes = by_gpu(lattices);
+    const auto nodes = nodes_from_gpu(lattices);
     float most = 0;
     for (std::size_t i = 0; i < lattices.size(); ++i) {
       std::vector<Vec3f> scratch;
@@ -89,7 +88,19 @@ class LatticePassTest : public ShaderTest {
     return most;
   }
 
+  // How many lattices of the last picture were summed up or copied.
+  [[nodiscard]] std::size_t new_count() const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < picture_.count(); ++i) {
+      const Eigen::Vector4f* texels = picture_.records().data() + i * CharacterRecords::kRecordTexels;
+      if (texels[4].z() == 1 && texels[16].w() >= 0) ++count;
+    }
+    return count;
+  }
+
   static inline Hair* hair_ = nullptr;
+  CharacterRecords picture_;
+  NodeSum sum_ = NodeSum::gpu;
 };
 
 TEST_F(LatticePassTest, nodes_from_coefficients_are_those_of_core) {
@@ -105,6 +116,76 @@ TEST_F(LatticePassTest, nodes_from_coefficients_are_those_of_core) {
   float most = 0;
   for (const Vec3f& u : nodes_of(lattices[0], scratch)) most = std::max(most, u.norm());
   EXPECT_GT(most, 0.05f);
+}
+
+TEST_F(LatticePassTest, gpu_and_processor_give_the_same_nodes) {
+  const auto all = coefficients(hair_->basis->mode_count(), 1), few = coefficients(5, 2);
+  const std::array lattices{moved(all), moved(few)};
+  const auto by_gpu = nodes_from_gpu(lattices);
+  EXPECT_TRUE(picture_.uploaded_nodes().empty());
+  picture_ = {};
+  sum_ = NodeSum::processor;
+  const auto by_processor = nodes_from_gpu(lattices);
+  EXPECT_EQ(picture_.uploaded_nodes().size(), 2 * kLatticeRow);
+  for (std::size_t i = 0; i < lattices.size(); ++i) {
+    ASSERT_EQ(by_gpu[i].size(), by_processor[i].size());
+    for (std::size_t n = 0; n < by_gpu[i].size(); ++n)
+      ASSERT_LT((by_gpu[i][n] - by_processor[i][n]).norm(), kNode_m) << n;
+  }
+}
+
+TEST_F(LatticePassTest, hair_that_sleeps_is_not_summed_up_again) {
+  const Nodes other = rough_nodes({Vec3f::Zero(), Vec3f::Constant(0.05f), {13, 12, 11}}, 7);
+  const MovedLattice uploaded{&other.geometry, other.displacements};
+  for (const NodeSum sum : {NodeSum::gpu, NodeSum::processor}) {
+    picture_ = {};
+    sum_ = sum;
+    auto first = coefficients(20, 1), second = coefficients(9, 2);
+    std::vector<MovedLattice> lattices{moved(first), moved(second), moved(first)};
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 3u);
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 0u);
+    second[8] *= -1;
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 1u);
+    // One that comes moves the rows of all, and only the rows of those after it.
+    lattices.insert(lattices.begin() + 1, uploaded);
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 4u);
+    lattices.erase(lattices.begin() + 1);
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 2u);
+    lattices[2] = moved(second);
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 1u);
+  }
+}
+
+TEST_F(LatticePassTest, basis_at_the_address_of_one_that_is_gone_is_another) {
+  const auto c = coefficients(5, 1);
+  Basis place = *hair_->basis;
+  for (int round = 0; round < 2; ++round) {
+    for (std::int16_t& integer : place.modes) integer = static_cast<std::int16_t>(-integer);
+    const std::shared_ptr<const Basis> basis(&place, [](const Basis*) {});
+    const std::array lattices{MovedLattice{&hair_->geometry(), {}, basis, c}};
+    EXPECT_LT(furthest(lattices), kNode_m);
+    EXPECT_EQ(new_count(), 1u);
+    std::array<ShownCharacter, 1> unseen;
+    unseen[0].lattice.geometry = &hair_->geometry();
+    picture_.begin(unseen);
+  }
+}
+
+TEST(NodeSum, software_renderers_leave_it_to_the_processor) {
+  for (const char* software :
+       {"llvmpipe (LLVM 15.0.6, 256 bits)", "softpipe", "Google SwiftShader", "Apple Software Renderer",
+        "ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device (Subzero) (0x0000C0DE)), SwiftShader driver)",
+        "ANGLE (Microsoft, Microsoft Basic Render Driver Direct3D11 vs_5_0 ps_5_0, D3D11)"})
+    EXPECT_EQ(node_sum_for(software), NodeSum::processor) << software;
+  for (const char* gpu : {"NVIDIA H200/PCIe/SSE2", "ANGLE (Apple, ANGLE Metal Renderer: Apple M2, Unspecified Version)",
+                          "Mesa Intel(R) UHD Graphics 620 (KBL GT2)", "Adreno (TM) 740", ""})
+    EXPECT_EQ(node_sum_for(gpu), NodeSum::gpu) << gpu;
 }
 
 TEST_F(LatticePassTest, bases_and_uploaded_nodes_share_a_picture) {
@@ -128,7 +209,7 @@ TEST_F(LatticePassTest, coefficients_that_are_none_of_hair_move_nothing) {
   for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f}) {
     const std::vector<float> c{0.1f, wrong};
     const std::array lattices{moved(c), moved(sound)};
-    const auto nodes = by_gpu(lattices);
+    const auto nodes = nodes_from_gpu(lattices);
     EXPECT_TRUE(nodes[0].empty());
     EXPECT_EQ(nodes[1].size(), 1000u);
   }
@@ -136,15 +217,14 @@ TEST_F(LatticePassTest, coefficients_that_are_none_of_hair_move_nothing) {
 
 TEST_F(LatticePassTest, basis_that_no_texture_has_room_for_is_summed_up_before) {
   const auto c = coefficients(30, 1);
-  CharacterRecords records;
-  records.clear(mode_rows(hair_->geometry(), *hair_->basis) - 1);
-  ShownCharacter character;
-  character.lattice = moved(c);
-  records.add(character, Vec3::Zero(), {}, 1, false, {});
+  std::array<ShownCharacter, 1> characters;
+  characters[0].lattice = moved(c);
+  picture_.begin(characters, NodeSum::gpu, mode_rows(hair_->geometry(), *hair_->basis) - 1);
+  picture_.add(0, Vec3::Zero(), {}, 1, false, {});
   std::vector<Vec3f> scratch;
-  const std::span<const Vec3f> nodes = nodes_of(character.lattice, scratch);
-  ASSERT_EQ(records.uploaded_nodes().size(), kLatticeRow);
-  for (std::size_t n = 0; n < nodes.size(); ++n) EXPECT_EQ(records.uploaded_nodes()[n].head<3>(), nodes[n]);
+  const std::span<const Vec3f> nodes = nodes_of(characters[0].lattice, scratch);
+  ASSERT_EQ(picture_.uploaded_nodes().size(), kLatticeRow);
+  for (std::size_t n = 0; n < nodes.size(); ++n) EXPECT_EQ(picture_.uploaded_nodes()[n].head<3>(), nodes[n]);
 }
 
 }  // namespace

@@ -60,14 +60,16 @@ class ShaderTest : public testing::Test {
   // without a skin the poses do not matter. `nodes` null: at rest. `first` and `second`: the rows of their points.
   void fill_records(const Nodes* nodes, float quadratic, const CharacterRecords::PointRows& first = {},
                     const CharacterRecords::PointRows& second = {}) {
-    ShownCharacter character;
+    std::array<ShownCharacter, 2> characters;
+    ShownCharacter& character = characters[1];
     if (nodes != nullptr) character.lattice = {&nodes->geometry, nodes->displacements};
     character.pose = pose_;
     DrawDetail detail;
     detail.quadratic = quadratic;
     CharacterRecords records;
-    records.add({}, Vec3::Zero(), {}, 1, false, first);
-    records.add(character, Vec3::Zero(), detail, 4e-4f, false, second);
+    records.begin(characters);
+    records.add(0, Vec3::Zero(), {}, 1, false, first);
+    records.add(1, Vec3::Zero(), detail, 4e-4f, false, second);
     records_->fill(records.records());
     lattices_->run(records);
   }

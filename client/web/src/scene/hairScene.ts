@@ -31,6 +31,7 @@ import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
 import { LatticePass } from "./latticePass";
+import { nodeSumFor, rendererName, type NodeSum } from "./nodeSum";
 import { SkinTexture } from "./skinTexture";
 import { CharacterRecords, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
@@ -110,6 +111,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
   readonly #density = new HairDensityPass(this.#records.texture, this.#placement.texture, this.#uniforms.rig);
+  readonly #nodeSum: NodeSum;
   readonly #environment = new EnvironmentLight();
   readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
@@ -138,6 +140,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.name = "hairnet";
     this.#source = source;
     this.#renderer = renderer;
+    this.#nodeSum = nodeSumFor(rendererName(renderer));
     this.#options = options;
     this.lights = options.lights ?? "studio";
     this.#uniforms.all.card_texture.value = this.#cardTexture.texture;
@@ -208,7 +211,10 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.motion.dispose();
   }
 
-  readonly #onRestored = () => this.#cardTexture.forget();
+  readonly #onRestored = () => {
+    this.#cardTexture.forget();
+    this.#lattices.forget();
+  };
 
   // Adds and removes characters with their members, and grooms with their characters.
   #meet(members: readonly ShownMember[]): void {
@@ -270,7 +276,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     const allViews = [...views, ...further];
     this.#shown.length = 0;
     for (const groom of this.#grooms.values()) groom.shown.length = 0;
-    for (const member of members) {
+    for (const [number, member] of members.entries()) {
       const character = this.characters.get(member.member);
       if (!character) continue;
       const entry = this.#grooms.get(member.groomKey);
@@ -286,6 +292,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         character.detail ?? detailFor(drawn.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
       const one: ShownCharacter = {
         member,
+        number,
         character,
         pose: placed.pose,
         size: placed.size,
@@ -294,7 +301,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
         ballRadiusM: 1.3 * (groom?.radiusM ?? 0.5) + 0.1,
         screenHeight: seen.screenHeight,
-        lattice: member.lattice?.coarse ?? member.lattice,
+        // Nodes that the processor has summed up anyway cost nothing more.
+        lattice: (this.#nodeSum === "gpu" && member.lattice?.coarse) || member.lattice,
       };
       this.#shown.push(one);
       if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
@@ -320,6 +328,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#lattices.begin(
       members.map(({ lattice }) => lattice),
       this.#renderer.capabilities.maxTextureSize,
+      this.#nodeSum,
     );
     this.#records.begin(rows);
     const counts = this.statistics;
@@ -386,7 +395,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       strayM: kStrayM,
       size: one.size,
       bodyVisible: character.bodyVisible,
-      lattice: one.member.lattice && this.#lattices.add(one.member.lattice, this.#records.count),
+      lattice: this.#lattices.add(one.number, this.#records.count),
       pointRows,
       density,
     });
@@ -443,6 +452,8 @@ interface GroomEntry {
 
 interface ShownCharacter extends Drawn, MovingCharacter {
   readonly member: ShownMember;
+  /** of the member in this picture */
+  readonly number: number;
   readonly character: HairCharacter;
   readonly importance: MemberImportance;
 }

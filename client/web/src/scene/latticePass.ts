@@ -17,13 +17,14 @@ import {
   type Texture,
   type WebGLRenderer,
 } from "three";
-import { kCoefficientMaxM, kLatticeRow } from "../generated/constants";
+import { kCoefficientMaxM, kLatticeRow, kNodesAreThere } from "../generated/constants";
 import type { Basis } from "../hair/basis";
 import type { LevelGeometry } from "../hair/lattice";
 import type { MovedLattice, MovedModes } from "../hair/movedLattice";
 import type { PlacedLattice } from "./characterRecords";
 import { FloatTexture } from "./floatTexture";
 import { modeRows, modeTexels, nodeRows } from "./modeTexels";
+import type { NodeSum } from "./nodeSum";
 import { shader } from "./shaders";
 
 /** The records, from `first` to `last`, whose lattices have one source. */
@@ -34,10 +35,22 @@ interface Source {
   readonly modes: DataTexture | null;
 }
 
+/** The rows of a lattice's nodes, and what they are the sum of. */
+interface Nodes {
+  readonly firstRow: number;
+  readonly rowCount: number;
+  /** null: it is not known */
+  basis: Basis | null;
+  coefficients: Float32Array;
+  /** from the picture before */
+  isThere: boolean;
+}
+
 /**
  * Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. The GPU sums modes up: a basis
  * lies there once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of
- * lattices without modes are uploaded. Each lattice has rows of its own.
+ * lattices without modes, and all that the processor sums up, are uploaded. Each lattice has rows of its own, which stay
+ * from picture to picture, so that hair that sleeps costs nothing.
  */
 export class LatticePass {
   readonly #nodes = new WebGLRenderTarget(kLatticeRow, 1, {
@@ -54,13 +67,16 @@ export class LatticePass {
   /** of this picture; the first is that of uploaded nodes, the others have the numbers of bases */
   readonly #sources: Source[] = [];
   readonly #numbers = new Map<Basis, number>();
-  #rows = 0;
+  /** of the lattices of this picture */
+  #lattices: readonly (MovedLattice | null)[] = [];
+  #rows: Nodes[] = [];
+  #sum: NodeSum = "gpu";
   #rowsMax = 0;
   #uploadedRows = 0;
   readonly #uniforms: Record<string, IUniform>;
   readonly #geometry = new InstancedBufferGeometry();
-  readonly #sum: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #copy: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
+  readonly #summing: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
+  readonly #copying: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
   readonly #camera = new Camera();
 
   constructor(records: Texture) {
@@ -73,8 +89,8 @@ export class LatticePass {
       basis: { value: 0 },
     };
     this.#geometry.setDrawRange(0, 6);
-    this.#sum = this.#makePass("mode_nodes.frag");
-    this.#copy = this.#makePass("uploaded_nodes.frag");
+    this.#summing = this.#makePass("mode_nodes.frag");
+    this.#copying = this.#makePass("uploaded_nodes.frag");
   }
 
   /** The nodes of all lattices: displacements, as the bits of floats. */
@@ -95,16 +111,22 @@ export class LatticePass {
   }
 
   /**
-   * Begins a picture. `lattices`: of all characters, also of those that are not drawn: their bases stay on the GPU.
-   * `rowsMax`: of a texture.
+   * Begins a picture. `lattices`: of all characters, also of those that are not drawn: their bases and nodes stay on the
+   * GPU. `rowsMax`: of a texture.
    */
-  begin(lattices: Iterable<MovedLattice | null>, rowsMax: number): void {
+  begin(lattices: readonly (MovedLattice | null)[], rowsMax: number, sum: NodeSum = "gpu"): void {
+    this.#lattices = lattices;
     this.#rowsMax = rowsMax;
+    this.#sum = sum;
+    this.#placeRows();
     const bases = new Set<Basis>();
     let uploaded = 0;
-    for (const lattice of lattices) {
-      if (lattice?.modes && this.#hasRoom(lattice.geometry, lattice.modes.basis)) bases.add(lattice.modes.basis);
-      else if (lattice) uploaded += nodeRows(lattice.geometry);
+    for (const [number, nodes] of this.#rows.entries()) {
+      const lattice = lattices[number];
+      const modes = lattice?.modes;
+      nodes.isThere = modes !== undefined && modes.basis === nodes.basis && isSame(modes, nodes);
+      if (lattice && this.#isSummed(lattice)) bases.add(modes!.basis);
+      else if (!nodes.isThere) uploaded += nodes.rowCount;
     }
     for (const [basis, texture] of this.#bases) {
       if (bases.has(basis)) continue;
@@ -114,32 +136,31 @@ export class LatticePass {
     this.#uploaded.reserve(Math.max(uploaded, 1));
     this.#sources.splice(0, Infinity, { first: Infinity, last: -1, modes: null });
     this.#numbers.clear();
-    this.#rows = this.#uploadedRows = 0;
+    this.#uploadedRows = 0;
   }
 
-  /** The place of the lattice of a record; null if it is not finite, or for lack of room. */
-  add(lattice: MovedLattice, record: number): PlacedLattice | null {
-    const rows = nodeRows(lattice.geometry);
-    if (this.#rows + rows > this.#rowsMax) return null;
-    const isSummed = lattice.modes && this.#hasRoom(lattice.geometry, lattice.modes.basis);
-    const placed = isSummed ? this.#sumUp(lattice.geometry, lattice.modes!) : this.#upload(lattice.grid, rows);
+  /** The GPU has lost all nodes. */
+  forget(): void {
+    for (const nodes of this.#rows) nodes.basis = null;
+  }
+
+  /** The place of a lattice, by its number in `begin`, for a record; null if it is not finite, or for lack of room. */
+  add(number: number, record: number): PlacedLattice | null {
+    const lattice = this.#lattices[number];
+    const nodes = this.#rows[number];
+    if (!lattice || nodes.firstRow + nodes.rowCount > this.#rowsMax) return null;
+    const placed = nodes.isThere ? kThere : this.#fill(lattice, nodes);
     if (!placed) return null;
-    const source = this.#sources[placed.basis];
-    source.first = Math.min(source.first, record);
-    source.last = record;
-    const firstNode = kLatticeRow * this.#rows;
-    this.#rows += rows;
-    return { ...lattice.geometry.lattice, firstNode, ...placed };
+    if (!nodes.isThere) {
+      const source = this.#sources[placed.basis];
+      source.first = Math.min(source.first, record);
+      source.last = record;
+    }
+    return { ...lattice.geometry.lattice, firstNode: kLatticeRow * nodes.firstRow, ...placed };
   }
 
   /** Records must have been written. Do not call it while the renderer draws something else. */
   run(renderer: WebGLRenderer): void {
-    const { height } = this.#nodes;
-    if (this.#rows > height || height > Math.max(4 * this.#rows, 8)) {
-      const wanted = Math.max(this.#rows, Math.min(Math.ceil(1.5 * this.#rows), this.#rowsMax), 1);
-      this.#nodes.setSize(kLatticeRow, wanted);
-      this.#uniforms.target_rows.value = wanted;
-    }
     if (this.#uploadedRows > 0) this.#uploaded.write();
     const before = renderer.getRenderTarget();
     const { autoClear } = renderer;
@@ -152,7 +173,7 @@ export class LatticePass {
       this.#uniforms.first_record.value = first;
       this.#uniforms.basis.value = basis;
       this.#uniforms.modes.value = modes;
-      renderer.render(modes ? this.#sum : this.#copy, this.#camera);
+      renderer.render(modes ? this.#summing : this.#copying, this.#camera);
     }
     renderer.setRenderTarget(before);
     renderer.autoClear = autoClear;
@@ -173,21 +194,49 @@ export class LatticePass {
     for (const texture of this.#bases.values()) texture.dispose();
     this.#bases.clear();
     this.#geometry.dispose();
-    this.#sum.material.dispose();
-    this.#copy.material.dispose();
+    this.#summing.material.dispose();
+    this.#copying.material.dispose();
   }
 
-  #hasRoom(geometry: LevelGeometry, basis: Basis): boolean {
-    return modeRows(geometry, basis) <= this.#rowsMax;
+  /** Rows move when lattices before theirs come, leave or become larger. */
+  #placeRows(): void {
+    let row = 0;
+    this.#rows = this.#lattices.map((lattice, number) => {
+      const rowCount = lattice ? nodeRows(lattice.geometry) : 0;
+      const firstRow = row;
+      row += rowCount;
+      const before = this.#rows[number];
+      if (before?.firstRow === firstRow && before.rowCount === rowCount) return before;
+      return { firstRow, rowCount, basis: null, coefficients: kNone, isThere: false };
+    });
+    const wanted = Math.max(Math.min(row, this.#rowsMax), 1);
+    const { height } = this.#nodes;
+    if (wanted <= height && height <= Math.max(4 * wanted, 8)) return;
+    this.#nodes.setSize(kLatticeRow, wanted);
+    this.#uniforms.target_rows.value = wanted;
+    this.forget();
   }
 
-  #sumUp(geometry: LevelGeometry, { basis, coefficients }: MovedModes): PlacedNodes | null {
+  /** The processor sums up a basis that is too large for a texture. */
+  #isSummed({ geometry, modes }: MovedLattice): boolean {
+    return this.#sum === "gpu" && modes !== undefined && modeRows(geometry, modes.basis) <= this.#rowsMax;
+  }
+
+  #fill(lattice: MovedLattice, nodes: Nodes): PlacedNodes | null {
+    const { geometry, modes } = lattice;
+    nodes.basis = null;
     let count = 0;
-    for (let k = 0; k < coefficients.length; ++k) {
-      if (!(Math.abs(coefficients[k]) <= kCoefficientMaxM)) return null;
-      if (coefficients[k] !== 0) count = k + 1;
+    if (modes) {
+      const { coefficients } = modes;
+      for (let k = 0; k < coefficients.length; ++k) {
+        if (!(Math.abs(coefficients[k]) <= kCoefficientMaxM)) return null;
+        if (coefficients[k] !== 0) count = k + 1;
+      }
+      nodes.basis = modes.basis;
+      nodes.coefficients = coefficients.slice(0, count);
     }
-    return { basis: this.#numberOf(geometry, basis), coefficients: coefficients.subarray(0, count), uploadedRow: 0 };
+    if (!this.#isSummed(lattice)) return this.#upload(lattice.grid, nodes.rowCount);
+    return { basis: this.#numberOf(geometry, modes!.basis), coefficients: nodes.coefficients, uploadedRow: 0 };
   }
 
   #numberOf(geometry: LevelGeometry, basis: Basis): number {
@@ -240,3 +289,10 @@ export class LatticePass {
 type PlacedNodes = Pick<PlacedLattice, "basis" | "coefficients" | "uploadedRow">;
 
 const kNone = new Float32Array(0);
+const kThere: PlacedNodes = { basis: kNodesAreThere, coefficients: kNone, uploadedRow: 0 };
+
+function isSame({ coefficients }: MovedModes, nodes: Nodes): boolean {
+  const { length } = nodes.coefficients;
+  for (let k = 0; k < coefficients.length; ++k) if (coefficients[k] !== (k < length ? nodes.coefficients[k] : 0)) return false;
+  return length <= coefficients.length;
+}

@@ -216,7 +216,7 @@ test("a character's record and its lattice lie in textures as in C++", () => {
   const summed = new ModeLattice({ geometry: geometryOf(geometry), basis, skin: [] });
   summed.show(Float32Array.from(numbersOf.coefficients));
   pass.begin([moved, summed], 2048);
-  const placed = pass.add(moved, 0)!;
+  const placed = pass.add(0, 0)!;
   const out = new Float32Array(floats(record).length);
   const box = (ends: number[]) => new Box3().setFromArray(ends);
   const density = densityGrid(movedBox(box(strandBox), box(rootBox), moved), 3, 1e-3);
@@ -240,7 +240,7 @@ test("a character's record and its lattice lie in textures as in C++", () => {
   near("record", out, expected, kDirection);
   near("uploaded nodes", pass.uploadedNodes.subarray(0, floats(uploadedNodes).length), floats(uploadedNodes), 0);
   // The same character with a lattice of modes is the next.
-  writeRecord({ ...written, lattice: pass.add(summed, 1)! }, out);
+  writeRecord({ ...written, lattice: pass.add(1, 1)! }, out);
   out[weightAt] = floats(inModes.record)[weightAt];
   near("record with modes", out, floats(inModes.record), kDirection);
   near("modes", modeTexels(summed.geometry, basis), floats(inModes.texels), 1e-5); // of up to 20

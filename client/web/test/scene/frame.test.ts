@@ -105,6 +105,7 @@ describe("a HairScene", () => {
     domElement: { addEventListener: nothing, removeEventListener: nothing },
     capabilities: { maxTextureSize: 4096 },
     extensions: { has: () => false },
+    getContext: () => ({ getExtension: nothing, getParameter: nothing }),
     getDrawingBufferSize: (size: { set(x: number, y: number): unknown }) => size.set(800, 600),
     getRenderTarget: nothing,
     getActiveCubeFace: nothing,
