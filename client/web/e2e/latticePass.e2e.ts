@@ -16,7 +16,10 @@ afterAll(async () => {
 const inPage = () => server!.page.evaluateHandle(() => window as unknown as typeof import("./latticePage"));
 
 test.each(["gpu", "processor"] as const)("nodes of several bases by the %s are those of the basis", async (sum) => {
-  const { apartM, movedM, newCounts, error } = await (await inPage()).evaluate((page, by) => page.compareNodes(by), sum);
+  const { apartM, movedM, newCounts, error } = await (await inPage()).evaluate(
+    (page, by) => page.compareNodes(by),
+    sum,
+  );
   console.log(`nodes within ${Math.max(...apartM).toExponential(1)} m, of up to ${movedM.toFixed(2)} m`);
   expect(error).toBe(0);
   expect(apartM).toHaveLength(17);

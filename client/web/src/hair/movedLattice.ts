@@ -18,7 +18,7 @@ export interface MovedModes {
   readonly coefficients: Float32Array;
 }
 
-/** `ModeLattice.coarse` has this many. The others are a twentieth of lively motion: 11 mm of 196 for long curls (RMS). */
+/** Of `ModeLattice.coarse`. The others are a twentieth of lively motion: 11 of 196 mm for long curls (RMS). */
 const kCoarseModes = 64;
 
 /** A lattice that moves in the modes of a basis. Its nodes are computed when a caller wants them. */

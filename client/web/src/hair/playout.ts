@@ -1,7 +1,7 @@
 import type { HairBasis } from "./basis";
 import type { Frame } from "./frame";
 import { LevelIndex } from "./level";
-import { interpolatePose, movePose, rigidPose, type Pose } from "./pose";
+import { addPoseStep, interpolatePose, poseStep, rigidPose, type Pose } from "./pose";
 import { smoothstep } from "./smoothstep";
 
 const kFramesMax = 256; // stored while no caller samples
@@ -18,8 +18,13 @@ const kSmoothNsMax = 300_000_000;
 const kGoOnNs = 33e6;
 const kCorrectNsMin = 40_000_000;
 const kCorrectNsMax = 100_000_000;
+// Nobody sees a smaller correction.
+const kCorrectMinM = 1e-9;
 
-/** The state to draw at one moment. The play-out owns its arrays; they are valid until its next call. */
+/**
+ * The state to draw at one moment, until the next call of `sample`: the play-out writes each sample into the same object
+ * and arrays. Copy what you keep.
+ */
 export interface PlayoutSample {
   readonly pose: Pose;
   /** that the server steps */
@@ -32,12 +37,37 @@ export interface PlayoutSample {
   readonly timeNs: number;
 }
 
-interface State {
-  readonly pose: Pose;
-  readonly level: LevelIndex;
-  readonly coefficients: Float32Array;
-  /** null: at rest */
-  readonly basis: HairBasis | null;
+type State = Omit<PlayoutSample, "timeNs">;
+
+/** A state that is written again and again. */
+class ShownState implements PlayoutSample {
+  readonly pose = rigidPose();
+  level = LevelIndex.rigid;
+  basis: HairBasis | null = null;
+  /** one for each mode of the basis */
+  coefficients: Float32Array = kNone;
+  timeNs = 0;
+
+  /** Sets all coefficients to 0. */
+  clear(basis: HairBasis | null): void {
+    if (basis === this.basis) this.coefficients.fill(0);
+    else this.coefficients = basis ? new Float32Array(basis.basis.unit.length) : kNone;
+    this.basis = basis;
+  }
+
+  set({ pose, level, coefficients, basis }: State): void {
+    this.pose.set(pose);
+    this.level = level;
+    this.clear(basis);
+    this.add(coefficients, 1);
+  }
+
+  add(coefficients: Float32Array, weight: number): void {
+    const sum = this.coefficients;
+    const share = Math.fround(weight);
+    const count = Math.min(sum.length, coefficients.length);
+    for (let k = 0; k < count; ++k) sum[k] += share * coefficients[k];
+  }
 }
 
 interface BufferedFrame {
@@ -50,21 +80,11 @@ interface BufferedFrame {
   state: State;
 }
 
-/** What a frame that came after its turn changed: the state that was shown then, and that of the new curve. */
-interface Correction {
-  readonly shown: State;
-  readonly curve: State;
-  readonly begunNs: number;
-  readonly durationNs: number;
-}
-
-/** Shares of frames i - 2 to i + 2 in the coefficients. */
-type Weights = [number, number, number, number, number];
-
 /**
  * The jitter buffer of one character: plays its frames smoothly, with a small delay behind the newest. When no frame
- * comes it goes on, slower and slower, freezes, and after 100 ms, or after two steps of the character if that is longer,
- * eases to rest; a sleeping character stays frozen until it wakes. Time is an argument, always on the client's clock, ns.
+ * comes it goes on, slower and slower, freezes, and after 100 ms, or after two steps of the character if that is
+ * longer, eases to rest; a sleeping character stays frozen until it wakes. Time is an argument, always on the client's
+ * clock, ns.
  *
  * Between two frames, coefficients move along a cubic whose slope at a frame is that of the parabola through it and its
  * neighbours. A frame that comes after its turn changes this curve: what is shown then is eased onto the new one.
@@ -78,11 +98,17 @@ export class Playout {
   readonly #frames: BufferedFrame[] = [];
   /** of the last frames, by arrival */
   readonly #arrivals: { readonly timeNs: number; readonly latenessNs: number }[] = [];
-  /** the last result of sample(), */
-  #shown: State = { pose: rigidPose(), level: LevelIndex.rigid, coefficients: new Float32Array(0), basis: null };
-  /** and its time */
-  #timeNs = 0;
-  #correction: Correction | null = null;
+  /** between them, in order of size */
+  readonly #intervals = new Float64Array(kArrivalsMax);
+  /** the last result of sample() */
+  readonly #shown = new ShownState();
+  /** shares of frames i - 2 to i + 2 in the coefficients */
+  readonly #weights = new Float64Array(5);
+  // What a frame that came after its turn changed: what was shown then, less the new curve.
+  readonly #offset = new ShownState();
+  #isCorrecting = false;
+  #correctBegunNs = 0;
+  #correctNs = 0;
   #started = false;
   /** of the arrivals; null: must be computed again */
   #target: number | null = null;
@@ -106,8 +132,9 @@ export class Playout {
   push(frame: Frame, sampleTimeNs: number, arrivalTimeNs: number): void {
     const frames = this.#frames;
     const { discontinuous, asleep, pose, level, coefficients, basis } = frame;
-    const played = this.#started ? this.#indexAt(this.#timeNs) : -1;
-    const index = frames.filter((each) => each.timeNs < sampleTimeNs).length;
+    const played = this.#started ? this.#indexAt(this.#shown.timeNs) : -1;
+    let index = frames.length;
+    while (index > 0 && frames[index - 1].timeNs >= sampleTimeNs) --index;
     const gapNs = index > 0 ? sampleTimeNs - frames[index - 1].timeNs : 0;
     if (index < frames.length && frames[index].timeNs === sampleTimeNs) {
       if (!frame.repeated) {
@@ -145,27 +172,30 @@ export class Playout {
     const last = this.#frames[this.#frames.length - 1];
     if (!last) return;
     // The shown state may already be easing.
-    if (this.#started && this.#timeNs >= last.timeNs) {
-      last.state = this.#shown;
-      this.#correction = null;
+    if (this.#started && this.#shown.timeNs >= last.timeNs) {
+      const { pose, level, coefficients, basis } = this.#shown;
+      last.state = { pose: pose.slice(), level, coefficients: coefficients.slice(), basis };
+      this.#isCorrecting = false;
     }
     last.asleep = true;
   }
 
   /**
    * Returns what to draw at `renderTimeNs`; a time before the last one counts as the last one. Null until the first
-   * frame.
+   * frame. The result is valid until the next call.
    */
   sample(renderTimeNs: number): PlayoutSample | null {
     const frames = this.#frames;
     if (frames.length === 0) return null;
-    const from = this.#started ? this.#indexAt(this.#timeNs) : 0;
+    const shown = this.#shown;
+    const from = this.#started ? this.#indexAt(shown.timeNs) : 0;
     this.#advance(renderTimeNs);
-    const to = this.#indexAt(this.#timeNs);
-    for (let i = from; i < to; ++i) if (!this.#isJoined(i)) this.#correction = null;
-    while (frames.length > 3 && frames[3].timeNs <= this.#timeNs) frames.shift();
-    this.#shown = this.#corrected(this.#curveAt(this.#timeNs));
-    return { ...this.#shown, timeNs: this.#timeNs };
+    const to = this.#indexAt(shown.timeNs);
+    for (let i = from; i < to; ++i) if (!this.#isJoined(i)) this.#isCorrecting = false;
+    while (frames.length > 3 && frames[3].timeNs <= shown.timeNs) frames.shift();
+    this.#showCurve(shown.timeNs, shown);
+    this.#applyCorrection();
+    return shown;
   }
 
   #recordArrival(sampleTimeNs: number, arrivalTimeNs: number): void {
@@ -176,14 +206,17 @@ export class Playout {
 
   #targetDelayNs(): number {
     const arrivals = this.#arrivals;
-    const lateness = arrivals.map((each) => each.latenessNs);
-    const least = Math.min(...lateness);
-    const most = Math.max(...lateness);
-    const intervals = arrivals
-      .map(({ timeNs }, i) => (i > 0 ? timeNs - arrivals[i - 1].timeNs : 0))
-      .filter((ns) => ns > 0)
-      .sort((a, b) => a - b);
-    const mostOf = intervals[Math.floor((9 * (intervals.length - 1)) / 10)] ?? kIntervalDefaultNs;
+    let least = Infinity;
+    let most = -Infinity;
+    let count = 0;
+    for (let i = 0; i < arrivals.length; ++i) {
+      const { timeNs, latenessNs } = arrivals[i];
+      least = Math.min(least, latenessNs);
+      most = Math.max(most, latenessNs);
+      if (i > 0 && timeNs > arrivals[i - 1].timeNs) this.#intervals[count++] = timeNs - arrivals[i - 1].timeNs;
+    }
+    const intervals = this.#intervals.subarray(0, count).sort();
+    const mostOf = intervals[Math.floor((9 * (count - 1)) / 10)] ?? kIntervalDefaultNs;
     const interval = Math.max(mostOf, this.#frames[this.#frames.length - 1].stepNs);
     return least + interval + Math.max(Math.floor(interval / 2), most - least);
   }
@@ -196,17 +229,17 @@ export class Playout {
       this.#started = true;
       this.#renderTimeNs = renderTimeNs;
       this.#delayNs = target;
-      this.#timeNs = renderTimeNs - target;
+      this.#shown.timeNs = renderTimeNs - target;
       return;
     }
     const elapsed = Math.max(0, renderTimeNs - this.#renderTimeNs);
     this.#renderTimeNs += elapsed;
-    const starved = this.#frames[this.#frames.length - 1].timeNs < this.#timeNs;
+    const starved = this.#frames[this.#frames.length - 1].timeNs < this.#shown.timeNs;
     const slew = Math.floor(kSlewMax * elapsed);
     // There is no newer frame to show. Stop the play time here, so that late frames are in time again.
     if (starved && target > this.#delayNs) this.#delayNs = target;
     else this.#delayNs += Math.min(Math.max(target - this.#delayNs, -slew), slew);
-    this.#timeNs = Math.max(this.#timeNs, this.#renderTimeNs - this.#delayNs);
+    this.#shown.timeNs = Math.max(this.#shown.timeNs, this.#renderTimeNs - this.#delayNs);
   }
 
   /** The last frame that is not after a time, or the first. */
@@ -219,8 +252,8 @@ export class Playout {
 
   /** Whether frame i and the next may be mixed. */
   #isJoined(i: number): boolean {
-    const [from, to] = [this.#frames[i], this.#frames[i + 1]];
-    return !to.discontinuous && areJoined(from.state, to.state);
+    const to = this.#frames[i + 1];
+    return !to.discontinuous && areJoined(this.#frames[i].state, to.state);
   }
 
   /** Whether frame i and the next say how fast the character moved. */
@@ -233,57 +266,52 @@ export class Playout {
   }
 
   /** Adds a share of the mean speed between frame j and the next. */
-  #addDifference(i: number, j: number, share: number, weights: Weights): void {
-    weights[j + 1 + 2 - i] += share / this.#durationNs(j);
-    weights[j + 2 - i] -= share / this.#durationNs(j);
+  #addDifference(i: number, j: number, share: number): void {
+    const weight = share / this.#durationNs(j);
+    this.#weights[j + 1 + 2 - i] += weight;
+    this.#weights[j + 2 - i] -= weight;
   }
 
   /**
    * Adds a share of the speed at frame j: of the parabola through it and its neighbours, or, at an end, through it and
    * the two next to it.
    */
-  #addSlope(i: number, j: number, share: number, weights: Weights): void {
+  #addSlope(i: number, j: number, share: number): void {
     const count = this.#frames.length;
     const hasBefore = j > 0 && this.#isSmooth(j - 1);
     const hasAfter = j + 1 < count && this.#isSmooth(j);
     if (hasBefore && hasAfter) {
-      const [h0, h] = [this.#durationNs(j - 1), this.#durationNs(j)];
-      this.#addDifference(i, j - 1, (share * h) / (h0 + h), weights);
-      this.#addDifference(i, j, (share * h0) / (h0 + h), weights);
+      const h0 = this.#durationNs(j - 1);
+      const h = this.#durationNs(j);
+      this.#addDifference(i, j - 1, (share * h) / (h0 + h));
+      this.#addDifference(i, j, (share * h0) / (h0 + h));
     } else if (hasBefore) {
       const hasTwo = j > 1 && this.#isSmooth(j - 2);
       const bend = hasTwo ? this.#durationNs(j - 1) / (this.#durationNs(j - 2) + this.#durationNs(j - 1)) : 0;
-      this.#addDifference(i, j - 1, share * (1 + bend), weights);
-      if (hasTwo) this.#addDifference(i, j - 2, -share * bend, weights);
+      this.#addDifference(i, j - 1, share * (1 + bend));
+      if (hasTwo) this.#addDifference(i, j - 2, -share * bend);
     } else if (hasAfter) {
       const hasTwo = j + 2 < count && this.#isSmooth(j + 1);
       const bend = hasTwo ? this.#durationNs(j) / (this.#durationNs(j) + this.#durationNs(j + 1)) : 0;
-      this.#addDifference(i, j, share * (1 + bend), weights);
-      if (hasTwo) this.#addDifference(i, j + 1, -share * bend, weights);
+      this.#addDifference(i, j, share * (1 + bend));
+      if (hasTwo) this.#addDifference(i, j + 1, -share * bend);
     }
   }
 
-  #blended(i: number, weights: Weights): Float32Array {
-    const of = (w: number) => this.#frames[i + w - 2].state.coefficients;
-    let count = 0;
-    weights.forEach((weight, w) => {
-      if (weight !== 0) count = Math.max(count, of(w).length);
-    });
-    const blended = new Float32Array(count);
-    weights.forEach((weight, w) => {
-      if (weight === 0) return;
-      const c = of(w);
-      const share = Math.fround(weight);
-      for (let k = 0; k < c.length; ++k) blended[k] += share * c[k];
-    });
-    return blended;
+  /** Adds the coefficients of frames i - 2 to i + 2 by their weights. */
+  #addFrames(i: number, out: ShownState): void {
+    for (let w = 0; w < this.#weights.length; ++w) {
+      const weight = this.#weights[w];
+      if (weight !== 0) out.add(this.#frames[i + w - 2].state.coefficients, weight);
+    }
   }
 
-  #curveAt(timeNs: number): State {
+  #showCurve(timeNs: number, out: ShownState): void {
     const i = this.#indexAt(timeNs);
-    if (i + 1 === this.#frames.length) return this.#afterLast(timeNs);
-    const from = this.#frames[i];
-    return timeNs <= from.timeNs || !this.#isJoined(i) ? from.state : this.#between(i, timeNs);
+    const { timeNs: fromNs, state } = this.#frames[i];
+    if (i + 1 === this.#frames.length) this.#showAfterLast(timeNs, out);
+    else if (timeNs <= fromNs || !this.#isJoined(i)) out.set(state);
+    else this.#showBetween(i, timeNs, out);
   }
 
   /**
@@ -291,74 +319,80 @@ export class Playout {
    *
    *   c(s) = c_0 + s^2 (3 - 2 s) (c_1 - c_0) + s (1 - s)^2 h m_0 - s^2 (1 - s) h m_1.
    */
-  #between(i: number, timeNs: number): State {
-    const [from, to] = [this.#frames[i], this.#frames[i + 1]];
+  #showBetween(i: number, timeNs: number, out: ShownState): void {
+    const from = this.#frames[i];
+    const to = this.#frames[i + 1];
     const h = this.#durationNs(i);
     const s = (timeNs - from.timeNs) / h;
     const isSmooth = this.#isSmooth(i);
     const ahead = isSmooth ? s * s * (3 - 2 * s) : s;
-    const weights: Weights = [0, 0, 1 - ahead, ahead, 0];
+    const weights = this.#weights.fill(0);
+    weights[2] = 1 - ahead;
+    weights[3] = ahead;
     if (isSmooth) {
-      this.#addSlope(i, i, s * (1 - s) * (1 - s) * h, weights);
-      this.#addSlope(i, i + 1, -s * s * (1 - s) * h, weights);
+      this.#addSlope(i, i, s * (1 - s) * (1 - s) * h);
+      this.#addSlope(i, i + 1, -s * s * (1 - s) * h);
     }
-    return {
-      pose: interpolatePose(from.state.pose, to.state.pose, s, rigidPose()),
-      level: to.state.level,
-      coefficients: this.#blended(i, weights),
-      basis: to.state.basis ?? from.state.basis,
-    };
+    interpolatePose(from.state.pose, to.state.pose, s, out.pose);
+    out.level = to.state.level;
+    out.clear(to.state.basis ?? from.state.basis);
+    this.#addFrames(i, out);
   }
 
-  #afterLast(timeNs: number): State {
+  #showAfterLast(timeNs: number, out: ShownState): void {
     const i = this.#frames.length - 1;
-    const last = this.#frames[i];
-    const afterNs = Math.max(0, timeNs - last.timeNs);
-    const weights: Weights = [0, 0, 1, 0, 0];
-    let { pose } = last.state;
-    if (!last.asleep && i > 0 && this.#isSmooth(i - 1)) {
+    const { state, asleep, stepNs, timeNs: lastNs } = this.#frames[i];
+    const afterNs = Math.max(0, timeNs - lastNs);
+    const weights = this.#weights.fill(0);
+    weights[2] = 1;
+    out.pose.set(state.pose);
+    if (!asleep && i > 0 && this.#isSmooth(i - 1)) {
       const movedNs = kGoOnNs * (1 - Math.exp(-afterNs / kGoOnNs));
-      this.#addSlope(i, i, movedNs, weights);
-      pose = interpolatePose(this.#frames[i - 1].state.pose, pose, 1 + movedNs / this.#durationNs(i - 1), rigidPose());
+      this.#addSlope(i, i, movedNs);
+      interpolatePose(this.#frames[i - 1].state.pose, state.pose, 1 + movedNs / this.#durationNs(i - 1), out.pose);
     }
-    const waited = afterNs - Math.max(kFreezeNs, 2 * last.stepNs);
-    const left = last.asleep ? 1 : 1 - smoothstep(0, kEaseToRestNs, waited);
+    const waited = afterNs - Math.max(kFreezeNs, 2 * stepNs);
+    const left = asleep ? 1 : 1 - smoothstep(0, kEaseToRestNs, waited);
     for (let w = 0; w < weights.length; ++w) weights[w] *= left;
-    const { level, basis } = last.state;
-    return { pose, level, coefficients: basis ? this.#blended(i, weights) : kNone, basis };
+    out.level = state.level;
+    out.clear(state.basis);
+    this.#addFrames(i, out);
   }
 
   /** The curve has changed: shows the same as before, and eases onto it. */
   #correct(gapNs: number): void {
-    const curve = this.#curveAt(this.#timeNs);
     const shown = this.#shown;
-    const durationNs = Math.min(Math.max(gapNs, kCorrectNsMin), kCorrectNsMax);
-    this.#correction = areJoined(shown, curve) ? { shown, curve, begunNs: this.#timeNs, durationNs } : null;
+    const offset = this.#offset;
+    this.#showCurve(shown.timeNs, offset);
+    this.#isCorrecting = areJoined(shown, offset);
+    if (!this.#isCorrecting) return;
+    this.#correctBegunNs = shown.timeNs;
+    this.#correctNs = Math.min(Math.max(gapNs, kCorrectNsMin), kCorrectNsMax);
+    const isPosed = poseStep(offset.pose, shown.pose, offset.pose);
+    const isOther = offset.basis !== shown.basis;
+    for (let k = 0; k < offset.coefficients.length; ++k) offset.coefficients[k] *= -1;
+    if (!offset.basis) offset.clear(shown.basis);
+    offset.add(shown.coefficients, 1);
+    this.#isCorrecting = isPosed || isOther || offset.coefficients.some((c) => Math.abs(c) > kCorrectMinM);
   }
 
-  #corrected(state: State): State {
-    if (!this.#correction) return state;
-    const { shown, curve, begunNs, durationNs } = this.#correction;
-    const left = 1 - smoothstep(0, durationNs, this.#timeNs - begunNs);
-    const basis = shown.basis ?? curve.basis;
-    if (left <= 0 || (basis && state.basis && basis !== state.basis)) {
-      this.#correction = null;
-      return state;
+  #applyCorrection(): void {
+    if (!this.#isCorrecting) return;
+    const shown = this.#shown;
+    const { pose, coefficients, basis } = this.#offset;
+    const left = 1 - smoothstep(0, this.#correctNs, shown.timeNs - this.#correctBegunNs);
+    if (left <= 0 || !areJoined(shown, this.#offset)) {
+      this.#isCorrecting = false;
+      return;
     }
-    const pose = movePose(state.pose, curve.pose, shown.pose, left, rigidPose());
-    if (!basis) return { ...state, pose };
-    const count = Math.max(state.coefficients.length, shown.coefficients.length, curve.coefficients.length);
-    const coefficients = new Float32Array(count);
-    coefficients.set(state.coefficients);
-    const share = Math.fround(left);
-    for (let k = 0; k < shown.coefficients.length; ++k) coefficients[k] += share * shown.coefficients[k];
-    for (let k = 0; k < curve.coefficients.length; ++k) coefficients[k] -= share * curve.coefficients[k];
-    return { pose, level: state.level, coefficients, basis };
+    addPoseStep(shown.pose, pose, left);
+    if (!shown.basis) shown.clear(basis);
+    shown.add(coefficients, left);
   }
 }
 
 const kNone = new Float32Array(0);
 
-function areJoined(from: State, to: State): boolean {
+function areJoined(from: Pick<State, "basis">, to: Pick<State, "basis">): boolean {
   return from.basis === to.basis || !from.basis || !to.basis;
 }

@@ -62,7 +62,7 @@ export function validatePose(pose: ArrayLike<number>): void {
   if (fault) throw new HairnetError("invalid", fault);
 }
 
-/** Linear in position, shortest-arc slerp in rotation, bone by bone; an s beyond [0, 1] goes on. `out` may be a or b. */
+/** Linear in position, shortest-arc slerp in rotation, bone by bone; s beyond [0, 1] goes on. `out` may be a or b. */
 export function interpolatePose(a: Pose, b: Pose, s: number, out: Pose): Pose {
   for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
     slerp(a, b, at, s, out);
@@ -71,28 +71,50 @@ export function interpolatePose(a: Pose, b: Pose, s: number, out: Pose): Pose {
   return out;
 }
 
-/** Moves `pose` by a share of the way from one pose to another, bone by bone. */
-export function movePose(pose: Pose, from: Pose, to: Pose, share: number, out: Pose): Pose {
-  const turn = new Float64Array(4);
-  const unturned = Float64Array.of(0, 0, 0, 1);
+// Nobody sees a smaller step of a bone, m or radians.
+const kStepMin = 1e-9;
+const kAtRest = rigidPose();
+const scratch = rigidPose();
+
+/**
+ * How each bone turns (x y z w) and moves from one pose to another. `out` may be either of them. Returns whether any
+ * bone does so visibly.
+ */
+export function poseStep(from: Pose, to: Pose, out: Pose): boolean {
+  let isStep = false;
   for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
-    const back = [-from[at], -from[at + 1], -from[at + 2], from[at + 3]];
-    multiply(to.subarray(at, at + 4), back, turn);
-    slerp(unturned, turn, 0, share, turn);
-    multiply(turn, pose.subarray(at, at + 4), out.subarray(at, at + 4));
-    for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = pose[axis] + share * (to[axis] - from[axis]);
+    for (let i = at; i < at + 3; ++i) scratch[i] = -from[i];
+    scratch[at + 3] = from[at + 3];
+    multiply(to, scratch, at, out);
+    for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = to[axis] - from[axis];
+    isStep ||= isBoneStep(out, at);
   }
-  return out;
+  return isStep;
 }
 
-/** The turn b, then a; x y z w. */
-function multiply(a: ArrayLike<number>, b: ArrayLike<number>, out: Float64Array): void {
-  out.set([
-    a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-    a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-    a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
-    a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
-  ]);
+/** Moves `pose` by a share of a step, bone by bone. */
+export function addPoseStep(pose: Pose, step: Pose, share: number): void {
+  for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
+    if (!isBoneStep(step, at)) continue;
+    slerp(kAtRest, step, at, share, scratch);
+    multiply(scratch, pose, at, pose);
+    for (let axis = at + 4; axis < at + 7; ++axis) pose[axis] += share * step[axis];
+  }
+}
+
+function isBoneStep(step: Pose, at: number): boolean {
+  for (let i = at; i < at + kNumbersPerBone; ++i) if (i !== at + 3 && Math.abs(step[i]) > kStepMin) return true;
+  return false;
+}
+
+/** The turn b of a bone, then a; x y z w. `out` may be a or b. */
+function multiply(a: Pose, b: Pose, at: number, out: Pose): void {
+  const [ax, ay, az, aw] = [a[at], a[at + 1], a[at + 2], a[at + 3]];
+  const [bx, by, bz, bw] = [b[at], b[at + 1], b[at + 2], b[at + 3]];
+  out[at] = aw * bx + ax * bw + ay * bz - az * by;
+  out[at + 1] = aw * by - ax * bz + ay * bw + az * bx;
+  out[at + 2] = aw * bz + ax * by - ay * bx + az * bw;
+  out[at + 3] = aw * bw - ax * bx - ay * by - az * bz;
 }
 
 function slerp(a: Pose, b: Pose, at: number, s: number, out: Pose): void {
@@ -111,7 +133,7 @@ function slerp(a: Pose, b: Pose, at: number, s: number, out: Pose): void {
   const y = ofA * a[at + 1] + ofB * b[at + 1];
   const z = ofA * a[at + 2] + ofB * b[at + 2];
   const w = ofA * a[at + 3] + ofB * b[at + 3];
-  const scale = 1 / Math.hypot(x, y, z, w);
+  const scale = 1 / Math.sqrt(x * x + y * y + z * z + w * w);
   out[at] = x * scale;
   out[at + 1] = y * scale;
   out[at + 2] = z * scale;

@@ -15,7 +15,7 @@ export class Member {
   skin: Skin | null = null;
   /** why its groom cannot be shown; empty: it can, or has not arrived yet */
   fault = "";
-  /** null: no frame has arrived */
+  /** Written at every sample; null: no frame has arrived. */
   pose: Pose | null = null;
   /** null: its hair is at rest */
   lattice: ModeLattice | null = null;

@@ -18,7 +18,7 @@ export interface PlacedLattice {
   readonly spacing: ArrayLike<number>;
   readonly dims: ArrayLike<number>;
   readonly firstNode: number;
-  /** number of its basis in the picture, from 1; 0: its nodes are uploaded; -1: they are there from the picture before */
+  /** number of its basis in the picture, from 1; 0: its nodes are uploaded; -1: they are there already */
   readonly basis: number;
   /** of its modes, m; none where nodes are uploaded */
   readonly coefficients: Float32Array;

@@ -187,7 +187,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#frame();
   }
 
-  /** For `Picture`: the random numbers of the hair's coverage, other ones for each picture of an average; by default 0. */
+  /** For `Picture`: the random numbers of the hair's coverage, others for each picture of an average; by default 0. */
   set ditherSeed(seed: number) {
     this.#uniforms.all.dither_seed.value = seed;
   }

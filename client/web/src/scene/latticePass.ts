@@ -49,8 +49,8 @@ interface Nodes {
 /**
  * Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. The GPU sums modes up: a basis
  * lies there once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of
- * lattices without modes, and all that the processor sums up, are uploaded. Each lattice has rows of its own, which stay
- * from picture to picture, so that hair that sleeps costs nothing.
+ * lattices without modes, and all that the processor sums up, are uploaded. Each lattice has rows of its own, which
+ * stay from picture to picture, so that hair that sleeps costs nothing.
  */
 export class LatticePass {
   readonly #nodes = new WebGLRenderTarget(kLatticeRow, 1, {
@@ -111,8 +111,8 @@ export class LatticePass {
   }
 
   /**
-   * Begins a picture. `lattices`: of all characters, also of those that are not drawn: their bases and nodes stay on the
-   * GPU. `rowsMax`: of a texture.
+   * Begins a picture. `lattices`: of all characters, also of those that are not drawn: their bases and nodes stay on
+   * the GPU. `rowsMax`: of a texture.
    */
   begin(lattices: readonly (MovedLattice | null)[], rowsMax: number, sum: NodeSum = "gpu"): void {
     this.#lattices = lattices;
@@ -293,6 +293,7 @@ const kThere: PlacedNodes = { basis: kNodesAreThere, coefficients: kNone, upload
 
 function isSame({ coefficients }: MovedModes, nodes: Nodes): boolean {
   const { length } = nodes.coefficients;
-  for (let k = 0; k < coefficients.length; ++k) if (coefficients[k] !== (k < length ? nodes.coefficients[k] : 0)) return false;
+  for (let k = 0; k < coefficients.length; ++k)
+    if (coefficients[k] !== (k < length ? nodes.coefficients[k] : 0)) return false;
   return length <= coefficients.length;
 }

@@ -118,6 +118,32 @@ describe("play-out", () => {
     }
   });
 
+  it("writes each sample into the same arrays, and never into those of frames", () => {
+    const playout = new Playout();
+    const frames = Array.from({ length: 40 }, (_, n) =>
+      frameOf({
+        pose: rigidPose([0, 0, 0, 1], [n, 0, 0]),
+        coefficients: Float32Array.of(n, 2 * n, 3 * n),
+        basis: oneNode,
+        asleep: n === 39,
+      }),
+    );
+    let shown: PlayoutSample | null = null;
+    for (const [n, frame] of frames.entries()) {
+      playout.push(frame, n * 33e6, n * 33e6 + (n % 5) * 9e6);
+      if (n === 20) playout.freeze();
+      const sample = playout.sample(n * 33e6 + 40e6)!;
+      if (shown) expect(sample).toBe(shown);
+      shown = sample;
+    }
+    const last = playout.sample(60 * 33e6)!;
+    expect([...last.coefficients]).toEqual([39, 78, 117]);
+    for (const [n, { pose, coefficients }] of frames.entries()) {
+      expect(pose[4]).toBe(n);
+      expect([...coefficients]).toEqual([n, 2 * n, 3 * n]);
+    }
+  });
+
   it("keeps no more frames than it has a use for while nobody samples", () => {
     const playout = new Playout();
     for (let n = 0; n < 1000; ++n) playout.push(frameAt(n), n * 33e6, n * 33e6);
