@@ -21,11 +21,11 @@ void allocate_halves(const Texture& texture, GLint unit, GLenum stored, GLenum f
 }  // namespace
 
 Result<HairDensityPass> HairDensityPass::build() {
-  Result<Program> points = Program::build("density_points.vert", "density_points.frag");
-  if (!points) return Refusal(points.error());
-  Result<Program> light = Program::build("density_light.vert", "density_light.frag");
-  if (!light) return Refusal(light.error());
-  HairDensityPass pass(std::move(*points), std::move(*light));
+  auto programs =
+      build_programs({{"density_points.vert", "density_points.frag"}, {"density_light.vert", "density_light.frag"}});
+  if (!programs) return Refusal(programs.error());
+  auto& [points, light] = *programs;
+  HairDensityPass pass(std::move(points), std::move(light));
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
   pass.rows_ = DensityGrid::kDensitySide;

@@ -15,12 +15,11 @@ void set_nearest() {
 }  // namespace
 
 Result<LatticePass> LatticePass::build() {
-  Result<Program> sum = Program::build("nodes.vert", "mode_nodes.frag");
-  if (!sum) return Refusal(sum.error());
-  Result<Program> copy = Program::build("nodes.vert", "uploaded_nodes.frag");
-  if (!copy) return Refusal(copy.error());
+  auto programs = build_programs({{"nodes.vert", "mode_nodes.frag"}, {"nodes.vert", "uploaded_nodes.frag"}});
+  if (!programs) return Refusal(programs.error());
+  auto& [sum, copy] = *programs;
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  return LatticePass(std::move(*sum), std::move(*copy), node_sum_for(renderer != nullptr ? renderer : ""));
+  return LatticePass(std::move(sum), std::move(copy), node_sum_for(renderer != nullptr ? renderer : ""));
 }
 
 void LatticePass::reserve(std::size_t rows) {

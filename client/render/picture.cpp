@@ -76,13 +76,11 @@ std::array<float, 2> place_of(int number) {
 }
 
 Result<Picture> Picture::build() {
-  Result<Program> accumulate = Program::build("screen.vert", "accumulate.frag");
-  if (!accumulate) return Refusal(accumulate.error());
-  Result<Program> present = Program::build("screen.vert", "present.frag");
-  if (!present) return Refusal(present.error());
-  Result<Program> depths = Program::build("screen.vert", "depths.frag");
-  if (!depths) return Refusal(depths.error());
-  return Picture(std::move(*accumulate), std::move(*present), std::move(*depths));
+  auto programs = build_programs(
+      {{"screen.vert", "accumulate.frag"}, {"screen.vert", "present.frag"}, {"screen.vert", "depths.frag"}});
+  if (!programs) return Refusal(programs.error());
+  auto& [accumulate, present, depths] = *programs;
+  return Picture(std::move(accumulate), std::move(present), std::move(depths));
 }
 
 void Picture::cut() {

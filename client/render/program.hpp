@@ -2,6 +2,8 @@
 
 #include <GLES3/gl3.h>
 
+#include <array>
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -57,5 +59,25 @@ class Program {
   GLuint name_;
   mutable std::vector<std::pair<const char*, GLint>> places_;  // of uniforms used so far; names are literals
 };
+
+// Files of client/shaders.
+struct Shaders {
+  std::string_view vertex, fragment;
+};
+
+// All of them, or the error of the first that cannot be built.
+template <std::size_t kCount>
+Result<std::array<Program, kCount>> build_programs(const Shaders (&shaders)[kCount]) {
+  std::vector<Program> built;
+  for (const auto& [vertex, fragment] : shaders) {
+    Result<Program> program = Program::build(vertex, fragment);
+    if (!program) return Refusal(program.error());
+    built.push_back(std::move(*program));
+  }
+  return [&]<std::size_t... kNumbers>(std::index_sequence<kNumbers...>) {
+    return std::array<Program, kCount>{std::move(built[kNumbers])...};
+  }
+  (std::make_index_sequence<kCount>());
+}
 
 }  // namespace hairnet::render

@@ -32,24 +32,21 @@ struct Programs {
   HairDensityPass density;
 
   static Result<Programs> build() {
-    Result<Program> background = Program::build("screen.vert", "background.frag");
-    if (!background) return Refusal(background.error());
-    Result<Program> body = Program::build("body.vert", "body.frag");
-    if (!body) return Refusal(body.error());
-    Result<Program> fabric = Program::build("fabric.vert", "fabric.frag");
-    if (!fabric) return Refusal(fabric.error());
-    Result<Program> card = Program::build("card.vert", "card.frag");
-    if (!card) return Refusal(card.error());
-    Result<Program> strand = Program::build("strand.vert", "strand.frag");
-    if (!strand) return Refusal(strand.error());
+    auto programs = build_programs({{"screen.vert", "background.frag"},
+                                    {"body.vert", "body.frag"},
+                                    {"fabric.vert", "fabric.frag"},
+                                    {"card.vert", "card.frag"},
+                                    {"strand.vert", "strand.frag"}});
+    if (!programs) return Refusal(programs.error());
+    auto& [background, body, fabric, card, strand] = *programs;
     Result<LatticePass> lattices = LatticePass::build();
     if (!lattices) return Refusal(lattices.error());
     Result<StrandDeformPass> placement = StrandDeformPass::build();
     if (!placement) return Refusal(placement.error());
     Result<HairDensityPass> density = HairDensityPass::build();
     if (!density) return Refusal(density.error());
-    return Programs{std::move(*background), std::move(*body),     std::move(*fabric),    std::move(*card),
-                    std::move(*strand),     std::move(*lattices), std::move(*placement), std::move(*density)};
+    return Programs{std::move(background), std::move(body),      std::move(fabric),     std::move(card),
+                    std::move(strand),     std::move(*lattices), std::move(*placement), std::move(*density)};
   }
 };
 
@@ -265,8 +262,8 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 }
 
 // Removes the characters from `by_groom` that do not fit into the rows of the textures.
-void GlStage::add_records(std::span<const ShownCharacter> characters,
-                          std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
+void GlStage::add_records(std::span<const ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
+                          const Vec3& origin) {
   records_.begin(characters, programs_.lattices.sum_by(), rows_max_);
   drawn_characters_.clear();
   statistics_ = {};

@@ -5,11 +5,10 @@
 namespace hairnet::render {
 
 Result<StrandDeformPass> StrandDeformPass::build() {
-  Result<Program> deform = Program::build("points.vert", "deform_points.frag");
-  if (!deform) return Refusal(deform.error());
-  Result<Program> place = Program::build("points.vert", "limit_lengths.frag");
-  if (!place) return Refusal(place.error());
-  return StrandDeformPass(std::move(*deform), std::move(*place));
+  auto programs = build_programs({{"points.vert", "deform_points.frag"}, {"points.vert", "limit_lengths.frag"}});
+  if (!programs) return Refusal(programs.error());
+  auto& [deform, place] = *programs;
+  return StrandDeformPass(std::move(deform), std::move(place));
 }
 
 void StrandDeformPass::Points::allocate(GLint unit, std::size_t rows) const {

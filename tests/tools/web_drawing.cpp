@@ -220,8 +220,7 @@ Json record_case() {
   characters[1].lattice = {&hair.geometry, {}, basis, coefficients};
   render::CharacterRecords records;
   records.begin(characters);
-  for (const std::size_t number : {0, 1})
-    records.add(number, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
+  for (const std::size_t number : {0, 1}) records.add(number, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
   const auto middle = records.records().begin() + render::CharacterRecords::kRecordTexels;
   const std::vector<Eigen::Vector4f> first(records.records().begin(), middle), second(middle, records.records().end());
   return {{"pose", to_json(character.pose)},
