@@ -2,13 +2,14 @@
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; first row of its strands' points
 //   2 hair albedo at the root; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far cards; quadratic share of the FFD
-//   4 follow hairs; how far they stray, m; 1 when a lattice moves the hair; by how much of itself the character is enlarged
+//   4 follow hairs; how far they stray, m; 1 when a lattice moves the hair; by how much of itself the character is
+//   enlarged
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
 //   9, 11, 13, 15 w: size of a cell of its grid of density, m; weight of its strands there
-//   16 ... 18 lattice: origin, number of its basis in the picture, or 0: its nodes are uploaded, or -1: they are there from
-//   the picture before; 1 / spacing, first node in `lattices`; nodes an axis, count of its coefficients or first row of its
-//   uploaded nodes
+//   16 ... 18 lattice: origin, number of its basis in the picture, or 0: its nodes are uploaded, or -1: they are there
+//   from the picture before; 1 / spacing, first node in `lattices`; nodes an axis, count of its coefficients or first
+//   row of its uploaded nodes
 //   19 hair albedo at the tip; roughness of the hair
 //   20 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
 //   21 ... 52 coefficients of its modes, m, four a texel
@@ -44,7 +45,8 @@ int node_rows(int row) {
 }
 
 Character load_character(int row) {
-  vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);
+  vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3),
+       more = record(row, 4);
   return Character(rotation, position.xyz, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
                    1.0 + more.w, more.z > 0.5, row);
 }
@@ -54,4 +56,6 @@ vec3 albedo_along(Character character, float s) {
   return mix(character.hair_albedo, record(character.row, kTipTexel).xyz, s);
 }
 
-vec3 to_scene(Character character, vec3 head) { return rotate(character.rotation, character.size * head) + character.position; }
+vec3 to_scene(Character character, vec3 head) {
+  return rotate(character.rotation, character.size * head) + character.position;
+}

@@ -69,7 +69,8 @@ void displace(Character character, vec3 x, out vec3 u, out mat3 slope) {
 // A groom's point after the FFD and the push out of the skin, head space.
 struct HairPoint {
   vec3 position;
-  vec3 tangent;  // of the FFD alone, along s, the arc length at rest: t + delta J t + (d delta / ds) u; not of unit length
+  // Of the FFD alone, along s, the arc length at rest: t + delta J t + (d delta / ds) u; not of unit length.
+  vec3 tangent;
   mat3 frame;    // transforms small things at the point: 1 + delta J
 };
 

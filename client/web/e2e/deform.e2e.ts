@@ -33,7 +33,8 @@ for (const [kind, push] of [
   ["quadratic", new SkinPush(skin, thicknessM)],
 ] as const) {
   const isPushed = push.grids.length > 0;
-  test(`the GPU deforms points as the CPU does: ${kind}, ${isPushed ? "out of the skin" : "in and out of lattices"}`, async () => {
+  const place = isPushed ? "out of the skin" : "in and out of lattices";
+  test(`the GPU deforms points as the CPU does: ${kind}, ${place}`, async () => {
     const groom = madeGroom(60, 20);
     // Some points are far outside, where border nodes extrapolate.
     for (let p = 0; p < 30; ++p) groom.points[3 * p] += 0.3;

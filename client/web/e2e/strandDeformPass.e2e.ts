@@ -14,7 +14,7 @@ const browser = new Browser();
 beforeAll(() => browser.start());
 afterAll(() => browser.dispose());
 
-test("the GPU places the points of strands as the CPU does, and none is further along its strand than at rest", async () => {
+test("the GPU places points of strands as the CPU does, none further along its strand than at rest", async () => {
   const { strands, strandCount } = makeGroomGeometry(madeGroom(100, 20));
   const count = strands.pointEnd[strandCount];
   const rows = strands.rest.length / 4 / kPointRow;

@@ -1,7 +1,7 @@
 /**
- * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` talks to the server, `Playout` computes
- * what to show of a character at any moment, `Deformer` moves its points on the CPU.
- * `hairnet-client/scene` draws it with three.js.
+ * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` talks to the server, `Playout`
+ * computes what to show of a character at any moment, `Deformer` moves its points on the CPU. `hairnet-client/scene`
+ * draws it with three.js.
  */
 export { HairnetError } from "./hair/hairnetError";
 export type { ErrorCode } from "./hair/hairnetError";

@@ -22,8 +22,8 @@ const kCorrectNsMax = 100_000_000;
 const kCorrectMinM = 1e-9;
 
 /**
- * The state to draw at one moment, until the next call of `sample`: the play-out writes each sample into the same object
- * and arrays. Copy what you keep.
+ * The state to draw at one moment, valid until the next call of `sample`: the play-out writes each sample into the same
+ * object and arrays.
  */
 export interface PlayoutSample {
   readonly pose: Pose;

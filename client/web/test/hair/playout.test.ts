@@ -174,8 +174,9 @@ function motionAt(timeNs: number): [number, number, number] {
 }
 
 /**
- * RMS over time of what is shown less the motion at the shown time, over the motion's RMS. Frames of 30 Hz take 20 ms and
- * up to `jitterNs` more, and arrive in order; `isLost` says which do not arrive; `noiseM`: of each coefficient, evenly.
+ * RMS over time of what is shown less the motion at the shown time, over the motion's RMS. Frames of 30 Hz take 20 ms
+ * and up to `jitterNs` more, and arrive in order; `isLost` says which do not arrive; `noiseM`: of each coefficient,
+ * evenly.
  */
 function playedOut(isLost: (random: number) => boolean, jitterNs: number, noiseM = 0): number {
   const playout = new Playout();
