@@ -186,7 +186,7 @@ TEST(Packet, carries_the_largest_chunk_and_pose_batch) {
 }
 
 TEST(Packet, with_an_enum_out_of_range_is_invalid) {
-  const auto no_level = static_cast<LevelIndex>(5);
+  const auto no_level = static_cast<LevelIndex>(kLevelCount);
   EXPECT_EQ(round_trip_error(AddCharacter{1, {}, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(SetLevel{1, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(CharacterAdded{1, {}, no_level}), DecodeError::invalid);
@@ -265,7 +265,7 @@ TEST(Packet, with_a_bad_frame_is_invalid) {
   EXPECT_EQ(error_of([](Frame&) {}), DecodeError::none);
   EXPECT_EQ(error_of([](Frame& f) { f.member = 5; }), DecodeError::invalid) << "twice the same";
   EXPECT_EQ(error_of([](Frame& f) { f.member = 4; }), DecodeError::invalid) << "descending";
-  EXPECT_EQ(error_of([](Frame& f) { f.level = static_cast<LevelIndex>(5); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.level = static_cast<LevelIndex>(kLevelCount); }), DecodeError::invalid);
   EXPECT_EQ(error_of([](Frame& f) { f.step_stride = 8; }), DecodeError::invalid);
 }
 

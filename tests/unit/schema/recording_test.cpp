@@ -113,7 +113,7 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   tick.poses[0].pose[Bone::head].rotation.w() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(decode_one(tick));
   tick.poses.clear();
-  tick.levels.push_back({1, static_cast<LevelIndex>(5)});
+  tick.levels.push_back({1, static_cast<LevelIndex>(kLevelCount)});
   EXPECT_FALSE(decode_one(tick));
   tick.levels.clear();
   tick.added.resize(1);

@@ -181,7 +181,9 @@ TEST(Budget, puts_nearly_all_of_a_crowd_on_the_learnt_level_where_low_would_not_
   for (int i = 0; i < 2000; ++i) play.add(0, 7).may_learn = true;
   for (int tick = 0; tick < 60; ++tick) play.tick();
   EXPECT_FALSE(play.report.is_over);
-  for (const Lod& lod : play.chosen) EXPECT_EQ(lod.level, LevelIndex::learnt);
+  const auto learnt = std::ranges::count(play.chosen, LevelIndex::learnt, &Lod::level);
+  EXPECT_GT(learnt, 1900);
+  for (const Lod& lod : play.chosen) EXPECT_LE(lod.level, LevelIndex::learnt);  // or finer
 }
 
 TEST(Budget, leaves_the_learnt_level_as_soon_as_it_does_not_hold) {
