@@ -351,7 +351,8 @@ std::string Scenario::unsettled() {
         const Player::Character& character = other->characters().at(server::number_of(member.key));
         if (!member.own && (member.tag != character.tag || member.appearance != character.appearance))
           return player->name() + " does not know the newest tag and appearance" + which;
-        const LevelIndex wanted = character.level;
+        // Nothing has been learnt here.
+        const LevelIndex wanted = character.level == LevelIndex::learnt ? LevelIndex::low : character.level;
         if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
           return player->name() + " has frames on level " + name_of(member.level) + ", where " + name_of(wanted) +
                  " is wanted," + which;

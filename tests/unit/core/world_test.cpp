@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numeric>
 #include <random>
 
@@ -137,13 +138,15 @@ TEST(World, switching_levels_at_steady_translation_stays_rigid) {
   }
   World world({});
   const CharacterId id = world.add({connected(levels), LevelIndex::rigid, {}});
+  constexpr std::array kLevels{LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether,
+                               LevelIndex::rigid};
   Pose pose;
-  for (int tick = 0; tick < 60; ++tick) {
-    pose.bones.fill({Quat::Identity(), Vec3(0, 0, 0.05 * tick)});
+  for (std::size_t tick = 0; tick < 60; ++tick) {
+    pose.bones.fill({Quat::Identity(), Vec3(0, 0, 0.05 * static_cast<double>(tick))});
     world.set_pose(id, pose);
     world.step();
     if (tick > 0) {
-      ASSERT_TRUE(world.set_level(id, static_cast<LevelIndex>((tick * 3) % 5)));
+      ASSERT_TRUE(world.set_level(id, kLevels[(tick * 3) % kLevels.size()]));
     }
     for (const Vec3f& d : world.lattice(id).displacement) ASSERT_LT(d.norm(), 2e-6f) << "tick " << tick;
   }

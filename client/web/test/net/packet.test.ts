@@ -192,7 +192,7 @@ describe("what a client may not say", () => {
   const wrong: [string, unknown][] = [
     ["a character that is 0", { type: "setLevel", character: 0, level: 0 }],
     ["a character that is no whole number", { type: "removeCharacter", character: 1.5 }],
-    ["a level that does not exist", { type: "setLevel", character: 1, level: 5 }],
+    ["a level that does not exist", { type: "setLevel", character: 1, level: 6 }],
     ["a hash of the wrong length", { type: "groomRequest", hash: "abc", offset: 0 }],
     ["an offer of no bytes", { type: "groomOffer", hash: groom, byteCount: 0 }],
     ["a chunk that is too large", { type: "groomChunk", hash: groom, offset: 0, bytes: new Uint8Array(262145) }],
