@@ -282,7 +282,10 @@ void ServerHost::check_shares() {
       continue;
     Share& share = shares[character.subject];
     ++share.count;
-    share.below += character.level != character.requested_level || character.stride != 1;
+    // Nothing has been learnt here.
+    const LevelIndex wanted =
+        character.requested_level == LevelIndex::learnt ? LevelIndex::low : character.requested_level;
+    share.below += character.level != wanted || character.stride != 1;
     const int finer = static_cast<int>(LevelIndex::rigid) - static_cast<int>(character.level);
     if (finer > 0) share.sum += static_cast<double>(1 << finer) / character.stride;
   }
