@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "core/learnt/pose_inputs.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -125,7 +126,8 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
       scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {
-  grooms_.learn_with(learner_, [&gauge = metrics.tick.gauges.characters_below_wanted] { return gauge.value() > 0; });
+  if (is_learnt_tick(1.0 / config.tick_rate_hz))
+    grooms_.learn_with(learner_, [&gauge = metrics.tick.gauges.characters_below_wanted] { return gauge.value() > 0; });
   context_.is_memory_full = [this] { return memory_.is_full(); };
 }
 

@@ -525,6 +525,7 @@ void GroomStore::take_learnt(LearningResult result) {
   groom->second.level_bytes += learnt.bytes();
   level_bytes_ += learnt.bytes();
   groom->second.levels = result.levels;
+  groom->second.was_learnt = true;  // also if the groom came back meanwhile
   builder_->cache(result.groom, result.levels);
   commands_->put(GroomReady{result.groom, std::move(result.levels), nullptr});
 }

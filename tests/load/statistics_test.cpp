@@ -130,7 +130,7 @@ TEST(StageFigures, are_rates_of_counts) {
   tally.counts.frames = 980;
   tally.counts.frames_missed = 20;
   tally.counts.frames_by_level[0] = 245;
-  tally.counts.frames_by_level[4] = 735;
+  tally.counts.frames_by_level[static_cast<std::size_t>(LevelIndex::rigid)] = 735;
   tally.counts.bytes_in = 10'000;
   tally.counts.content_bytes = 4'900;
   tally.counts.character_s = 100;

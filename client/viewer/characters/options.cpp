@@ -18,7 +18,7 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr std::string_view kFooter = R"(A character is given as key=value, separated by commas:
-  groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|rigid
+  groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|learnt|rigid
   material=soft|normal|stiff|gelled|wet (a change while it runs)   at=X:Z:HEADING (metres, degrees)
   name=TEXT (everyone in the room sees it, and the colour)
   colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
