@@ -1,6 +1,7 @@
 #include "tests/whole/bad_client.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <iterator>
 #include <utility>
@@ -265,7 +266,9 @@ void BadClient::mutate() {
 // Messages as a client may send them, about things that are and things that are not.
 wire::Message BadClient::random_valid_message() {
   const auto number = [&] { return static_cast<std::uint32_t>(random_.next() % 6); };
-  const auto level = [&] { return static_cast<LevelIndex>(2 + random_.next() % 4); };
+  const auto level = [&] {
+    return std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid}[random_.next() % 3];
+  };
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
   switch (random_.next() % 15) {
     case 0:

@@ -1,6 +1,7 @@
 #include "tests/whole/player.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -376,7 +377,7 @@ void Player::act() {
     journal_->count("character removed");
   } else if (pick <= 3 && !numbers.empty() && !plain) {
     const std::uint32_t number = one_of(numbers, random_);
-    characters_[number].level = static_cast<LevelIndex>(2 + random_.next() % 4);
+    characters_[number].level = std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid}[random_.next() % 3];
     core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");
   } else if (pick == 4 && !numbers.empty()) {
