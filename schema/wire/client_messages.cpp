@@ -178,7 +178,7 @@ Fault read(const fb::SetWind& in, SetWind& out) {
 Offset<fb::Observe> write(FlatBufferBuilder& to, const Observe& m) {
   const fb::Vec3 from = m.from ? to_flatbuffer(*m.from) : fb::Vec3();
   return fb::CreateObserveDirect(to, &m.members, m.from ? &from : nullptr, m.count, m.radius_m, m.stride,
-                                 static_cast<fb::ObserveMode>(m.mode), m.error_m);
+                                 static_cast<fb::ObserveMode>(m.mode), m.error_m, m.bytes_per_s);
 }
 
 Fault read(const fb::Observe& in, Observe& out) {
@@ -190,6 +190,7 @@ Fault read(const fb::Observe& in, Observe& out) {
   from_flatbuffer(*in.members(), out.members);
   out.stride = in.stride();
   out.error_m = in.error_m();
+  out.bytes_per_s = in.bytes_per_s();
   return read_enum(in.mode(), "observe mode", out.mode);
 }
 

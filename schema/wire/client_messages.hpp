@@ -116,6 +116,9 @@ struct Observe {
   // About the error of hair, RMS, that is wanted where a head fills the screen. Where a head is smaller, the error may
   // be as much larger. 0: the least that there is.
   float error_m = 0.001f;
+  // How many bytes of frames a second the session wants at most. The server sends coarser hair, then frames at fewer
+  // ticks, until they fit, or there is nothing left to leave out. 0: any number.
+  std::uint32_t bytes_per_s = 0;
 };
 // How large and whether a client sees members. It may send this at any time; members it does not name keep their
 // values.

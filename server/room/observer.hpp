@@ -9,6 +9,7 @@
 #include "schema/wire/messages.hpp"
 #include "server/exchange/character_key.hpp"
 #include "server/exchange/observer_sink.hpp"
+#include "server/room/frame_throttle.hpp"
 
 namespace hairnet::server {
 
@@ -44,10 +45,9 @@ struct Observer {
   // Members of slots from here on have not been announced to the session, and it gets no frames of them; none: all
   // have.
   std::optional<std::uint32_t> unannounced_from;
-  std::vector<View> views;                // by slot
-  std::set<wire::GroomHash> bases_sent;   // by groom
-  int congestion_stride = 1;              // ticks between frames that the connection can carry
-  std::uint64_t congestion_eases_at = 0;  // tick
+  std::vector<View> views;               // by slot
+  std::set<wire::GroomHash> bases_sent;  // by groom
+  FrameThrottle throttle;
 
   // This tick's frames.
   struct Request {
@@ -56,7 +56,8 @@ struct Observer {
     bool discontinuous = false;
   };
   std::vector<Request> requests;
-  std::int64_t send_ns = 0;  // time spent on them, without encoding
+  std::size_t sent_bytes = 0;  // of their packets
+  std::int64_t send_ns = 0;    // time spent on them, without encoding
 
   [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }
   [[nodiscard]] bool chooses_by_place() const {

@@ -46,13 +46,18 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   observers_.clear();
   for (auto& [session, observer] : rooms.observers()) {
     observer.requests.clear();
+    observer.sent_bytes = 0;
     observer.send_ns = 0;
     if (observer.sink) observers_.push_back(&observer);
   }
   const auto begin_frame_of = [&](std::size_t i) { begin_frame(terms, *everyone[i]); };
   const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
   const auto encode_one = [&](std::size_t i) { encode(terms, *everyone[i]); };
-  const auto send_to = [&](std::size_t i) { send(terms, *observers_[i]); };
+  const auto send_to = [&](std::size_t i) {
+    Observer& observer = *observers_[i];
+    send(terms, observer);
+    observer.throttle.end_tick(observer.sent_bytes, def_.tick_s, observer.observe.bytes_per_s);
+  };
   run_loop(parallel_for, everyone.size(), begin_frame_of);
   run_loop(parallel_for, rooms.rooms().size(), request_for);
   run_loop(parallel_for, everyone.size(), encode_one);
@@ -114,15 +119,13 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
   const std::uint64_t tick = terms.tick.tick;
   if (observer.sink->drop_if_congested()) {
     observer.forget_sent();
-    observer.congestion_stride = std::min(2 * observer.congestion_stride, kStrideMax);
-    observer.congestion_eases_at = tick + def_.congestion_ticks;
+    observer.throttle.on_lost_frames();
     counters_->observers_congested.add();
-  } else if (observer.congestion_stride > 1 && tick >= observer.congestion_eases_at) {
-    observer.congestion_stride /= 2;
-    observer.congestion_eases_at = tick + def_.congestion_ticks;
   }
+  const int octaves = observer.throttle.coarser_octaves();
   const auto stride =
-      std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.congestion_stride));
+      std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.throttle.stride()));
+  const float error_m = std::ldexp(std::max(observer.observe.error_m, kFinestTolerance_m), octaves);
   observer.views.resize(room.slots.size());
   for (std::size_t s = 0; s < room.slots.size(); ++s) {
     Character* character = room.slots[s].character;
@@ -136,7 +139,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     if (!due && (!character->asleep || view.sleep_sent)) continue;
     announce_basis(terms, *character, observer);
     const float height = view.screen_height < 0 ? 1 : std::clamp(view.screen_height, kSmallestHeight, 1.0f);
-    const std::uint8_t tolerance = tolerance_within(observer.observe.error_m / height);
+    const std::uint8_t tolerance = tolerance_within(error_m / height);
     observer.requests.push_back({character, variant_of(*character, tolerance), view.discontinuity_pending});
     view.sent = tick;
     view.sleep_sent = character->asleep;
@@ -219,7 +222,8 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   }
   flush();
   counters_->frames_published.add(observer.requests.size());
-  for (const FramePacket& packet : packets) counters_->frame_bytes_published.add(packet.bytes.size());
+  for (const FramePacket& packet : packets) observer.sent_bytes += packet.bytes.size();
+  counters_->frame_bytes_published.add(observer.sent_bytes);
   observer.sink->push_frames(std::move(packets));
   observer.send_ns += clock_ns() - begun_ns;
 }

@@ -18,8 +18,7 @@ namespace hairnet::server {
 struct PublishDef {
   std::size_t packet_bytes_max = std::size_t{256} << 10;
   double tick_s = 1.0 / 30;
-  std::uint64_t congestion_ticks = 60;  // until the stride of a slow connection is halved again
-  ClockNs now_ns = nullptr;             // null: times are not measured
+  ClockNs now_ns = nullptr;  // null: times are not measured
 };
 
 // Makes each observer's packets from the lattices, in four parallel loops: find the characters that changed; choose for

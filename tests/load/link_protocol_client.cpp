@@ -18,9 +18,11 @@ link::LinkCoreOptions core_options(ProtocolOptions& options) {
   return core;
 }
 
-wire::Observe observe_of(const std::string& text, double hair_error_mm) {
+wire::Observe observe_of(const ProtocolOptions& options) {
+  const std::string& text = options.observe;
   wire::Observe observe;
-  observe.error_m = static_cast<float>(1e-3 * hair_error_mm);
+  observe.error_m = static_cast<float>(1e-3 * options.hair_error_mm);
+  observe.bytes_per_s = static_cast<std::uint32_t>(options.frame_bytes_per_s);
   if (text == "all") return observe;
   observe.count = static_cast<std::uint32_t>(std::strtoul(text.c_str(), nullptr, 10));
   observe.mode = observe.count == 0 ? wire::ObserveMode::list : wire::ObserveMode::nearest;
@@ -35,7 +37,7 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
  public:
   explicit LinkProtocolClient(ProtocolOptions options) : core_(core_options(options)) {
     core_.set_frame_sink(this);
-    core_.send(observe_of(options.observe, options.hair_error_mm));
+    core_.send(observe_of(options));
     core_.start();
   }
 

@@ -11,8 +11,8 @@ namespace hairnet::load {
 // The identity of each client.
 struct ProtocolOptions {
   std::string name, room, token;
-  std::string observe = "all";  // this and the next: as a plan has them
-  double hair_error_mm = 1;
+  std::string observe = "all";  // this and the next two: as a plan has them
+  double hair_error_mm = 1, frame_bytes_per_s = 0;
   std::uint64_t seed = 1;
   double decode_share = 1;
   std::shared_ptr<link::BasisCatalog> catalog;  // shared by all on one thread

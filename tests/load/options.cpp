@@ -43,7 +43,7 @@ struct Given {
   std::optional<double> pose_hz;
   std::optional<std::uint32_t> room_size;
   std::optional<std::string> observe;
-  std::optional<double> hair_error_mm;
+  std::optional<double> hair_error_mm, frame_bytes_per_s;
   std::string token_file;
   bool find_capacity = false, list = false;
   CapacityOptions capacity;
@@ -69,6 +69,9 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--hair-error", g.hair_error_mm,
                  "about the error of hair that clients ask for where a head fills the screen, mm (1)")
       ->check(in_range(0, 1000));
+  app.add_option("--frame-bytes", g.frame_bytes_per_s,
+                 "of frames that each client wants at most a second; 0: any number (0)")
+      ->check(in_range(0, 1e9));
   app.add_option("--require", g.requirements, "threshold FIGURE<NUMBER, or STAGE/FIGURE<NUMBER; < <= > >= ==; several")
       ->allow_extra_args(false);
   app.add_option("--lag-max-ms", o.lag_p99_max_ms, "the generator's own lag, p99, above which nothing counts (5)")
@@ -147,6 +150,7 @@ Result<Plan> make_plan(const Given& g) {
   if (g.room_size) plan.room_size = *g.room_size;
   if (g.observe) plan.observe = *g.observe;
   if (g.hair_error_mm) plan.hair_error_mm = *g.hair_error_mm;
+  if (g.frame_bytes_per_s) plan.frame_bytes_per_s = *g.frame_bytes_per_s;
   if (std::string fault = settle(plan); !fault.empty()) return Refusal(std::move(fault));
   return plan;
 }

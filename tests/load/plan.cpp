@@ -58,9 +58,12 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
   } else if (key == "hair_error_mm") {
     if (!value.is_number()) return Refusal("is not a number");
     plan.hair_error_mm = value.get<double>();
+  } else if (key == "frame_bytes_per_s") {
+    plan.frame_bytes_per_s = value.get<double>();
   } else {
     return Refusal(
-        "unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, hair_error_mm, stages, require");
+        "unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, hair_error_mm, frame_bytes_per_s, "
+        "stages, require");
   }
   return {};
 }
@@ -97,6 +100,7 @@ std::string settle(Plan& plan) {
   if (!(plan.pose_hz >= 1 && plan.pose_hz <= 1000)) return "pose_hz is not in 1 to 1000";
   if (!is_observe(plan.observe)) return "observe is neither 'all' nor a number of nearest characters";
   if (!(plan.hair_error_mm >= 0 && plan.hair_error_mm <= 1000)) return "hair_error_mm is not in 0 to 1000";
+  if (!(plan.frame_bytes_per_s >= 0 && plan.frame_bytes_per_s <= 1e9)) return "frame_bytes_per_s is not in 0 to 1e9";
   for (std::size_t i = 0; i < plan.stages.size(); ++i) {
     const bool calm_about =
         i > 0 && i + 1 < plan.stages.size() && !plan.stages[i - 1].attack && !plan.stages[i + 1].attack;
@@ -136,6 +140,7 @@ std::string to_json_text(const Plan& plan) {
                   {"room_size", plan.room_size},
                   {"observe", plan.observe},
                   {"hair_error_mm", plan.hair_error_mm},
+                  {"frame_bytes_per_s", plan.frame_bytes_per_s},
                   {"stages", std::move(stages)},
                   {"require", plan.requirements}};
   return json.dump(1);

@@ -16,9 +16,10 @@ struct Plan {
   double pose_hz = 72;
   std::vector<std::string> grooms{"made:bob"};  // files or made:STYLE; characters take them in turn
   std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};  // likewise
-  std::uint32_t room_size = 0;  // clients of a room; 0: all in one
-  std::string observe = "all";  // members that each client sees: all, or a number of nearest; 0: only its own
-  double hair_error_mm = 1;     // see wire::Observe::error_m
+  std::uint32_t room_size = 0;   // clients of a room; 0: all in one
+  std::string observe = "all";   // members that each client sees: all, or a number of nearest; 0: only its own
+  double hair_error_mm = 1;      // see wire::Observe::error_m
+  double frame_bytes_per_s = 0;  // a client; see wire::Observe::bytes_per_s
   std::vector<Stage> stages;
   std::vector<std::string> requirements;  // thresholds of the plan itself, beside those of the command line
 

@@ -109,8 +109,8 @@ class Run {
     return make_link_protocol_client(std::move(protocol));
   }
   ProtocolOptions peer_options(std::string name, std::string room) {
-    return {std::move(name),      std::move(room), options_->token,        plan_->observe,
-            plan_->hair_error_mm, plan_->seed,     options_->decode_share, catalog_};
+    return {std::move(name),          std::move(room), options_->token,        plan_->observe, plan_->hair_error_mm,
+            plan_->frame_bytes_per_s, plan_->seed,     options_->decode_share, catalog_};
   }
 
   Result<void> prepare() {

@@ -64,7 +64,7 @@ BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, tel
 BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses))
 BOOST_DESCRIBE_STRUCT(SetMaterial, (), (character, scale))
 BOOST_DESCRIBE_STRUCT(SetWind, (), (wind))
-BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, stride, error_m))
+BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, stride, error_m, bytes_per_s))
 BOOST_DESCRIBE_STRUCT(MemberImportance, (), (member, screen_height, in_view))
 BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))
 BOOST_DESCRIBE_STRUCT(GroomRequest, (), (hash, offset))

@@ -126,6 +126,7 @@ Observe RandomMessages::observe() {
     o.members.push_back(static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)));
   o.stride = 1u << integer(0, 2);
   if (coin()) o.error_m = static_cast<float>(real(0, 1));
+  if (coin()) o.bytes_per_s = static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF));
   return o;
 }
 

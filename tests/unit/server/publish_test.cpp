@@ -70,7 +70,7 @@ class PublishTest : public testing::Test {
   TickCounters counters_;
   Rooms rooms_{room_counters_, Wind{}, 0, 4096};
   Simulation simulation_{WorldDef{}};
-  Publisher publisher_{PublishDef{.packet_bytes_max = 4096, .congestion_ticks = 8}, counters_};
+  Publisher publisher_{PublishDef{.packet_bytes_max = 4096}, counters_};
   wire::RecordedTick inputs_;
 };
 
@@ -105,24 +105,25 @@ TEST_F(PublishTest, a_late_joiner_reads_the_first_frame_that_it_gets) {
   EXPECT_EQ(early->frames_announced, 6u);
 }
 
+// Frames of rigid characters do not become smaller, so they go at fewer ticks.
 TEST_F(PublishTest, a_slow_connection_restarts_with_fewer_frames) {
   const auto slow = open(1), other = open(2);
   add(1, 1);
   for (int t = 0; t < 5; ++t) tick();
   slow->full = true;
   std::vector<std::uint64_t> ticks;
-  for (std::uint64_t t = 6; t <= 24; ++t) {
+  for (std::uint64_t t = 6; t <= 600; ++t) {
     tick();
     const auto frames = slow->newest(t);
     if (frames.empty()) continue;
     ticks.push_back(t);
     EXPECT_EQ(frames[0].discontinuous, t == 6) << "it may have missed one";
   }
-  ASSERT_GE(ticks.size(), 12u);
-  EXPECT_EQ(ticks[1] - ticks[0], 2u);
+  const auto begin = std::ranges::lower_bound(ticks, 60u), end = std::ranges::lower_bound(ticks, 90u);
+  EXPECT_LE(end - begin, 16) << "every second tick";
   EXPECT_EQ(ticks.back() - ticks[ticks.size() - 2], 1u) << "the stride comes back";
   EXPECT_EQ(counters_.observers_congested.value(), 1u);
-  EXPECT_EQ(other->frames_announced, 24u);
+  EXPECT_EQ(other->frames_announced, 600u);
 }
 
 TEST_F(PublishTest, an_observers_stride_is_kept) {

@@ -104,6 +104,11 @@ export interface Observe {
    * be as much larger. 0: the least that there is.
    */
   readonly errorM: number;
+  /**
+   * How many bytes of frames a second the session wants at most: the server sends coarser hair, then frames at fewer
+   * ticks. 0: any number.
+   */
+  readonly bytesPerS: number;
 }
 /** Every frame of all members. */
 export const kObserveAll: Observe = {
@@ -115,6 +120,7 @@ export const kObserveAll: Observe = {
   members: [],
   stride: 1,
   errorM: 0.001,
+  bytesPerS: 0,
 };
 const observe: ClientCodec<Observe> = {
   resent: "session",
@@ -128,6 +134,7 @@ const observe: ClientCodec<Observe> = {
     fb.Observe.addStride(to, message.stride);
     fb.Observe.addMode(to, message.mode);
     fb.Observe.addErrorM(to, message.errorM);
+    fb.Observe.addBytesPerS(to, message.bytesPerS);
     return fb.Observe.endObserve(to);
   },
   read(from) {
@@ -140,11 +147,13 @@ const observe: ClientCodec<Observe> = {
       members: membersOf(from.membersArray(), "observe"),
       stride: from.stride(),
       errorM: Math.fround(from.errorM()), // also the default
+      bytesPerS: from.bytesPerS(),
     };
   },
-  check({ mode, count, radiusM, from, members, stride, errorM }) {
+  check({ mode, count, radiusM, from, members, stride, errorM, bytesPerS }) {
     checkInteger(mode, ObserveMode.all, ObserveMode.list, "observe mode");
     checkInteger(count, 0, 0xffffffff, "observed count");
+    checkInteger(bytesPerS, 0, 0xffffffff, "observed bytes a second");
     checkMembers(members, "observed members");
     if (![1, 2, 4].includes(stride)) throw invalid("observe: stride is not 1, 2 or 4");
     if (!(radiusM >= 0 && radiusM <= kObserveRadiusMaxM))

@@ -1,0 +1,64 @@
+#include "server/room/frame_throttle.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "core/assert.hpp"
+
+namespace hairnet::server {
+namespace {
+
+struct Rung {
+  int coarser_octaves, stride;
+  double share;  // of the bytes that the rung before takes, about
+};
+// At 8 times the error hardly more than poses is left.
+constexpr std::array<Rung, 6> kRungs{{{0, 1, 1}, {1, 1, 0.7}, {2, 1, 0.7}, {3, 1, 0.7}, {3, 2, 0.5}, {3, 4, 0.5}}};
+constexpr int kCoarsest = kRungs.size() - 1;
+constexpr double kReserve = 0.9;  // of the bytes, so that a finer rung does not go back at once
+constexpr double kLostShare = 0.7;
+// Frames for less than this are too few to tell a rate.
+constexpr double kWindow_s = 0.4;
+// A connection that loses frames carries less than was sent; nobody knows how much less. It is tried with a little more
+// in each window: with twice as much after 6 s.
+constexpr double kGrowth = 1.05;
+
+}  // namespace
+
+void FrameThrottle::on_lost_frames() {
+  connection_bytes_per_s_ = kLostShare * std::max(rate_, window_s_ > 0 ? window_bytes_ / window_s_ : 0.0);
+  rung_ = std::min(rung_ + 1, kCoarsest);
+  window_s_ = window_bytes_ = 0;
+}
+
+void FrameThrottle::end_tick(std::size_t sent_bytes, double tick_s, double client_bytes_per_s) {
+  HAIRNET_ASSERT(tick_s > 0);
+  HAIRNET_ASSERT(client_bytes_per_s >= 0);
+  window_s_ += tick_s;
+  window_bytes_ += static_cast<double>(sent_bytes);
+  if (window_s_ >= kWindow_s) end_window(client_bytes_per_s);
+}
+
+void FrameThrottle::end_window(double client_bytes_per_s) {
+  rate_ = window_bytes_ / window_s_;
+  window_s_ = window_bytes_ = 0;
+  connection_bytes_per_s_ *= kGrowth;
+  double most = client_bytes_per_s;
+  if (connection_bytes_per_s_ > 0) most = most > 0 ? std::min(most, connection_bytes_per_s_) : connection_bytes_per_s_;
+  if (most > 0 && rate_ > most) {
+    rung_ = std::min(rung_ + 1, kCoarsest);
+  } else if (most == 0 || rate_ < kReserve * kRungs[static_cast<std::size_t>(rung_)].share * most) {
+    rung_ = std::max(rung_ - 1, 0);
+    if (rung_ == 0) connection_bytes_per_s_ = 0;
+  }
+}
+
+int FrameThrottle::coarser_octaves() const {
+  return kRungs[static_cast<std::size_t>(rung_)].coarser_octaves;
+}
+
+int FrameThrottle::stride() const {
+  return kRungs[static_cast<std::size_t>(rung_)].stride;
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,110 @@
+#include "server/room/frame_throttle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hairnet::server {
+namespace {
+
+constexpr double kThrottledTick_s = 1.0 / 30;
+
+// Characters whose frames have 25 bytes of pose, and 80 of hair that a doubled error makes less by 0.65.
+class ThrottledRoom {
+ public:
+  explicit ThrottledRoom(int characters) : characters_(characters) {}
+
+  void run(double duration_s, double client_bytes_per_s) {
+    sent_ = 0;
+    changes_ = 0;
+    const auto ticks = static_cast<int>(std::lround(duration_s / kThrottledTick_s));
+    for (int t = 0; t < ticks; ++t, ++tick_) {
+      const int octaves = throttle_.coarser_octaves(), stride = throttle_.stride();
+      const double bytes = tick_ % stride == 0 ? characters_ * (25 + 80 * std::pow(0.65, octaves)) : 0;
+      sent_ += bytes;
+      throttle_.end_tick(static_cast<std::size_t>(bytes), kThrottledTick_s, client_bytes_per_s);
+      if (octaves != throttle_.coarser_octaves() || stride != throttle_.stride()) ++changes_;
+    }
+    rate_ = sent_ / duration_s;
+  }
+  [[nodiscard]] double rate() const { return rate_; }     // bytes a second of the last run
+  [[nodiscard]] int changes() const { return changes_; }  // of the rung in the last run
+  [[nodiscard]] FrameThrottle& throttle() { return throttle_; }
+
+ private:
+  FrameThrottle throttle_;
+  int characters_, tick_ = 0, changes_ = 0;
+  double sent_ = 0, rate_ = 0;
+};
+
+TEST(FrameThrottle, leaves_frames_as_wanted_without_a_bound) {
+  ThrottledRoom room(100);
+  room.run(10, 0);
+  EXPECT_EQ(room.changes(), 0);
+  EXPECT_EQ(room.throttle().coarser_octaves(), 0);
+  EXPECT_EQ(room.throttle().stride(), 1);
+}
+
+TEST(FrameThrottle, keeps_a_bound_that_it_can_keep_and_stays_there) {
+  const double wanted = 10 * 105 / kThrottledTick_s, least = 10 * 47 / kThrottledTick_s / 4;
+  for (const double share : {0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2}) {
+    const double bound = share * wanted;
+    ASSERT_GT(bound, least);
+    ThrottledRoom room(10);
+    room.run(4, bound);
+    room.run(20, bound);
+    EXPECT_LE(room.rate(), bound) << share;
+    EXPECT_GT(room.rate(), 0.4 * bound) << share;
+    EXPECT_EQ(room.changes(), 0) << share;
+  }
+}
+
+TEST(FrameThrottle, comes_as_near_as_it_can_to_a_bound_that_is_too_small) {
+  ThrottledRoom room(10);
+  room.run(10, 1);
+  EXPECT_EQ(room.throttle().coarser_octaves(), 3);
+  EXPECT_EQ(room.throttle().stride(), 4);
+}
+
+TEST(FrameThrottle, makes_hair_coarser_before_it_leaves_out_ticks) {
+  ThrottledRoom room(10);
+  for (const double share : {0.9, 0.75, 0.6, 0.5}) {
+    room.run(4, share * 10 * 105 / kThrottledTick_s);
+    EXPECT_EQ(room.throttle().stride(), 1) << share;
+    EXPECT_GT(room.throttle().coarser_octaves(), 0) << share;
+  }
+}
+
+TEST(FrameThrottle, sends_as_wanted_again_when_the_bound_is_gone) {
+  ThrottledRoom room(10);
+  room.run(10, 1);
+  room.run(4, 0);
+  EXPECT_EQ(room.throttle().coarser_octaves(), 0);
+  EXPECT_EQ(room.throttle().stride(), 1);
+}
+
+TEST(FrameThrottle, sends_less_than_what_a_connection_lost_and_then_tries_more_again) {
+  ThrottledRoom room(10);
+  room.run(2, 0);
+  const double lost = room.rate();
+  room.throttle().on_lost_frames();
+  room.run(1.5, 0);
+  room.run(1, 0);
+  EXPECT_LT(room.rate(), 0.85 * lost);
+  room.run(20, 0);
+  EXPECT_EQ(room.throttle().coarser_octaves(), 0);
+  EXPECT_EQ(room.throttle().stride(), 1);
+}
+
+TEST(FrameThrottle, sends_least_while_a_connection_loses_frames_again_and_again) {
+  ThrottledRoom room(10);
+  for (int loss = 0; loss < 6; ++loss) {
+    room.throttle().on_lost_frames();
+    room.run(0.2, 0);
+  }
+  EXPECT_EQ(room.throttle().stride(), 4);
+  EXPECT_LT(room.rate(), 10 * 105 / kThrottledTick_s / 4);
+}
+
+}  // namespace
+}  // namespace hairnet::server
