@@ -30,6 +30,19 @@ unsigned bits_of(std::uint32_t z, unsigned parameter) {
   return zeros < kUnaryMax ? zeros + 1 + parameter : kUnaryMax + 1 + kWholeBits;
 }
 
+// The integer nearest to c * per_step, the even one of two. Above 1.5 * 2^23 floats are the integers, and their bits
+// count up; std::nearbyint is a call where SSE4.1 is not certain.
+std::int32_t nearest(float c, float per_step) {
+  constexpr auto kMost = static_cast<float>(kIntegerMax);
+  constexpr float kIntegers = 0x1.8p23f;
+  const float x = std::clamp(c * per_step, -kMost, kMost);
+  return std::bit_cast<std::int32_t>(x + kIntegers) - std::bit_cast<std::int32_t>(kIntegers);
+}
+
+// The best step lies between these, over the tolerance: finer ones waste bits even where 256 coefficients are rounded,
+// coarser ones leave no room for other errors.
+constexpr float kFineStep = 0.1f, kCoarseStep = 1;
+
 }  // namespace
 
 CoefficientCode::CoefficientCode(std::span<const float> deviation_m) {
@@ -48,38 +61,46 @@ unsigned CoefficientCode::parameter(std::size_t k, unsigned step, unsigned calm)
   return static_cast<unsigned>(std::max(parameters_[k] - static_cast<int>(step + calm), 0));
 }
 
-Detail detail_for(std::span<const float> coefficients, float tolerance_m) {
+Detail detail_for(const CoefficientCode& code, std::span<const float> coefficients, float tolerance_m) {
+  HAIRNET_ASSERT(coefficients.size() <= code.mode_count());
   HAIRNET_ASSERT(tolerance_m >= 0);
-  constexpr float kLeftOut = 0.8f;  // of the squared tolerance; the rest is for rounding
   const float square_m2 = tolerance_m * tolerance_m;
-  Detail detail{coefficients.size(), 0};
-  for (float left_out = 0; detail.count > 0; --detail.count) {
-    const float next = coefficients[detail.count - 1];
-    left_out += next * next;
-    if (!(left_out <= kLeftOut * square_m2)) break;
+  float all_m2 = 0;
+  for (const float c : coefficients) all_m2 += c * c;
+  if (all_m2 <= square_m2) return {0, kStepCount - 1};
+  Detail best{coefficients.size(), 0};
+  std::size_t least_bits = std::numeric_limits<std::size_t>::max();
+  for (unsigned step = 0; step < kStepCount; ++step) {
+    const float step_m = kFinestStep_m * static_cast<float>(1u << step);
+    if (step > 0 && step_m > kCoarseStep * tolerance_m) break;
+    if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) continue;
+    float error_m2 = all_m2;
+    std::size_t bits = 0, count = 0;
+    for (; count < coefficients.size() && error_m2 > square_m2; ++count) {
+      const float c = coefficients[count];
+      const std::int32_t integer = nearest(c, 1 / step_m);
+      const float off = c - step_m * static_cast<float>(integer);
+      error_m2 += off * off - c * c;
+      bits += bits_of(zigzag(integer), code.parameter(count, step, 0));
+    }
+    if (error_m2 <= square_m2 && bits < least_bits) {
+      least_bits = bits;
+      best = {count, step};
+    }
   }
-  // A rounded coefficient errs by step / sqrt(12) RMS.
-  const float rounding_m2 =
-      (1 - kLeftOut) * square_m2 * 12 / static_cast<float>(std::max<std::size_t>(detail.count, 1));
-  while (detail.step + 1 < kStepCount) {
-    const float step_m = std::ldexp(kFinestStep_m, static_cast<int>(detail.step) + 1);
-    if (step_m * step_m > rounding_m2) break;
-    ++detail.step;
-  }
-  return detail;
+  return best;
 }
 
 void encode_coefficients(const CoefficientCode& code, std::span<const float> coefficients, unsigned step,
                          BitWriter& writer, std::vector<std::uint32_t>& ends) {
   HAIRNET_ASSERT(coefficients.size() <= code.mode_count());
   HAIRNET_ASSERT(step < kStepCount);
-  const float per_step = std::ldexp(1 / kFinestStep_m, -static_cast<int>(step));
+  const float per_step = 1 / (kFinestStep_m * static_cast<float>(1u << step));
   std::vector<std::uint32_t> integers;
   integers.reserve(coefficients.size());
   for (const float c : coefficients) {
     HAIRNET_ASSERT(std::isfinite(c));
-    constexpr auto kMost = static_cast<float>(kIntegerMax);
-    integers.push_back(zigzag(static_cast<std::int32_t>(std::nearbyint(std::clamp(c * per_step, -kMost, kMost)))));
+    integers.push_back(zigzag(nearest(c, per_step)));
   }
   const auto bits_if = [&](unsigned calm) {
     std::size_t bits = 0;

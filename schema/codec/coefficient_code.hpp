@@ -32,9 +32,10 @@ struct Detail {
   std::size_t count = 0;
   unsigned step = 0;
 };
-// The fewest coefficients (m) and the coarsest step whose errors, left out and rounded, are together at most
-// `tolerance_m` RMS over the hair; or the finest step, where the tolerance is less than its error.
-Detail detail_for(std::span<const float> coefficients, float tolerance_m);
+// The number of coefficients (m) and the step that take the fewest bits of all whose errors, left out and rounded, are
+// together at most `tolerance_m` RMS over the hair. All and the finest step, where the tolerance is less than that.
+// Asserts that there are not more coefficients than modes.
+Detail detail_for(const CoefficientCode& code, std::span<const float> coefficients, float tolerance_m);
 
 // An upper bound of the bytes of one coefficient.
 inline constexpr std::size_t kCoefficientBytesMax = 6;

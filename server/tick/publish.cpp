@@ -170,7 +170,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
                                              character.discontinuous);
   }
   for (FrameVariant& variant : variants)
-    variant.detail = codec::detail_for(coefficients, tolerance_m(variant.tolerance));
+    variant.detail = codec::detail_for(basis->code, coefficients, tolerance_m(variant.tolerance));
   for (unsigned step = 0; step < codec::kStepCount; ++step) {
     std::optional<std::size_t> most;
     for (const FrameVariant& variant : variants) {

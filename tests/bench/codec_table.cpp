@@ -64,7 +64,7 @@ void add_row(const std::string& level, const std::vector<Moment>& moments, const
   const auto encode = [&] {
     for (std::size_t m = 0; m < moments.size(); ++m) {
       const std::span<const float> all = moments[m].coefficients;
-      const codec::Detail detail = codec::detail_for(all, tolerance_m);
+      const codec::Detail detail = codec::detail_for(code, all, tolerance_m);
       codec::encode_frame(moments[m].pose, &code, all.first(detail.count), detail.step, coded);
       frames[m].assign(coded.bytes.begin(), coded.bytes.end());
     }

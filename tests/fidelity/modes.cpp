@@ -113,7 +113,7 @@ Sizes code(const Run& run, const codec::CoefficientCode& code, float tolerance_m
   codec::EncodedFrame frame;
   codec::DecodedFrame got;
   for (std::size_t f = 0; f < run.poses.size(); ++f) {
-    const codec::Detail detail = codec::detail_for(run.coefficients[f], tolerance_m);
+    const codec::Detail detail = codec::detail_for(code, run.coefficients[f], tolerance_m);
     codec::encode_frame(run.poses[f], &code, run.coefficients[f], detail.step, frame);
     const std::span<const std::uint8_t> bytes = frame.prefix(detail.count);
     if (!codec::decode_frame(bytes, &code, got)) std::abort();

@@ -225,19 +225,39 @@ TEST_F(Coefficients, are_chosen_by_the_error_that_is_allowed) {
   for (int round = 0; round < 200; ++round) {
     const std::vector<float> c = draw(random_.between(0.1, 3));
     for (const float tolerance_m : {1e-3f, 5e-3f, 2e-2f}) {
-      const Detail detail = detail_for(c, tolerance_m);
+      const Detail detail = detail_for(*code_, c, tolerance_m);
       const std::vector<float> got = decode(encode(c, detail.step).prefix(detail.count)).coefficients;
       double square = 0;
       for (std::size_t k = 0; k < kModes; ++k) square += std::pow(got[k] - c[k], 2);
-      // Rounding is a matter of chance; twice its mean never comes.
-      EXPECT_LE(std::sqrt(square), 1.2 * static_cast<double>(tolerance_m));
+      EXPECT_LE(std::sqrt(square), 1.0001 * static_cast<double>(tolerance_m));
     }
-    EXPECT_LE(detail_for(c, 2e-2f).count, detail_for(c, 1e-3f).count);
-    EXPECT_GE(detail_for(c, 2e-2f).step, detail_for(c, 1e-3f).step);
+    EXPECT_LE(detail_for(*code_, c, 2e-2f).count, detail_for(*code_, c, 1e-3f).count);
+    EXPECT_GE(detail_for(*code_, c, 2e-2f).step, detail_for(*code_, c, 1e-3f).step);
   }
-  EXPECT_EQ(detail_for(draw(), 0).count, kModes);
-  EXPECT_EQ(detail_for(draw(), 0).step, 0u);
-  EXPECT_EQ(detail_for(draw(), 100).count, 0u);
+  EXPECT_EQ(detail_for(*code_, draw(), 0).count, kModes);
+  EXPECT_EQ(detail_for(*code_, draw(), 0).step, 0u);
+  EXPECT_EQ(detail_for(*code_, draw(), 100).count, 0u);
+}
+
+// Of the prefixes of all steps that keep the tolerance.
+TEST_F(Coefficients, take_the_fewest_bytes_for_the_error_that_is_allowed) {
+  for (int round = 0; round < 100; ++round) {
+    const std::vector<float> c = draw(random_.between(0.1, 3));
+    for (const float tolerance_m : {1e-3f, 5e-3f, 2e-2f}) {
+      const Detail detail = detail_for(*code_, c, tolerance_m);
+      const std::size_t bytes = encode(c, detail.step).prefix(detail.count).size();
+      for (unsigned step = 0; step < kStepCount; ++step) {
+        const EncodedFrame all = encode(c, step);
+        for (std::size_t count = 0; count <= kModes; ++count) {
+          if (all.prefix(count).size() + 2 >= bytes) break;  // it does not know how calm the frame will be coded
+          const std::vector<float> got = decode(all.prefix(count)).coefficients;
+          double square = 0;
+          for (std::size_t k = 0; k < kModes; ++k) square += std::pow(got[k] - c[k], 2);
+          EXPECT_GT(std::sqrt(square), 0.9999 * static_cast<double>(tolerance_m)) << step << ", " << count;
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
