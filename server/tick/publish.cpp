@@ -169,8 +169,10 @@ void Publisher::encode(const Terms& terms, Character& character) const {
     coefficients = character.coefficients.at(terms.tick.tick, def_.tick_s, motion, basis->modes->basis.mode_count(),
                                              character.discontinuous);
   }
-  for (FrameVariant& variant : variants)
-    variant.detail = codec::detail_for(basis->code, coefficients, tolerance_m(variant.tolerance));
+  for (FrameVariant& variant : variants) {
+    variant.detail =
+        basis ? codec::detail_for(basis->code, coefficients, tolerance_m(variant.tolerance)) : codec::Detail{};
+  }
   for (unsigned step = 0; step < codec::kStepCount; ++step) {
     std::optional<std::size_t> most;
     for (const FrameVariant& variant : variants) {
