@@ -18,7 +18,7 @@ bool moves_hair(const MovedLattice& lattice);
 // What character.glsl reads, one row of records for each character, and what LatticePass makes nodes of lattices from.
 class CharacterRecords {
  public:
-  static constexpr std::size_t kRecordTexels = 53;
+  static constexpr std::size_t kRecordTexels = 85;
 
   // Begins a picture of some of these characters, which stay where they are until all of them are added. Each lattice
   // has its rows of nodes; what they have from the picture before is not summed up again. `rows_max`: of a texture;

@@ -12,8 +12,8 @@
 //   row of its uploaded nodes
 //   19 hair albedo at the tip; roughness of the hair
 //   20 origin of its grid of density, head space; number of the grid, from 1, or 0: it has none
-//   21 ... 52 coefficients of its modes, m, four a texel
-const int kRecordTexels = 53;
+//   21 ... 84 coefficients of its modes, m, four a texel
+const int kRecordTexels = 85;
 const int kBoneCount = 5;
 const int kLatticeTexel = 16;
 const int kTipTexel = 19;

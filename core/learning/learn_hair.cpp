@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
-static_assert(kLearntModesMax == kModeCountMax);
+static_assert(kLearntModesMax <= kModeCountMax);
 
 // Modes of which the error is measured; what the others move can be neglected.
 constexpr std::size_t kMeasuredModes = 64;
@@ -232,8 +232,9 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   hair->low_error = low_error.mean();
   if (const std::string fault = validate(*hair); !fault.empty()) return Refusal(fault);
   if (hair->error > hair->low_error) {
-    return Refusal("learnt hair errs by " + std::to_string(hair->error) + " of the motion, and the low level by " +
-                   std::to_string(hair->low_error));
+    const auto percent = [](float share) { return std::to_string(std::lround(100 * share)) + " %"; };
+    return Refusal("learnt hair errs by " + percent(hair->error) + " of the motion, and the low level by " +
+                   percent(hair->low_error));
   }
   return hair;
 }

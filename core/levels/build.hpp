@@ -12,7 +12,7 @@ namespace hairnet {
 
 // Raise this number whenever the same groom gives different levels. Servers then rebuild the levels in their disk
 // cache.
-inline constexpr std::uint32_t kBuildVersion = 2;
+inline constexpr std::uint32_t kBuildVersion = 3;
 
 // Statistics of building one level, for logs and tests.
 struct LevelReport {

@@ -10,7 +10,7 @@
 
 namespace hairnet {
 
-inline constexpr std::size_t kModeCountMax = 128;
+inline constexpr std::size_t kModeCountMax = 256;
 
 // The shapes in which the hair of one groom moves, the most important first. The displacements of the active nodes of
 // the finest level are

@@ -15,7 +15,7 @@ using Eigen::MatrixXf;
 
 // Some vectors more than asked for: the first ones then converge in a few rounds.
 constexpr Index kSpareVectors = 16;
-constexpr int kRounds = 5;
+constexpr int kRounds = 5, kRoundsFromNear = 2;
 
 // Calls body(begin, count) for parts of [0, whole).
 void in_parts(Index whole, const ParallelFor& parallel_for, const auto& body) {
@@ -48,14 +48,17 @@ MatrixXf product(const MatrixXf& a, const MatrixXf& b, const ParallelFor& parall
   return out;
 }
 
-MatrixXf leading_eigenvectors(const MatrixXf& x, Index count, const ParallelFor& parallel_for) {
+MatrixXf leading_eigenvectors(const MatrixXf& x, Index count, const ParallelFor& parallel_for, const MatrixXf& near) {
   HAIRNET_ASSERT(count <= x.rows());
+  HAIRNET_ASSERT(near.size() == 0 || near.rows() == x.rows());
   const MatrixXf covariance = covariance_of(x, parallel_for);
   const Index kept = std::min(count + kSpareVectors, x.rows());
   Random random(1);
   MatrixXf vectors(x.rows(), kept);
   for (float& value : vectors.reshaped()) value = static_cast<float>(random.symmetric());
-  for (int round = 0; round < kRounds; ++round) {
+  const Index known = std::min(near.cols(), kept);
+  if (known > 0) vectors.leftCols(known) = near.leftCols(known);
+  for (int round = 0; round < (known < count ? kRounds : kRoundsFromNear); ++round) {
     const Eigen::HouseholderQR<MatrixXf> orthogonal(product(covariance, vectors, parallel_for));
     vectors = orthogonal.householderQ() * MatrixXf::Identity(x.rows(), kept);
   }

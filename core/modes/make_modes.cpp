@@ -19,6 +19,8 @@ using Eigen::MatrixXf;
 using Eigen::VectorXf;
 using Factor = Eigen::LLT<MatrixXf>;
 
+constexpr Index kModeCountMin = 32;
+
 // Lively motions count more, but not so much that calm hair counts for nothing.
 VectorXf weights_of(const MatrixXf& columns, const Snapshots& snapshots) {
   constexpr float kCalm_m = 0.005f;
@@ -48,21 +50,66 @@ void store_mode(const Eigen::Ref<const VectorXf>& mode, float deviation_m, Basis
       basis.modes.push_back(static_cast<std::int16_t>(std::lround(mode[axis * nodes + node] / unit)));
 }
 
+// Shapes of the hair, orthonormal as whitened columns are, with the largest deviation first.
+struct Shapes {
+  MatrixXf vectors;
+  VectorXf deviation_m;
+};
+
 // `columns`: L^T d of the snapshots, where G = L L^T is the hair's metric; their length is the hair's distance.
-Basis make_basis(const MatrixXf& columns, const VectorXf& weights, const Factor& metric,
-                 const ParallelFor& parallel_for) {
-  const Index count = std::min<Index>(kModeCountMax, columns.rows());
-  MatrixXf modes = leading_eigenvectors(columns * weights.asDiagonal(), count, parallel_for);
+Shapes find_shapes(const MatrixXf& columns, const VectorXf& weights, Index count, const MatrixXf& near,
+                   const ParallelFor& parallel_for) {
+  const MatrixXf found = leading_eigenvectors(columns * weights.asDiagonal(), count, parallel_for, near);
   const VectorXf deviation =
-      ((modes.transpose() * columns).rowwise().squaredNorm() / static_cast<float>(columns.cols())).cwiseSqrt();
-  by_node(modes) = metric.matrixU().solve(by_node(modes)).eval();
+      (product(found.transpose(), columns, parallel_for).rowwise().squaredNorm() / static_cast<float>(columns.cols()))
+          .cwiseSqrt();
   std::vector<Index> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, std::greater{}, [&](Index k) { return deviation[k]; });
+  return {found(Eigen::all, order), deviation(order)};
+}
+
+// Every third motion: these and the others have all kinds of motion, wind and changed material.
+std::vector<Index> columns_of(const Snapshots& snapshots, bool is_held_out) {
+  std::vector<Index> columns;
+  for (std::size_t s = 0; s < snapshots.motion.size(); ++s)
+    if ((snapshots.motion[s] % 3 == 1) == is_held_out) columns.push_back(static_cast<Index>(s));
+  return columns;
+}
+
+// Modes::held_out_error of as many shapes as there are.
+std::vector<float> measure(const Shapes& shapes, const MatrixXf& columns, const Snapshots& snapshots,
+                           const ParallelFor& parallel_for) {
+  const std::vector<Index> held_out = columns_of(snapshots, true);
+  const MatrixXf unseen = columns(Eigen::all, held_out);
+  const MatrixXf squares_m2 = product(shapes.vectors.transpose(), unseen, parallel_for).cwiseAbs2();
+  Eigen::MatrixXd error_m2 = Eigen::MatrixXd::Zero(squares_m2.rows(), snapshots.motion.back() + 1);
+  Eigen::VectorXd motion_m2 = Eigen::VectorXd::Zero(error_m2.cols());
+  for (Index s = 0; s < unseen.cols(); ++s) {
+    const std::uint32_t motion = snapshots.motion[static_cast<std::size_t>(held_out[static_cast<std::size_t>(s)])];
+    double left_m2 = static_cast<double>(unseen.col(s).squaredNorm());
+    motion_m2[motion] += left_m2;
+    for (Index k = 0; k < squares_m2.rows(); ++k) {
+      left_m2 -= static_cast<double>(squares_m2(k, s));
+      error_m2(k, motion) += std::max(left_m2, 0.0);
+    }
+  }
+  // Hair that does not move has no error.
+  const auto moving = static_cast<double>(std::max<Index>((motion_m2.array() > 0).count(), 1));
+  const Eigen::MatrixXd share = error_m2 * motion_m2.cwiseMax(1e-12).cwiseInverse().asDiagonal();
+  const Eigen::VectorXd mean = share.cwiseSqrt().rowwise().sum() / moving;
+  std::vector<float> errors;
+  for (const double error : mean) errors.push_back(static_cast<float>(error));
+  return errors;
+}
+
+Basis make_basis(const Shapes& shapes, const Factor& metric) {
+  MatrixXf modes = shapes.vectors;
+  by_node(modes) = metric.matrixU().solve(by_node(modes)).eval();
   Basis basis;
-  basis.node_count = static_cast<std::size_t>(columns.rows() / 3);
-  for (const Index k : order) {
-    basis.deviation_m.push_back(std::max(deviation[k], 1e-9f));
+  basis.node_count = static_cast<std::size_t>(modes.rows() / 3);
+  for (Index k = 0; k < modes.cols(); ++k) {
+    basis.deviation_m.push_back(std::max(shapes.deviation_m[k], 1e-9f));
     store_mode(modes.col(k), basis.deviation_m.back(), basis);
   }
   HAIRNET_ASSERT(validate(basis).empty());
@@ -120,10 +167,16 @@ ModeMap fit_map(const MatrixXf& first, MatrixXf columns, MatrixXf coefficients, 
 
 }  // namespace
 
+std::size_t Modes::count_within(float error) const {
+  const auto found = std::ranges::find_if(held_out_error, [error](float own) { return own <= error; });
+  return found == held_out_error.end() ? 0 : static_cast<std::size_t>(found - held_out_error.begin()) + 1;
+}
+
 std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
                                         const BuildCallbacks& callbacks, const ParallelFor& parallel_for,
                                         const ModeTraining& training) {
   HAIRNET_ASSERT(levels);
+  HAIRNET_ASSERT(training.motion_count >= 2);
   const auto at = [&](double share, const char* stage) {
     return !callbacks.progress || callbacks.progress(share, stage);
   };
@@ -138,7 +191,16 @@ std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_pt
   by_node(columns) = (factor.matrixU() * by_node(columns)).eval();
   const VectorXf weights = weights_of(columns, snapshots);
   auto modes = std::make_shared<Modes>();
-  modes->basis = make_basis(columns, weights, factor, parallel_for);
+  // A basis of two thirds of the motions says how many modes the hair needs.
+  const std::vector<Index> seen = columns_of(snapshots, false);
+  const Index most = std::min({static_cast<Index>(kModeCountMax), columns.rows(), static_cast<Index>(seen.size())});
+  const Shapes trial = find_shapes(columns(Eigen::all, seen), weights(seen), most, {}, parallel_for);
+  modes->held_out_error = measure(trial, columns, snapshots, parallel_for);
+  if (!at(0.8, "finding the modes")) return nullptr;
+  const auto needed = static_cast<Index>(modes->count_within(training.error_max));
+  const Index count = needed == 0 ? most : std::min(most, std::max<Index>((needed + 15) / 16 * 16, kModeCountMin));
+  modes->held_out_error.resize(static_cast<std::size_t>(count));
+  modes->basis = make_basis(find_shapes(columns, weights, count, trial.vectors, parallel_for), factor);
   modes->maps[0] = make_projection(modes->basis, metric);
 
   if (!at(0.9, "fitting the levels")) return nullptr;

@@ -13,15 +13,21 @@ namespace hairnet {
 struct Modes {
   Basis basis;
   std::array<ModeMap, 4> maps;  // of each level with a lattice
+  // Of the first n + 1 coefficients, over the motion; the mean of motions that a first basis was not made from. The
+  // basis is made from these motions as well, so it errs a little less.
+  std::vector<float> held_out_error;
 
   [[nodiscard]] const ModeMap& map(LevelIndex level) const { return maps[static_cast<std::size_t>(level)]; }
+  // The fewest first coefficients whose held-out error is at most `error`; 0: not even all have it.
+  [[nodiscard]] std::size_t count_within(float error) const;
 };
 
 // Steps all levels through training motions side by side. The basis has the shapes that span most of what the finest
-// level did: the leading eigenvectors of its snapshots' covariance, in the hair's metric. The finest level's map
-// projects; each other map is the linear map from that level's snapshots that comes nearest to the finest level's
-// coefficients (ridge regression), so coarse levels move as the finest does on the mean. The result has the same bits
-// for any `parallel_for`. Null only when cancelled.
+// level did: the leading eigenvectors of its snapshots' covariance, in the hair's metric. It has as many as a basis of
+// two thirds of the motions needs for `error_max` on the other third: a multiple of 16, from 32 to kModeCountMax, but
+// not more than there are snapshots. The finest level's map projects; each other map is the linear map from that
+// level's snapshots that comes nearest to the finest level's coefficients (ridge regression), so coarse levels move as
+// the finest does on the mean. The result has the same bits for any `parallel_for`. Null only when cancelled.
 std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
                                         const BuildCallbacks& callbacks = {}, const ParallelFor& parallel_for = {},
                                         const ModeTraining& training = {});

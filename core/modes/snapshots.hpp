@@ -13,11 +13,12 @@
 
 namespace hairnet {
 
-// How much motion a basis is learnt from.
+// How much motion a basis is learnt from, and how well it has to show motion that it was not learnt from.
 struct ModeTraining {
-  std::uint32_t motion_count = 24;
-  double duration_s = 5;    // of each motion
-  double snapshot_s = 0.1;  // between two snapshots
+  std::uint32_t motion_count = 24;  // at least 2
+  double duration_s = 5;            // of each motion
+  double snapshot_s = 0.1;          // between two snapshots
+  float error_max = 0.065f;         // of all modes, over the motion; unless kModeCountMax modes err by more
 };
 
 // The displacements of all levels in the same motions, at the same moments. A column is a snapshot: x of all active

@@ -3,6 +3,7 @@
 #include <sodium/crypto_generichash.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/assert.hpp"
@@ -15,7 +16,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint32_t kLayoutVersion = 3;
+constexpr std::uint32_t kLayoutVersion = 4;
 constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
 
 // The header but its checksum. All fields lie at their natural alignment, so that this is its layout in memory as well.
@@ -113,7 +114,8 @@ Offset<fb::BuiltModes> write(FlatBufferBuilder& to, const Modes& modes) {
     maps.push_back(
         fb::CreateModeMap(to, to.CreateVector(map.matrix().data(), static_cast<std::size_t>(map.matrix().size()))));
   }
-  return fb::CreateBuiltModes(to, deviation, unit, shapes, to.CreateVector(maps));
+  const auto mode_maps = to.CreateVector(maps);
+  return fb::CreateBuiltModes(to, deviation, unit, shapes, mode_maps, to.CreateVector(modes.held_out_error));
 }
 
 // Like from_flatbuffer, but false where the last element is not whole.
@@ -173,6 +175,10 @@ std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
   from_flatbuffer(*in.unit(), basis.unit);
   from_flatbuffer(*in.modes(), basis.modes);
   if (std::string fault = validate(basis); !fault.empty()) return fault;
+  from_flatbuffer(*in.held_out_error(), out.held_out_error);
+  const auto is_error = [](float error) { return std::isfinite(error) && error >= 0; };
+  if (out.held_out_error.size() != basis.mode_count() || !std::ranges::all_of(out.held_out_error, is_error))
+    return "modes without an error for each";
   if (in.maps()->size() != out.maps.size()) return "modes without a map for each level";
   for (std::size_t i = 0; i < out.maps.size(); ++i) {
     const flatbuffers::Vector<float>& from = *in.maps()->Get(static_cast<flatbuffers::uoffset_t>(i))->matrix();
@@ -274,6 +280,13 @@ DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash
   if (std::string fault = read(payload, *set); !fault.empty())
     return {LevelFileFault::unsound, std::move(fault), nullptr};
   return {LevelFileFault::none, {}, std::move(set)};
+}
+
+std::string level_file_name(const GroomHash& groom) {
+  std::string name;
+  for (const std::uint8_t byte : groom)
+    for (const int digit : {byte >> 4, byte & 15}) name += "0123456789abcdef"[digit];
+  return name + kLevelFileSuffix;
 }
 
 void set_level_file_checksum(std::span<std::uint8_t> bytes) {

@@ -45,6 +45,10 @@ struct DecodedLevels {
 std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& set);
 DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom);
 
+// The name of the file in a level cache: the hash as hexadecimal digits, and the suffix.
+inline constexpr const char* kLevelFileSuffix = ".hnlevels";
+std::string level_file_name(const GroomHash& groom);
+
 // Writes payload length and checksum into the header. `bytes` must have at least a header.
 void set_level_file_checksum(std::span<std::uint8_t> bytes);
 

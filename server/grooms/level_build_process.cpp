@@ -44,7 +44,7 @@ struct Request {
 };
 static_assert(std::is_trivially_copyable_v<Request>);
 
-constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '3'};
+constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '4'};
 constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
 constexpr int kExitNoMemory = 3;
 // Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is

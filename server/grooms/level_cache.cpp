@@ -11,9 +11,9 @@
 namespace hairnet::server {
 
 LevelCache::LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters)
-    : folder_(
-          {std::move(folder), ".hnlevels", bytes_max, wire::kLevelFileBytesMax, "level_cache_write_failed", "levels"},
-          counters.level_cache_written, counters.level_cache_writes_failed, counters.level_cache_evicted),
+    : folder_({std::move(folder), wire::kLevelFileSuffix, bytes_max, wire::kLevelFileBytesMax,
+               "level_cache_write_failed", "levels"},
+              counters.level_cache_written, counters.level_cache_writes_failed, counters.level_cache_evicted),
       counters_(&counters) {}
 
 std::shared_ptr<LevelSet> LevelCache::find(const wire::GroomHash& groom) {

@@ -12,6 +12,7 @@
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
 #include "schema/codec/frame.hpp"
+#include "schema/wire/basis_file.hpp"
 #include "tests/fidelity/modes_subject.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
@@ -21,7 +22,7 @@ namespace {
 using namespace hairnet;
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::size_t, 6> kCounts{8, 16, 32, 64, 96, 128};
+constexpr std::array<std::size_t, 8> kCounts{8, 16, 32, 64, 96, 128, 192, 256};
 constexpr std::size_t kDepthCases = 4;
 
 struct Options {
@@ -209,8 +210,14 @@ int run(const Options& o) {
     const fidelity::ModesSubject subject(*groom, o.training);
     const Basis& basis = subject.modes->basis;
     const codec::CoefficientCode coder(basis.deviation_m);
-    std::printf("\n%s: %zu nodes, %zu modes in %.1f s\n", name.c_str(), basis.node_count, basis.mode_count(),
-                subject.modes_s);
+    const Level& finest = (*subject.levels)[LevelIndex::high];
+    const std::size_t basis_bytes = wire::encode_basis(finest.geometry, basis, *finest.skin).size();
+    std::printf("\n%s: %zu nodes, %zu modes of %zu kB in %.1f s; held-out error of the first n, %%:", name.c_str(),
+                basis.node_count, basis.mode_count(), basis_bytes / 1000, subject.modes_s);
+    for (const std::size_t count : kCounts)
+      if (count <= basis.mode_count()) std::printf(" %.1f", 100 * double{subject.modes->held_out_error[count - 1]});
+    std::printf("; of all %.1f; within 10 %%: %zu\n", 100 * double{subject.modes->held_out_error.back()},
+                subject.modes->count_within(0.1f));
     print_head(o.error_percent);
     for (const std::string& motion_name : o.motions) {
       const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
@@ -237,6 +244,9 @@ int main(int argc, char** argv) {
   app.add_option("--rate", o.rate_hz, "ticks a second")->check(CLI::Range(10.0, 240.0))->capture_default_str();
   app.add_option("--duration", o.duration_s, "of each motion, at most, s")
       ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--modes-error", o.training.error_max, "of all modes, held out, as a share of the motion")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--error", o.error_percent, "of coded frames, % of the motion")
       ->check(CLI::Range(0.1, 100.0))

@@ -128,7 +128,7 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
   };
   std::printf("nodes of lattices, ms  summed up by the GPU  by the processor  asleep\n");
   for (const std::size_t count : {1, 32, 500}) {
-    for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 8}) {
+    for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 2, kModeCountMax / 16}) {
       const auto ms = [&](render::NodeSum sum, bool sleeps) { return ms_of(count, coefficient_count, sum, sleeps); };
       std::printf("%3zu of %3zu coefficients %18.2f %17.2f %7.2f\n", count, coefficient_count,
                   ms(render::NodeSum::gpu, false), ms(render::NodeSum::processor, false),

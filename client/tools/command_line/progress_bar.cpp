@@ -35,14 +35,24 @@ void ProgressBar::show(double fraction, std::string_view stage) {
   else if (new_stage)
     std::fprintf(stderr, "%s: %s\n", title_.c_str(), stage_.c_str());
   else
-    std::fprintf(stderr, "%s: %s, %.0f %%\n", title_.c_str(), stage_.c_str(), 100 * share);
+    std::fprintf(stderr, "%s: %s, %.0f %%%s\n", title_.c_str(), stage_.c_str(), 100 * share, left(share).c_str());
+}
+
+std::string ProgressBar::left(double fraction) const {
+  constexpr double kLeastFraction = 0.05, kLeast_s = 5;
+  const double taken_s = std::chrono::duration<double>(Clock::now() - begun_).count();
+  if (fraction < kLeastFraction || taken_s < kLeast_s) return {};
+  const double left_s = taken_s * (1 - fraction) / fraction;
+  const bool is_long = left_s >= 100;
+  return ", " + std::to_string(std::lround(is_long ? left_s / 60 : left_s)) + (is_long ? " min left" : " s left");
 }
 
 void ProgressBar::draw(double fraction) const {
   const int full = static_cast<int>(std::lround(fraction * kBarCells));
   const std::string bar =
       std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(kBarCells - full), '.');
-  std::fprintf(stderr, "\r\x1b[K%s [%s] %3.0f%% %s", title_.c_str(), bar.c_str(), 100 * fraction, stage_.c_str());
+  std::fprintf(stderr, "\r\x1b[K%s [%s] %3.0f%% %s%s", title_.c_str(), bar.c_str(), 100 * fraction, stage_.c_str(),
+               left(fraction).c_str());
   std::fflush(stderr);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,6 +8,7 @@
 
 #include "client/assets/import/placement.hpp"
 #include "client/assets/made/made.hpp"
+#include "core/learning/learn_hair.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::groom {
@@ -49,6 +51,18 @@ struct InspectOptions {
   bool levels = false;         // builds them and prints statistics
 };
 Result<void> inspect_groom(const InspectOptions& options);
+
+struct LearnOptions {
+  std::vector<std::string> grooms;   // groom files
+  std::string levels;                // the folder of a server's level cache
+  bool again = false;                // also hair that is already learnt
+  std::function<bool()> is_stopped;  // asked often; empty: never
+  ModeTraining training;
+  HairLearning learning;
+};
+// Learns the hair of each groom and writes it with its levels and modes into the folder, whole or not at all. All files
+// are read before the first is learnt. The error names the file; also where the hair of a groom is refused.
+Result<void> learn_grooms(const LearnOptions& options);
 
 void list_made();
 

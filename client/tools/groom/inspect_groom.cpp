@@ -7,6 +7,7 @@
 #include "client/tools/groom/commands.hpp"
 #include "core/hair_cards/far_cards.hpp"
 #include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
 
 namespace hairnet::groom {
 namespace {
@@ -126,9 +127,33 @@ void print_far_cards(const Groom& groom) {
   std::printf("\n");
 }
 
+void print_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels) {
+  const double start_s = now_s();
+  const auto percent = [](float share) { return 100 * static_cast<double>(share); };
+  constexpr float kWanted = 0.1f;
+  std::shared_ptr<const Modes> modes;
+  {
+    ProgressBar bar("making modes");
+    BuildCallbacks callbacks;
+    callbacks.progress = [&](double fraction, std::string_view stage) {
+      bar.show(fraction, stage);
+      return true;
+    };
+    modes = make_modes(groom, levels, callbacks);
+  }
+  std::printf("\nmodes      %zu, made in %.2f s; on held-out motions they err by %.1f %% of the motion\n",
+              modes->basis.mode_count(), now_s() - start_s, percent(modes->held_out_error.back()));
+  if (const std::size_t count = modes->count_within(kWanted); count > 0) {
+    std::printf("           %.0f %% need %zu coefficients\n", percent(kWanted), count);
+  } else {
+    std::printf("           no number of coefficients errs by less than %.0f %%\n", percent(kWanted));
+  }
+}
+
 void print_levels(const Groom& groom) {
   std::array<LevelReport, 4> reports;
   const double start_s = now_s();
+  std::shared_ptr<const LevelSet> levels;
   {
     ProgressBar bar("building levels");
     BuildCallbacks callbacks;
@@ -137,7 +162,7 @@ void print_levels(const Groom& groom) {
       bar.show(fraction, stage);
       return true;
     };
-    (void)build_levels(groom, callbacks, &reports);
+    levels = build_levels(groom, callbacks, &reports);
   }
   std::printf("\nlevel   lattice   active   springs           attachments       contacts   decimation   total\n");
   for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -149,6 +174,7 @@ void print_levels(const Groom& groom) {
   }
   if (reports[0].degenerate_strands > 0) std::printf("%zu strands without mechanics\n", reports[0].degenerate_strands);
   std::printf("built in %.2f s\n", now_s() - start_s);
+  print_modes(groom, levels);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
+#include "client/tools/command_line/stop_signal.hpp"
 #include "client/tools/groom/commands.hpp"
 
 namespace {
@@ -17,6 +18,7 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-groom import straight.hair --up +z --face +y --unit 0.0033 --out straight.groom
   hairnet-groom import back.tfx side.tfx tail.tfx --face -z --unit 0.00254 --body head.obj --body-face +z --out tail.groom
   hairnet-groom inspect curls.groom --levels
+  hairnet-groom learn curls.groom bob.groom --levels /var/cache/hairnet/levels
   hairnet-groom list
 )";
 
@@ -101,6 +103,16 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
   import.add_option("--name", o.name, "the groom's name (the out file's)");
 }
 
+CLI::App& add_learn(CLI::App& app, groom::LearnOptions& o) {
+  CLI::App& learn = *app.add_subcommand(
+      "learn", "the hair of groom files by example, so that no server has to: a minute or more for each");
+  learn.add_option("grooms", o.grooms, "groom files, as clients upload them")->required();
+  learn.add_option("--levels", o.levels, "folder of a server's level cache (its --level-cache), to write to")
+      ->required();
+  learn.add_flag("--again", o.again, "also hair that is already learnt");
+  return learn;
+}
+
 int report(const Result<void>& done) {
   if (done) return 0;
   std::fprintf(stderr, "hairnet-groom: %s\n", done.error().c_str());
@@ -108,7 +120,7 @@ int report(const Result<void>& done) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Imports, makes and inspects hairstyles.", "hairnet-groom");
+  CLI::App app("Imports, makes, inspects and learns hairstyles.", "hairnet-groom");
   app.footer(kFooter);
   app.require_subcommand(1);
   groom::ImportOptions import;
@@ -124,8 +136,10 @@ int run(int argc, char** argv) {
   groom::InspectOptions inspect;
   CLI::App& inspect_app = *app.add_subcommand("inspect", "what a groom holds, and how its levels are built");
   inspect_app.add_option("groom", inspect.groom, "groom file, or made:STYLE")->required();
-  inspect_app.add_flag("--levels", inspect.levels, "build the levels: counts before and after decimation, times");
+  inspect_app.add_flag("--levels", inspect.levels, "build the levels and modes: counts, errors, times");
   add_hairstyle_flags(inspect_app, inspect.hairstyle);
+  groom::LearnOptions learn;
+  const CLI::App& learn_app = add_learn(app, learn);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
   const auto check_flags = [&] {
     if (!import.groups.empty() && import.groups.size() != import.files.size())
@@ -136,6 +150,11 @@ int run(int argc, char** argv) {
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (make_app.parsed()) return report(groom::make_groom(make));
   if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));
+  if (learn_app.parsed()) {
+    install_stop_signal_handlers();
+    learn.is_stopped = stop_requested;
+    return report(groom::learn_grooms(learn));
+  }
   if (list_app.parsed()) groom::list_made();
   return 0;
 }

@@ -51,15 +51,15 @@ function movedBy(hair: HairBasis, count: number, seed: number): ModeLattice {
 /** How far the nodes of several characters lie from those of the CPU, m, and how far those move. */
 export function compareNodes(sum: NodeSum): { apartM: number[]; movedM: number; newCounts: number[]; error: number } {
   const renderer = new WebGLRenderer();
-  const [one, other] = [anyBasis([10, 10, 10], 128, 1), anyBasis([12, 13, 14], 31, 2)];
+  const [one, other] = [anyBasis([10, 10, 10], 256, 1), anyBasis([12, 13, 14], 31, 2)];
   const uploaded = { geometry: one.geometry, grid: movedBy(one, 5, 9).grid.slice() };
   const lattices: MovedLattice[] = [
-    movedBy(one, 128, 3),
+    movedBy(one, 256, 3),
     movedBy(other, 31, 4),
     uploaded,
     movedBy(one, 6, 5),
     movedBy(other, 0, 6),
-    movedBy(one, 127, 7),
+    movedBy(one, 255, 7),
   ];
   const records = new CharacterRecords();
   const pass = new LatticePass(records.texture);

@@ -121,7 +121,7 @@ TEST_F(HairModes, of_hair_at_rest_are_zero_on_every_level) {
 // Of motions that they were not learnt from; squares of distances.
 struct Errors {
   double motion = 0;
-  std::array<double, 3> first{};            // of the first 8, 32 and 128 coefficients
+  std::array<double, 3> first{};            // of the first 8 and 32 coefficients, and of all
   std::array<double, 4> moved{}, learnt{};  // of each level from the finest: its own lattice's; through modes
 };
 
@@ -146,9 +146,10 @@ void add_errors(const Groom& groom, const std::shared_ptr<const LevelSet>& level
     };
     errors.motion += square(false);
     modes.maps[0].coefficients_of(truth, c);
-    for (const std::size_t count : {8, 32, 128}) {
-      displacements_of(modes.basis, std::span(c).first(std::min(count, c.size())), rebuilt);
-      errors.first[count == 8 ? 0 : count == 32 ? 1 : 2] += square(true);
+    for (const std::size_t i : {0, 1, 2}) {
+      displacements_of(modes.basis, std::span(c).first(std::array{std::size_t{8}, std::size_t{32}, c.size()}[i]),
+                       rebuilt);
+      errors.first[i] += square(true);
     }
     for (std::size_t i = 1; i < 4; ++i) {
       const std::span<const Vec3f> coarse = world.lattice(ids[i]).displacement;
@@ -171,6 +172,62 @@ TEST_F(HairModes, span_a_dance_that_they_were_not_learnt_from) {
   EXPECT_LT(errors.first[1], 0.4 * errors.first[0]);
   EXPECT_LT(errors.first[2], 0.4 * errors.first[1]);
   EXPECT_LT(errors.first[2], 0.15 * 0.15 * errors.motion);
+}
+
+// The mean over motions that no part of the modes was made from.
+double unseen_error(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const Modes& modes) {
+  double sum = 0;
+  constexpr std::uint32_t kMotions = 8;
+  for (std::uint32_t number = 2000; number < 2000 + kMotions; ++number) {
+    Errors errors;
+    add_errors(groom, levels, modes, make_training_motion(number, groom.body, 1.0 / 30, 121).poses, errors);
+    sum += std::sqrt(errors.first[2] / errors.motion);
+  }
+  return sum / kMotions;
+}
+
+TEST_F(HairModes, are_as_many_as_the_wanted_error_needs) {
+  const std::size_t count = modes_->basis.mode_count();
+  EXPECT_EQ(count % 16, 0u);
+  EXPECT_GE(count, 32u);
+  EXPECT_LT(count, kModeCountMax);
+  const ModeTraining usual;
+  ASSERT_EQ(modes_->held_out_error.size(), count);
+  EXPECT_TRUE(std::ranges::is_sorted(modes_->held_out_error, std::greater{}));
+  EXPECT_LE(modes_->held_out_error.back(), usual.error_max);
+  EXPECT_GT(modes_->held_out_error[count - 17], usual.error_max) << "sixteen fewer would not do";
+}
+
+TEST_F(HairModes, show_unseen_motion_about_as_well_as_held_out_motion_says) {
+  const double said = static_cast<double>(modes_->held_out_error.back());
+  const double error = unseen_error(*groom_, levels_, *modes_);
+  EXPECT_GT(error, 0.5 * said);
+  EXPECT_LT(error, 1.5 * said);
+}
+
+TEST_F(HairModes, are_few_where_much_error_is_allowed_and_as_many_as_there_may_be_where_none_is) {
+  const auto some = make_modes(*groom_, levels_, {}, {}, {.duration_s = 2, .error_max = 0.5f});
+  EXPECT_EQ(some->basis.mode_count(), 32u);
+  const auto all = make_modes(*groom_, levels_, {}, {}, {.duration_s = 2, .error_max = 0});
+  EXPECT_EQ(all->basis.mode_count(), kModeCountMax);
+  EXPECT_GT(all->held_out_error.back(), 0.0f);
+}
+
+TEST_F(HairModes, say_how_many_coefficients_an_error_needs) {
+  Modes modes;
+  modes.held_out_error = {0.4f, 0.2f, 0.1f, 0.05f};
+  EXPECT_EQ(modes.count_within(0.5f), 1u);
+  EXPECT_EQ(modes.count_within(0.1f), 3u);
+  EXPECT_EQ(modes.count_within(0.01f), 0u);
+}
+
+TEST_F(HairModes, of_hair_that_does_not_move_are_sound) {
+  Groom still = *groom_;
+  for (StrandProperties& strand : still.strands) strand.root_length_m = 10;
+  const auto levels = build_levels(still);
+  const auto modes = make_modes(still, levels, {}, {}, {.duration_s = 1});
+  EXPECT_EQ(validate(modes->basis), "");
+  EXPECT_TRUE(std::ranges::all_of(modes->held_out_error, [](float e) { return std::isfinite(e) && e >= 0; }));
 }
 
 TEST_F(HairModes, bring_coarse_levels_nearer_to_the_finest_on_the_mean) {

@@ -57,12 +57,17 @@ TEST_F(LevelFile, comes_back_bit_for_bit) {
   EXPECT_EQ(encode_levels(kGroom, *decoded.levels), bytes_);
 }
 
+TEST_F(LevelFile, is_named_by_the_hash_of_its_groom) {
+  EXPECT_EQ(level_file_name({0x01, 0xfe}), "01fe" + std::string(60, '0') + ".hnlevels");
+}
+
 TEST_F(LevelFile, brings_back_the_modes) {
   const DecodedLevels decoded = decode_levels(bytes_, kGroom);
   ASSERT_TRUE(decoded.levels && decoded.levels->modes) << decoded.detail;
   const Modes &got = *decoded.levels->modes, &sent = *levels_->modes;
   EXPECT_EQ(got.basis.modes, sent.basis.modes);
   EXPECT_EQ(got.basis.node_count, sent.basis.node_count);
+  EXPECT_EQ(got.held_out_error, sent.held_out_error);
   for (std::size_t i = 0; i < sent.maps.size(); ++i) EXPECT_TRUE(got.maps[i].matrix() == sent.maps[i].matrix()) << i;
 }
 
@@ -104,6 +109,9 @@ TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_unsound) {
   EXPECT_EQ(fault_with([](Modes&) {}), LevelFileFault::none);
   EXPECT_EQ(fault_with([](Modes& m) { m.basis.modes.pop_back(); }), LevelFileFault::unsound);
   EXPECT_EQ(fault_with([](Modes& m) { m.basis.deviation_m[0] = -1; }), LevelFileFault::unsound);
+  EXPECT_EQ(fault_with([](Modes& m) { m.held_out_error.pop_back(); }), LevelFileFault::unsound);
+  EXPECT_EQ(fault_with([](Modes& m) { m.held_out_error[0] = std::numeric_limits<float>::quiet_NaN(); }),
+            LevelFileFault::unsound);
   EXPECT_EQ(fault_with([](Modes& m) { m.maps[2] = m.maps[0]; }), LevelFileFault::unsound);
   EXPECT_EQ(fault_with([](Modes& m) {
               ModeMap::Matrix matrix = m.maps[1].matrix();

@@ -37,14 +37,7 @@ class LevelCacheTest : public testing::Test {
   }
   static std::uint64_t file_bytes() { return wire::encode_levels({}, levels()).size(); }
   static wire::GroomHash hash(std::uint8_t n) { return wire::GroomHash{n}; }
-  [[nodiscard]] fs::path path(const wire::GroomHash& groom) const {
-    std::string name;
-    for (const std::uint8_t byte : groom) {
-      name += "0123456789abcdef"[byte >> 4];
-      name += "0123456789abcdef"[byte & 15];
-    }
-    return folder_ / (name + ".hnlevels");
-  }
+  [[nodiscard]] fs::path path(const wire::GroomHash& groom) const { return folder_ / wire::level_file_name(groom); }
   static void write(const fs::path& to, const std::vector<std::uint8_t>& bytes) {
     std::ofstream file(to, std::ios::binary);
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <future>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "client/assets/made_spec.hpp"
+#include "client/files/read_file.hpp"
+#include "client/files/write_file.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
+#include "client/tools/groom/commands.hpp"
+#include "core/learnt/learnt_hair.hpp"
+#include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/level_file.hpp"
+
+namespace hairnet::groom {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Clock = std::chrono::steady_clock;
+
+// The share of the whole that building the levels and finding the modes takes.
+constexpr double kLevelsDone = 0.02, kModesDone = 0.04;
+
+struct Subject {
+  std::string path;
+  wire::GroomHash hash{};
+  Groom groom;
+  std::string level_file;
+};
+
+std::span<const std::uint8_t> as_octets(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+}
+
+// Runs a loop on all processors; the body may run another.
+void on_all_processors(std::size_t count, const std::function<void(std::size_t)>& body) {
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) body(i);
+  };
+  std::vector<std::future<void>> others;
+  const std::size_t thread_count = std::min<std::size_t>(count, std::thread::hardware_concurrency());
+  while (others.size() + 1 < thread_count) others.push_back(std::async(std::launch::async, work));
+  work();
+  for (std::future<void>& other : others) other.get();
+}
+
+Result<void> check_folder(const std::string& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
+    return Refusal(folder + ": is no folder; give the folder of a level cache");
+  return check_can_write({(fs::path(folder) / "levels").string()});
+}
+
+Result<Subject> read_subject(const std::string& path, const std::string& folder) {
+  if (is_made_spec(path)) {
+    return Refusal(path + ": only files have learnt hair; 'hairnet-groom make " + std::string(made_name(path)) +
+                   " --out FILE' makes one");
+  }
+  const Result<std::vector<std::byte>> bytes = read_file(path);
+  if (!bytes) return Refusal(path + ": " + bytes.error());
+  Result<Groom> groom = wire::decode_groom(as_octets(*bytes));
+  if (!groom) return Refusal(path + ": " + groom.error());
+  if (groom->points.empty()) return Refusal(path + ": there is no hair to learn");
+  const wire::GroomHash hash = wire::hash_groom(as_octets(*bytes));
+  return Subject{path, hash, std::move(*groom), (fs::path(folder) / wire::level_file_name(hash)).string()};
+}
+
+// Null where the folder has no levels that a server would use.
+std::shared_ptr<LevelSet> read_levels(const Subject& subject) {
+  const Result<std::vector<std::byte>> bytes = read_file(subject.level_file, wire::kLevelFileBytesMax);
+  if (!bytes) return nullptr;
+  wire::DecodedLevels decoded = wire::decode_levels(as_octets(*bytes), subject.hash);
+  return decoded.levels && decoded.levels->modes ? std::move(decoded.levels) : nullptr;
+}
+
+std::string errors_of(const LearntHair& hair) {
+  char text[160];
+  std::snprintf(text, sizeof(text), "on held-out motions it errs by %.0f %% of the motion, the low level by %.0f %%",
+                100 * static_cast<double>(hair.error), 100 * static_cast<double>(hair.low_error));
+  return text;
+}
+
+// Learns the hair of one groom and writes its levels.
+class Learner {
+ public:
+  Learner(const LearnOptions& options, const Subject& subject)
+      : options_(options), subject_(subject), title_(fs::path(subject.path).filename().string()) {}
+
+  // Whether the hair is learnt now.
+  Result<bool> learn() {
+    const Clock::time_point begun = Clock::now();
+    std::shared_ptr<LevelSet> levels = read_levels(subject_);
+    if (levels && levels->learnt && !options_.again) {
+      std::printf("%s: its hair is already learnt: %s; --again repeats it\n", subject_.path.c_str(),
+                  errors_of(*levels->learnt).c_str());
+      return true;
+    }
+    const bool has_file = levels != nullptr;
+    Result<std::shared_ptr<const LearntHair>> hair = nullptr;
+    {
+      ProgressBar bar(title_);
+      bar_ = &bar;
+      if (has_file) {
+        make_level_maps(subject_.groom, *levels, on_all_processors);
+      } else {
+        levels = build();
+      }
+      if (levels) {
+        hair = learn_hair(subject_.groom, levels, *levels->modes, part(kModesDone, 1), on_all_processors,
+                          options_.learning);
+      }
+    }
+    if (hair && !*hair) return Refusal(subject_.path + ": stopped; nothing was written for it");
+    if (hair || !has_file) {
+      if (hair) levels->learnt = *hair;
+      if (const Result<void> written = write(*levels); !written) return Refusal(written.error());
+    }
+    if (!hair) {
+      std::printf("%s: refused: %s\n", subject_.path.c_str(), hair.error().c_str());
+      return false;
+    }
+    std::printf("%s: learnt in %.0f s: %s\n", subject_.path.c_str(),
+                std::chrono::duration<double>(Clock::now() - begun).count(), errors_of(*levels->learnt).c_str());
+    return true;
+  }
+
+ private:
+  // `name`: shown instead of the stages.
+  [[nodiscard]] BuildCallbacks part(double begin, double end, std::string_view name = {}) const {
+    BuildCallbacks callbacks;
+    callbacks.progress = [this, begin, end, name](double fraction, std::string_view stage) {
+      bar_->show(begin + fraction * (end - begin), name.empty() ? stage : name);
+      return !options_.is_stopped || !options_.is_stopped();
+    };
+    return callbacks;
+  }
+
+  // Null when stopped.
+  [[nodiscard]] std::shared_ptr<LevelSet> build() const {
+    constexpr std::string_view kBuilding = "building the levels";
+    const auto built = build_levels(subject_.groom, part(0, kLevelsDone, kBuilding), nullptr, on_all_processors);
+    if (!built) return nullptr;
+    auto modes = make_modes(subject_.groom, built, part(kLevelsDone, kModesDone, kBuilding), on_all_processors,
+                            options_.training);
+    if (!modes) return nullptr;
+    auto levels = std::make_shared<LevelSet>(*built);
+    levels->modes = std::move(modes);
+    return levels;
+  }
+
+  [[nodiscard]] Result<void> write(const LevelSet& levels) const {
+    const std::vector<std::uint8_t> bytes = wire::encode_levels(subject_.hash, levels);
+    const Result<void> written = write_file(subject_.level_file, std::as_bytes(std::span(bytes)));
+    return written ? written : Refusal(subject_.level_file + ": " + written.error());
+  }
+
+  const LearnOptions& options_;
+  const Subject& subject_;
+  std::string title_;
+  ProgressBar* bar_ = nullptr;
+};
+
+}  // namespace
+
+Result<void> learn_grooms(const LearnOptions& options) {
+  if (const Result<void> possible = check_folder(options.levels); !possible) return possible;
+  std::vector<Subject> subjects;
+  for (const std::string& path : options.grooms) {
+    Result<Subject> subject = read_subject(path, options.levels);
+    if (!subject) return Refusal(subject.error());
+    subjects.push_back(std::move(*subject));
+  }
+  std::size_t refused = 0;
+  for (const Subject& subject : subjects) {
+    const Result<bool> is_learnt = Learner(options, subject).learn();
+    if (!is_learnt) return Refusal(is_learnt.error());
+    if (!*is_learnt) ++refused;
+    std::fflush(stdout);
+  }
+  if (refused == 0) return {};
+  return Refusal(std::to_string(refused) + " of " + std::to_string(subjects.size()) + " grooms have no learnt hair");
+}
+
+}  // namespace hairnet::groom
