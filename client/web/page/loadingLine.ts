@@ -40,6 +40,10 @@ export class LoadingLine {
     this.#bar = line.querySelector("progress")!;
   }
 
+  get isShown(): boolean {
+    return !this.line.hidden;
+  }
+
   /** null: the page waits for nothing. */
   show(words: { text: string; share: number | null } | null): void {
     this.line.hidden = words === null;

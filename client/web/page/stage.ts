@@ -2,8 +2,10 @@ import { Group, PerspectiveCamera, Scene, Vector2, Vector3, WebGLRenderer } from
 import { Picture, type HairScene } from "../src/scene/index";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { CameraMotion } from "./cameraMotion";
+import { FirstPictures } from "./firstPictures";
 import { type Covered, distanceFor, freePart, type Size } from "./framing";
-import { type Standing, Surroundings } from "./surroundings";
+import { Rehearsal } from "./rehearsal";
+import { fadeBust, type Standing, Surroundings } from "./surroundings";
 
 const kPixelRatioMax = 2;
 export const kHeadInVrM = 1.6;
@@ -22,10 +24,16 @@ export class Stage {
   readonly picture: Picture;
   readonly motion: CameraMotion;
   readonly surroundings = new Surroundings();
+  readonly firstPictures = new FirstPictures();
   isLost = false;
   /** The user has turned or moved the view. */
   isMoved = false;
   #headY = kHeadInVrM;
+  /** of the pixels on each side of the picture */
+  #share = 1;
+  /** What the last picture without people depended on. */
+  #backdrop = "";
+  #rehearsal: Rehearsal | null = null;
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -33,7 +41,6 @@ export class Stage {
     private readonly covered: () => Covered,
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, kPixelRatioMax));
     this.picture = new Picture(this.renderer);
     this.renderer.xr.enabled = true;
     this.renderer.xr.setReferenceSpaceType("local-floor");
@@ -56,13 +63,21 @@ export class Stage {
       this.resize();
     });
     canvas.addEventListener("webglcontextlost", () => (this.isLost = true));
-    canvas.addEventListener("webglcontextrestored", () => (this.isLost = false));
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.isLost = false;
+      this.#backdrop = "";
+    });
     addEventListener("resize", () => this.resize());
     this.resize();
   }
 
   get size(): Size {
     return { width: innerWidth, height: innerHeight };
+  }
+
+  /** The detail of hair at all pixels, `quality`, in a picture of fewer pixels. */
+  detailFor(quality: number): number {
+    return this.renderer.xr.isPresenting ? quality : quality / this.#share;
   }
 
   /** The part of the view that the controls leave free: at its left and top. */
@@ -74,6 +89,9 @@ export class Stage {
     if (this.renderer.xr.isPresenting) return;
     const { width, height } = this.size;
     const { right, bottom } = this.covered();
+    this.#backdrop = ""; // a new size clears the canvas
+    this.#share = this.#wantedShare;
+    this.renderer.setPixelRatio(this.#pixelRatio * this.#share);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     // Centres the camera's target in the free part.
@@ -108,18 +126,54 @@ export class Stage {
     this.#headY = headY;
   }
 
+  get #pixelRatio(): number {
+    return Math.min(devicePixelRatio, kPixelRatioMax);
+  }
+
+  get #wantedShare(): number {
+    const { width, height } = this.size;
+    return this.firstPictures.share({ width: this.#pixelRatio * width, height: this.#pixelRatio * height });
+  }
+
+  /** Makes the shaders of hair; call it before pictures without people, while the first hair is on its way. */
+  rehearse(): void {
+    if (!this.firstPictures.isBeforeHair) return;
+    this.#rehearsal ??= new Rehearsal(this.renderer, this.scene, this.camera, { onMaterial: fadeBust });
+    this.#rehearsal.draw();
+  }
+
   /** Draws the scene. `people`: all who are visible. */
   draw(hair: HairScene | null, people: readonly Standing[]): void {
     const { free, size } = this;
+    if (this.#wantedShare !== this.#share) this.resize();
     const ratio = this.renderer.getPixelRatio();
     const middle = new Vector2(free.width / 2, size.height - free.height / 2).multiplyScalar(ratio);
     this.surroundings.update(this.camera, people, middle, ratio * Math.min(free.width, free.height));
     if (people.length > 0) {
-      this.picture.render(this.scene, this.camera, hair);
+      this.#backdrop = "";
+      if (!this.firstPictures.isBeforeHair) return this.picture.render(this.scene, this.camera, hair);
+      // The first hair comes sooner with grain.
+      this.renderer.render(this.scene, this.camera);
+      this.#rehearsal?.dispose();
+      this.#rehearsal = null;
       return;
     }
-    // Without hair there is no grain, and the first hair should come soon. Averages before do not count any more.
+    // The first hair should come soon: a backdrop that stays the same is drawn once.
+    const backdrop = this.#backdropOf(hair, free);
+    if (backdrop !== "" && backdrop === this.#backdrop) return;
+    this.#backdrop = backdrop;
+    // Without hair there is no grain. Averages before do not count any more.
     this.picture.cut();
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** What a picture of the backdrop alone depends on; empty: there is something else in the picture. */
+  #backdropOf(hair: HairScene | null, free: Size): string {
+    const { camera, canvas, rig, scene, surroundings } = this;
+    const isAlone = scene.children.every((child) => child === rig || child === surroundings || child === hair);
+    if (!isAlone || this.renderer.xr.isPresenting) return "";
+    // The backdrop is the same all around.
+    const up = camera.getWorldDirection(new Vector3()).y.toFixed(3);
+    return [canvas.width, canvas.height, free.width, free.height, up].join();
   }
 }

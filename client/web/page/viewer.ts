@@ -60,6 +60,13 @@ export class PageViewer implements PageHost {
   #faultTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(readonly query: Query) {
+    this.#persistentRoom = new PersistentRoom(
+      query,
+      (room) => this.#enter(room),
+      (state, detail, waitS) => this.#showState(state, detail, waitS),
+      (detail) => this.showFault(detail),
+    );
+    void this.#persistentRoom.start(); // It connects while WebGL starts.
     setFolded(innerWidth <= kNarrowPx);
     this.stage = new Stage(element<HTMLCanvasElement>("view"), coveredByPanel);
     this.focus = new Focus(this.stage, (person) => this.#announce(person));
@@ -70,12 +77,6 @@ export class PageViewer implements PageHost {
       element<HTMLUListElement>("members"),
       (member) => this.#choose(member),
       (colour) => this.#identity.setHairColour(colour),
-    );
-    this.#persistentRoom = new PersistentRoom(
-      query,
-      (room) => this.#enter(room),
-      (state, detail, waitS) => this.#showState(state, detail, waitS),
-      (detail) => this.showFault(detail),
     );
     this.#sliders = new Sliders(
       element("sliders"),
@@ -123,7 +124,6 @@ export class PageViewer implements PageHost {
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
     void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
-    void this.#persistentRoom.start();
     if (!this.query.observe) await this.#wardrobe.start();
   }
 
@@ -165,11 +165,14 @@ export class PageViewer implements PageHost {
     const worn = shown.find(({ member }) => member.own);
     this.own?.push(this.avatar.update(worn?.character ?? null, worn?.member.groom ?? null, head, dtS));
     if (hair && room) {
-      hair.quality = this.#quality.value;
+      room.fetchesOnlyFirst = stage.firstPictures.holdsOthers;
+      hair.lightFollowsHair = !stage.firstPictures.isBeforeHair;
+      hair.quality = stage.detailFor(this.#quality.value);
       if (!isInVr) this.#play.beforeDraw();
       hair.update(stage.camera, ...this.#play.cameras);
     }
     const drawn = shown.filter(({ character }) => character.isReady);
+    if (drawn.length === 0 && (room?.downloads.byteCount ?? 0) > 0) stage.rehearse();
     stage.draw(
       hair,
       drawn.map(({ member, character }) => ({
@@ -182,6 +185,11 @@ export class PageViewer implements PageHost {
     if (drawn.length > 0) stage.standAt(drawn.reduce((sum, one) => sum + one.character.position.y, 0) / drawn.length);
     this.#showOwn(drawn);
     this.#showLoading();
+    stage.firstPictures.add(dtMs, {
+      hasPeople: (room?.members.size ?? 0) > 0,
+      hasHair: drawn.length > 0,
+      isWaiting: this.#loading.isShown,
+    });
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 

@@ -37,9 +37,10 @@ export class GroomQueue {
     if (this.#heights.size > 0) ++this.#reports;
   }
 
-  /** The groom to ask for now: `first`, or the largest on the screen; null while another is on its way. */
-  next(nowMs: number, first: string | null = null): string | null {
+  /** The groom to ask for now: `first`, or unless `onlyFirst` the largest on the screen; null while another is on its way. */
+  next(nowMs: number, first: string | null = null, onlyFirst = false): string | null {
     if (this.#current !== null || this.#waiting.size === 0) return null;
+    if (onlyFirst && (first === null || !this.#waiting.has(first))) return null;
     this.#beganMs ??= nowMs;
     ++this.#calls;
     const best = first !== null && this.#waiting.has(first) ? first : this.#largest(nowMs - this.#beganMs);

@@ -73,6 +73,8 @@ export async function connect(server: string, options: RoomOptions = {}): Promis
  * itself. Call `sample` regularly (`HairScene.update` does): it processes the received events.
  */
 export class Room implements HairSource {
+  /** While true, only the groom of `fetchFirst` is asked for. */
+  fetchesOnlyFirst = false;
   /** by member number, at the last `sample` */
   readonly members = new Map<number, Member>();
   readonly #own = new Map<number, OwnCharacter>();
@@ -169,7 +171,7 @@ export class Room implements HairSource {
     this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
     const first = this.members.get(this.#first ?? -1)?.groomKey;
-    const wanted = this.#queue.next(1e-6 * nowNs, first);
+    const wanted = this.#queue.next(1e-6 * nowNs, first, this.fetchesOnlyFirst);
     if (wanted) this.link.use((core) => core.requestGroom(wanted));
     const shown = [...this.members.values()];
     for (const member of shown) {

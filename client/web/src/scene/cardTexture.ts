@@ -15,7 +15,7 @@ import {
 import { kCardTextureHeight, kCardTextureWidth } from "../generated/constants";
 import { shader } from "./shaders";
 
-/** The texture of cards, drawn once by the GPU, and again after its context was lost. */
+/** The texture of cards, drawn by the GPU for the first cards, and again after its context was lost. */
 export class CardTexture {
   readonly #target = new WebGLRenderTarget(kCardTextureWidth, kCardTextureHeight, {
     depthBuffer: false,

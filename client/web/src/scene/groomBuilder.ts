@@ -5,11 +5,16 @@ import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
 import GroomWorker from "./groomWorker?worker&inline";
 
 type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; fault?: string };
+/** Pictures that show a coarse geometry before the whole one is made, which would slow the first of them down. */
+const kCoarsePictures = 3;
+
 type Waiting = {
   groom: Groom;
   onCoarse: (geometry: GroomGeometry) => void;
   resolve: (geometry: GroomGeometry) => void;
   reject: (fault: Error) => void;
+  /** that have shown the coarse geometry; null: there is none yet, or the whole one is being made */
+  pictures: number | null;
 };
 
 /**
@@ -22,15 +27,32 @@ export class GroomBuilder {
   #next = 1;
   readonly #waiting = new Map<number, Waiting>();
 
-  /** `onCoarse` may get a geometry of few strands first, to show until the promise gives the whole one. */
+  /** The worker starts at once: it is there when the first groom comes. */
+  constructor() {
+    this.#start();
+  }
+
+  /**
+   * `onCoarse` may get a geometry of few strands first, to show until the promise gives the whole one; `onPicture` tells
+   * that it is shown.
+   */
   build(groom: Groom, onCoarse: (geometry: GroomGeometry) => void): Promise<GroomGeometry> {
     return new Promise((resolve, reject) => {
       const id = this.#next++;
-      this.#waiting.set(id, { groom, onCoarse, resolve, reject });
+      this.#waiting.set(id, { groom, onCoarse, resolve, reject, pictures: null });
       const worker = this.#start();
       if (worker) worker.postMessage({ id, groom });
       else this.#buildHere(id);
     });
+  }
+
+  /** Call it before each picture. */
+  onPicture(): void {
+    for (const [id, waiting] of this.#waiting) {
+      if (waiting.pictures === null || ++waiting.pictures <= kCoarsePictures) continue;
+      waiting.pictures = null;
+      this.#worker?.postMessage({ id });
+    }
   }
 
   /** The current work is abandoned. */
@@ -72,7 +94,10 @@ export class GroomBuilder {
 
   #take({ id, coarse, geometry, fault }: Answer): void {
     const waiting = this.#waiting.get(id);
-    if (coarse) return waiting?.onCoarse(coarse);
+    if (coarse) {
+      if (waiting) waiting.pictures = 0;
+      return waiting?.onCoarse(coarse);
+    }
     this.#waiting.delete(id);
     if (geometry) waiting?.resolve(geometry);
     else waiting?.reject(new HairnetError("invalid", fault ?? "the groom's geometry could not be made"));

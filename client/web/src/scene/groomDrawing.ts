@@ -165,6 +165,11 @@ export class GroomDrawing {
     return this.#geometry.strands.pointEnd[strands];
   }
 
+  /** The last `show` draws cards, which need their texture. */
+  get showsCards(): boolean {
+    return this.#cards?.mesh.visible === true || this.#farCards?.mesh.visible === true;
+  }
+
   /** Rows of kPointRow points in the strands of one character. */
   pointRowsOf(drawn: Drawn): number {
     return Math.ceil(this.#geometry.strands.pointEnd[this.strandsOf(drawn)] / kPointRow);

@@ -90,6 +90,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /** Factor on the detail that the screen size determines: strands, points; 0.1 to 4. */
   quality = 1;
   lights: "studio" | "scene";
+  /** Light is followed through hair as it moves; otherwise through hair at rest, which costs less. */
+  lightFollowsHair = true;
   /** For `Picture`. */
   readonly motion = new HairMotion();
   readonly statistics: HairStatistics = {
@@ -162,7 +164,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     if (this.#isDisposed) return;
     this.updateWorldMatrix(true, false);
     camera.updateWorldMatrix(true, false);
-    this.#cardTexture.draw(this.#renderer);
+    this.#builder.onPicture();
     const members = this.#source.sample(nowMs);
     this.#meet(members);
     const views = viewsOf(this.#renderer, camera);
@@ -358,6 +360,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         pointRows += count;
       }
       drawing.show(shown, first, counts);
+      if (drawing.showsCards) this.#cardTexture.draw(this.#renderer);
       placed.push({ drawing, first, characters: shown.length });
       dense.push({ drawing, first, characters: shown.length, points });
     }
@@ -375,6 +378,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #densityOf(one: ShownCharacter, groom: GroomDrawing, number: number): DensityGrid | null {
     const strands = groom.densityStrandsOf(one);
     const { quadratic } = one.detail;
+    if (!this.lightFollowsHair) return null;
     if (number >= kDensityGridsMax || strands === 0 || quadratic <= 0 || !this.#density.isSupported(this.#renderer))
       return null;
     const widthM = ((groom.strandWidthM * kCopies * groom.strandCount) / strands) * quadratic;

@@ -66,3 +66,13 @@ test("a groom that nobody needs any more is not asked for", () => {
   queue.finish("stays");
   expect(queue.next(1)).toBeNull();
 });
+
+test("while only the first counts, nothing else is asked for", () => {
+  for (const groom of ["near", "first"]) queue.add(groom);
+  tell(["near", 0.2]);
+  expect(queue.next(0, null, true)).toBeNull();
+  expect(queue.next(1, "first", true)).toBe("first");
+  queue.finish("first");
+  expect(queue.next(2, "first", true)).toBeNull();
+  expect(queue.next(3, "first")).toBe("near");
+});

@@ -199,6 +199,22 @@ test("fetches a member's groom first, also when it is named before it joins", ()
   expect(asked).toEqual([grooms[1]]);
 });
 
+test("asks for no other groom while it fetches only the first", () => {
+  const served = new ServedRoom();
+  const groom = "1".repeat(64);
+  const asked = () => {
+    for (let n = 0; n < 2; ++n) served.room.reportImportance([{ member: 1, screenHeight: 0.9, inView: true }]);
+    served.room.sample(0);
+    served.link.flush();
+    return served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
+  };
+  served.room.fetchesOnlyFirst = true;
+  served.receive({ type: "memberJoined", member: 1, session: 9n, character: 1, groom, ...kPlain });
+  expect(asked()).toEqual([]);
+  served.room.fetchesOnlyFirst = false;
+  expect(asked()).toEqual([groom]);
+});
+
 test("fetches one groom after the other, that of the largest head first", () => {
   const served = new ServedRoom();
   const grooms = ["1", "2", "3"].map((digit) => digit.repeat(64));

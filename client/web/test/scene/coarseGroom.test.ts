@@ -54,14 +54,19 @@ function pointsOf({ points, strands }: Groom, s: number): number[] {
 }
 
 describe("a coarse groom", () => {
-  test.each([2000, 2001, 2009, 2010])("has every tenth of %i strands, with all that belongs to it", (count) => {
+  test.each([
+    [2000, 4],
+    [2001, 4],
+    [2499, 4],
+    [2500, 5],
+  ])("of %i strands has each %ith, with all that belongs to it", (count, step) => {
     const groom = variedGroom(count);
     const coarse = coarseGroom(groom)!;
-    expect(coarse.strands.count).toBe(Math.ceil(count / 10));
+    expect(coarse.strands.count).toBe(Math.ceil(count / step));
     for (let i = 0; i < coarse.strands.count; ++i) {
-      expect(pointsOf(coarse, i)).toEqual(pointsOf(groom, 10 * i));
+      expect(pointsOf(coarse, i)).toEqual(pointsOf(groom, step * i));
       for (const part of ["radiusM", "hairCount", "rootLengthM", "group", "rooted"] as const)
-        expect(coarse.strands[part][i], `${part} of strand ${i}`).toBe(groom.strands[part][10 * i]);
+        expect(coarse.strands[part][i], `${part} of strand ${i}`).toBe(groom.strands[part][step * i]);
     }
   });
 

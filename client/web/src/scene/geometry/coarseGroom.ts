@@ -1,16 +1,18 @@
 import type { Groom } from "../../hair/groom";
 
-const kShare = 10;
+/** Fewer strands, which are drawn wider, would not cover a head (`widthFor`). */
+const kStrands = 500;
 const kStrandsMin = 2000;
 
 /**
- * The body and every tenth strand of a groom, for the time until the geometry of the whole groom is made; null when
+ * The body and about 500 strands of a groom, for the time until the geometry of the whole groom is made; null when
  * that takes no longer than a moment. Strands are alone in it: all other parts point into the points that it leaves out.
  */
 export function coarseGroom(groom: Groom): Groom | null {
   const { strands, points } = groom;
   if (strands.count < kStrandsMin) return null;
-  const kept = Uint32Array.from({ length: Math.ceil(strands.count / kShare) }, (_, i) => kShare * i);
+  const step = Math.floor(strands.count / kStrands);
+  const kept = Uint32Array.from({ length: Math.ceil(strands.count / step) }, (_, i) => step * i);
   const begin = new Uint32Array(kept.length + 1);
   kept.forEach((s, i) => {
     begin[i + 1] = begin[i] + strands.begin[s + 1] - strands.begin[s];

@@ -1,0 +1,42 @@
+import type { Page } from "playwright-core";
+import { PNG } from "pngjs";
+
+/** The picture without the panel, whose samples of hair colours are as warm as hair. */
+const kPictureShare = 0.7;
+const kHairShare = 0.01;
+
+/** Watches what the browser shows, whatever the page's own thread does meanwhile, until there is hair or skin. */
+export class FirstSeen {
+  /** of the first picture that has it */
+  readonly epochMs: Promise<number>;
+
+  private constructor(session: Awaited<ReturnType<typeof sessionOf>>) {
+    this.epochMs = new Promise((done) => {
+      session.on("Page.screencastFrame", ({ sessionId, data, metadata }) => {
+        if (isHair(PNG.sync.read(Buffer.from(data, "base64")))) {
+          done(1000 * metadata.timestamp!);
+          void session.detach();
+        } else void session.send("Page.screencastFrameAck", { sessionId });
+      });
+    });
+  }
+
+  static async watch(page: Page): Promise<FirstSeen> {
+    const session = await sessionOf(page);
+    const seen = new FirstSeen(session);
+    await session.send("Page.startScreencast", { format: "png", maxWidth: 320, maxHeight: 180 });
+    return seen;
+  }
+}
+
+function sessionOf(page: Page) {
+  return page.context().newCDPSession(page);
+}
+
+/** Warm, unlike the backdrop's grey. */
+function isHair({ data, width, height }: PNG): boolean {
+  let warm = 0;
+  for (let p = 0; p < data.length; p += 4)
+    if ((p / 4) % width < kPictureShare * width && data[p] > data[p + 2] + 12) ++warm;
+  return warm > kHairShare * width * height;
+}

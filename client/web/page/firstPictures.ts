@@ -1,0 +1,57 @@
+import type { Size } from "./framing";
+
+/** The first pictures have at most about so many pixels. */
+const kPixels = 640 * 360;
+/** A machine that draws so many pictures in a row, each in so many milliseconds, can draw all pixels. */
+const kFastPictures = 5;
+const kFastMs = 28;
+/** Others' hairstyles wait so long for the first hair, ms. */
+const kHoldMs = 6000;
+/** Pictures get all their pixels so long after the first hair, also while others have no hair yet, ms. */
+const kCoarseMs = 8000;
+
+interface PictureOf {
+  readonly hasPeople: boolean;
+  readonly hasHair: boolean;
+  readonly isWaiting: boolean;
+}
+
+/**
+ * On a slow machine the first hair comes sooner in pictures of few pixels. All pixels come as soon as pictures are fast,
+ * or everyone has hair.
+ */
+export class FirstPictures {
+  #fast = 0;
+  /** since there are people */
+  #heldMs = 0;
+  /** since the first hair */
+  #shownMs = 0;
+  #isOver = false;
+
+  /** No picture had hair yet. */
+  get isBeforeHair(): boolean {
+    return this.#shownMs === 0;
+  }
+
+  /** What arrives before the hair of the first view would only delay it. */
+  get holdsOthers(): boolean {
+    return this.isBeforeHair && this.#heldMs < kHoldMs;
+  }
+
+  /**
+   * Call it for each picture. `frameMs`: from the one before; `hasPeople`: there are people; `hasHair`: the
+   * picture has hair; `isWaiting`: somebody's hair cannot be drawn yet.
+   */
+  add(frameMs: number, { hasPeople, hasHair, isWaiting }: PictureOf): void {
+    if (hasPeople) this.#heldMs += Math.max(frameMs, 1);
+    if (!hasHair) return;
+    this.#shownMs += Math.max(frameMs, 1);
+    this.#fast = frameMs <= kFastMs ? this.#fast + 1 : 0;
+    if (!isWaiting || this.#fast >= kFastPictures || this.#shownMs >= kCoarseMs) this.#isOver = true;
+  }
+
+  /** The share of the pixels on each side; `px`: of the whole picture. */
+  share({ width, height }: Size): number {
+    return this.#isOver ? 1 : Math.min(Math.sqrt(kPixels / (width * height)), 1);
+  }
+}
