@@ -1,4 +1,4 @@
-import { Vector3, type PerspectiveCamera } from "three";
+import { MathUtils, Vector3, type PerspectiveCamera } from "three";
 import { portraitOf, type Size } from "./framing";
 import type { Shown } from "./focus";
 import { givenName } from "./roomDetails";
@@ -7,6 +7,8 @@ const kFarM = 12;
 const kAboveHairM = 0.05;
 const kWidthPx = 150;
 const kHeightPx = 26;
+/** of a head with hair, m */
+const kHeadRadiusM = 0.13;
 
 /** Names over heads, as elements that follow them. Screen readers read the list of people instead. */
 export class NameLabels {
@@ -14,10 +16,13 @@ export class NameLabels {
 
   constructor(private readonly place: HTMLElement) {}
 
-  /** Call it after each picture. Shows the nearest of labels that would overlap. */
+  /** Call it after each picture. Shows the nearest of labels that would overlap, and none in front of a nearer head. */
   update(shown: readonly Shown[], camera: PerspectiveCamera, free: Size, view: Size): void {
     const here = new Set<number>();
     const taken: { x: number; y: number }[] = [];
+    const heads: { x: number; y: number; radius: number }[] = [];
+    const toPx = ({ x, y }: Vector3) => ({ x: ((x + 1) / 2) * view.width, y: ((1 - y) / 2) * view.height });
+    const pxAtOneM = view.height / 2 / Math.tan(MathUtils.degToRad(camera.fov) / 2);
     const eye = camera.getWorldPosition(new Vector3());
     const near = [...shown].sort((a, b) => distance(a, eye) - distance(b, eye));
     for (const one of near) {
@@ -29,11 +34,13 @@ export class NameLabels {
       const at = one.character.position.clone();
       at.y += portraitOf(one.member.groom, one.character.scale.x).top + kAboveHairM;
       at.project(camera);
-      const x = ((at.x + 1) / 2) * view.width;
-      const y = ((1 - at.y) / 2) * view.height;
+      const { x, y } = toPx(at);
+      const isHidden = heads.some((head) => Math.hypot(head.x - x, head.y - y) < head.radius);
+      const radius = (kHeadRadiusM * one.character.scale.x * pxAtOneM) / Math.max(distance(one, eye), 0.1);
+      if (at.z <= 1) heads.push({ ...toPx(one.character.position.clone().project(camera)), radius });
       const isFree = x > 0 && x < free.width && y > kHeightPx && y < free.height;
       const overlaps = taken.some((other) => Math.abs(other.x - x) < kWidthPx && Math.abs(other.y - y) < kHeightPx);
-      label.hidden = at.z > 1 || !isFree || overlaps || distance(one, eye) > kFarM;
+      label.hidden = at.z > 1 || !isFree || isHidden || overlaps || distance(one, eye) > kFarM;
       if (label.hidden) continue;
       taken.push({ x, y });
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;
