@@ -201,7 +201,7 @@ test("fetches a member's groom first, also when it is named before it joins", ()
 
 test("asks for no other groom while it fetches only the first", () => {
   const served = new ServedRoom();
-  const groom = "1".repeat(64);
+  const hash = "1".repeat(64);
   const asked = () => {
     for (let n = 0; n < 2; ++n) served.room.reportImportance([{ member: 1, screenHeight: 0.9, inView: true }]);
     served.room.sample(0);
@@ -209,10 +209,10 @@ test("asks for no other groom while it fetches only the first", () => {
     return served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
   };
   served.room.fetchesOnlyFirst = true;
-  served.receive({ type: "memberJoined", member: 1, session: 9n, character: 1, groom, ...kPlain });
+  served.receive({ type: "memberJoined", member: 1, session: 9n, character: 1, groom: hash, ...kPlain });
   expect(asked()).toEqual([]);
   served.room.fetchesOnlyFirst = false;
-  expect(asked()).toEqual([groom]);
+  expect(asked()).toEqual([hash]);
 });
 
 test("fetches one groom after the other, that of the largest head first", () => {
