@@ -7,14 +7,17 @@ const kHairShare = 0.01;
 
 /** Watches what the browser shows, whatever the page's own thread does meanwhile, until there is hair or skin. */
 export class FirstSeen {
-  /** of the first picture that has it */
+  /**
+   * When the first picture that has it has arrived here: a moment after it was on the screen. The browser's own times
+   * are those at which pictures began.
+   */
   readonly epochMs: Promise<number>;
 
   private constructor(session: Awaited<ReturnType<typeof sessionOf>>) {
     this.epochMs = new Promise((done) => {
-      session.on("Page.screencastFrame", ({ sessionId, data, metadata }) => {
+      session.on("Page.screencastFrame", ({ sessionId, data }) => {
         if (isHair(PNG.sync.read(Buffer.from(data, "base64")))) {
-          done(1000 * metadata.timestamp!);
+          done(Date.now());
           void session.detach();
         } else void session.send("Page.screencastFrameAck", { sessionId });
       });
