@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "client/link/basis_catalog.hpp"
+#include "client/link/known_basis.hpp"
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "client/link/basis_catalog.hpp"
+#include "client/link/known_basis.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {

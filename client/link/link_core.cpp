@@ -66,7 +66,7 @@ LinkCore::LinkCore(LinkCoreOptions options)
       splitter_(wire::kPacketBytesMax),
       uploads_(kChunkBytes),
       upload_scheduler_(kChunkBytes),
-      members_(options_.catalog ? options_.catalog : std::make_shared<BasisCatalog>(), options_.decode_share) {}
+      members_(options_.catalog ? options_.catalog : std::make_shared<FileCatalog>(), options_.decode_share) {}
 
 // Holds between two calls from outside.
 void LinkCore::check_invariants() const {
@@ -335,6 +335,7 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   } else {
     tell_left(members_.drop_all());
     for (const wire::GroomHash& file : members_.bases().clear()) fetch_.refuse(file);
+    for (const wire::GroomHash& file : members_.learnt().clear()) fetch_.refuse(file);
   }
   resend_all(resumed);
 }
@@ -419,15 +420,27 @@ void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
 }
 
 void LinkCore::on(wire::GroomBasis& announced, std::int64_t) {
-  members_.bases().announce(announced);
+  members_.bases().announce(announced.groom, announced.basis);
+}
+
+void LinkCore::on(wire::GroomLearnt& announced, std::int64_t) {
+  if (options_.evaluate_learnt) members_.announce(announced);
 }
 
 void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
   std::optional<GroomFetched> fetched = fetch_.take(data);
   if (!fetched) return;
-  const std::vector<wire::GroomHash> grooms = members_.bases().grooms_of(fetched->hash);
+  if (const auto grooms = members_.bases().grooms_of(fetched->hash); !grooms.empty())
+    return take(*fetched, grooms, now_ns);
+  const std::vector<wire::GroomHash> grooms = members_.learnt().grooms_of(fetched->hash);
   if (grooms.empty()) return push(std::move(*fetched));
-  std::string fault = members_.bases().take(*fetched);
+  const std::string fault = members_.learnt().take(*fetched);
+  if (!fault.empty())
+    push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its learnt hair cannot be used: " + fault});
+}
+
+void LinkCore::take(const GroomFetched& basis, const std::vector<wire::GroomHash>& grooms, std::int64_t now_ns) {
+  const std::string fault = members_.bases().take(basis);
   if (!fault.empty())
     return push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its basis cannot be used: " + fault});
   for (const wire::GroomHash& groom : grooms) {
@@ -445,15 +458,25 @@ void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
   FrameBatch events{batch.tick, batch.sample_time_ns, {}};
   if (!sink_) events.frames.reserve(batch.frames.size());
+  decoded_.clear();
   for (const wire::Frame& frame : batch.frames) {
-    const Members::DecodedFrame decoded = members_.decode_frame(frame, batch.tick, batch.sample_time_ns, now_ns);
+    const Members::DecodedFrame& decoded =
+        decoded_.emplace_back(members_.decode_frame(frame, batch.tick, batch.sample_time_ns, now_ns));
     ++counters_.frames_received;
     counters_.frames_unknown += decoded.outcome == Members::Outcome::unknown;
     counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;
+    counters_.frames_lacking_learnt += decoded.lacks_learnt;
+    counters_.frames_evaluated += frame.evaluated && decoded.basis && !decoded.lacks_learnt;
     if (decoded.wants_basis) request_groom(*decoded.wants_basis);
-    if (decoded.outcome != Members::Outcome::unknown)
-      dispatch({batch.tick, batch.sample_time_ns, frame, decoded}, events, now_ns);
+    if (decoded.wants_learnt) request_groom(*decoded.wants_learnt);
+    if (decoded.evaluates) enqueue(*decoded.evaluates);
   }
+  members_.evaluate();
+  for (std::size_t i = 0; i < decoded_.size(); ++i) {
+    if (decoded_[i].outcome != Members::Outcome::unknown)
+      dispatch({batch.tick, batch.sample_time_ns, batch.frames[i], decoded_[i]}, events, now_ns);
+  }
+  decoded_.clear();
   if (!events.frames.empty()) push(std::move(events));
 }
 
@@ -496,7 +519,9 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   const bool may_be_fetch =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
   const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
-  if (ends_fetch && !members_.bases().grooms_of(error.groom).empty()) return;  // frames that need it ask again
+  const bool is_made =
+      !members_.bases().grooms_of(error.groom).empty() || !members_.learnt().grooms_of(error.groom).empty();
+  if (may_be_fetch && is_made) return;  // frames that need it ask for it again
   if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
     requested_.on_refused(error.groom);
@@ -511,6 +536,11 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
 
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {
   lose(goodbye.reason, "the server says goodbye: " + goodbye.detail, now_ns);
+}
+
+std::shared_ptr<const Skin> LinkCore::skin_of(const wire::GroomHash& groom) const {
+  const std::shared_ptr<const KnownBasis> basis = members_.bases().of(groom);
+  return basis ? std::shared_ptr<const Skin>(basis, &basis->hair.skin) : nullptr;
 }
 
 std::int64_t LinkCore::to_local_ns(std::int64_t server_time_ns) const {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "client/link/backoff.hpp"
-#include "client/link/basis_catalog.hpp"
 #include "client/link/event_queue.hpp"
 #include "client/link/events.hpp"
+#include "client/link/file_catalog.hpp"
 #include "client/link/groom_fetch.hpp"
 #include "client/link/importance_reporter.hpp"
 #include "client/link/last_known_hair.hpp"
@@ -37,7 +37,8 @@ struct LinkCoreOptions {
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
   double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
-  std::shared_ptr<BasisCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
+  bool evaluate_learnt = true;   // learnt hair from poses alone: downloads networks, and frames of it are smaller
+  std::shared_ptr<FileCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
 };
 
 // What has happened since the start.
@@ -47,10 +48,12 @@ struct LinkCounters {
   std::uint64_t frames_dropped = 0;        // not polled in time
   std::uint64_t poses_dropped = 0;         // not sent in time
   std::uint64_t frames_received = 0;
-  std::uint64_t frames_undecodable = 0;  // their bytes are wrong
-  std::uint64_t frames_unknown = 0;      // of a member that is not known, or not newer than its last frame
-  std::uint64_t reconnects = 0;          // welcomes after the first
-  std::uint64_t resumes = 0;             // of these, by a server that still had the session
+  std::uint64_t frames_undecodable = 0;     // their bytes are wrong
+  std::uint64_t frames_unknown = 0;         // of a member that is not known, or not newer than its last frame
+  std::uint64_t frames_evaluated = 0;       // without coefficients: this client has evaluated the hair
+  std::uint64_t frames_lacking_learnt = 0;  // without coefficients, and what to evaluate is not here
+  std::uint64_t reconnects = 0;             // welcomes after the first
+  std::uint64_t resumes = 0;                // of these, by a server that still had the session
 };
 
 // A frame as received, before any copy.
@@ -114,9 +117,8 @@ class LinkCore {
   // Converts a time of the server's clock to ours. Returns it unchanged while no server's clock is known.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
-  [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const {
-    return members_.bases().skin_of(groom);
-  }
+  // The skin of the groom's body; null: its basis is not here.
+  [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const;
 
   // The connection's side.
 
@@ -147,8 +149,10 @@ class LinkCore {
   void on(wire::MemberLeft& left, std::int64_t now_ns);
   void on(wire::RoomWind& wind, std::int64_t now_ns);
   void on(wire::GroomBasis& announced, std::int64_t now_ns);
+  void on(wire::GroomLearnt& announced, std::int64_t now_ns);
   void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);
+  void take(const GroomFetched& basis, const std::vector<wire::GroomHash>& grooms, std::int64_t now_ns);
   void on(wire::Error& error, std::int64_t now_ns);
   void on(wire::Goodbye& goodbye, std::int64_t now_ns);
 
@@ -181,6 +185,7 @@ class LinkCore {
   channel::BulkScheduler upload_scheduler_;
   SendQueue queue_;
   Members members_;
+  std::vector<Members::DecodedFrame> decoded_;  // of the batch in hand
   LastKnownHair last_known_;
   ImportanceReporter importance_;
   GroomFetch fetch_;

@@ -1,8 +1,12 @@
 #include "client/link/members.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <tuple>
+
+#include "schema/wire/learnt_file.hpp"
 
 namespace hairnet::link {
 namespace {
@@ -14,7 +18,26 @@ std::int16_t to_integer(float value, float unit) {
   return static_cast<std::int16_t>(std::clamp(std::nearbyint(value / unit), -32767.0f, 32767.0f));
 }
 
+FileCatalog& checked(const std::shared_ptr<FileCatalog>& catalog) {
+  HAIRNET_ASSERT(catalog);
+  return *catalog;
+}
+
+Result<KnownBasis> decode_basis(std::span<const std::uint8_t> bytes) {
+  return wire::decode_basis(bytes).map([](wire::HairBasis&& basis) { return KnownBasis(std::move(basis)); });
+}
+
 }  // namespace
+
+Members::Members(const std::shared_ptr<FileCatalog>& catalog, double decode_share)
+    : decode_share_(decode_share),
+      bases_({catalog, &checked(catalog).bases}, &decode_basis),
+      learnt_({catalog, &catalog->learnt}, &wire::decode_learnt) {}
+
+void Members::announce(const wire::GroomLearnt& announced) {
+  learnt_.announce(announced.groom, announced.learnt);
+  learnt_told_.erase(announced.groom);
+}
 
 Members::Joined Members::join(const wire::MemberJoined& joined) {
   Member member;
@@ -89,10 +112,11 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
   const bool is_rigid = frame.level == LevelIndex::rigid;
   if (!is_rigid) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
   const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
-  if (!decode(member, frame, sample_time_ns, basis, decoded)) {
+  if (!decode(member, frame, tick, sample_time_ns, basis, decoded)) {
     member.discontinuity_pending = decoded.discontinuous;
     return decoded;
   }
+  follow_learnt(member, frame, now_ns, decoded);
   member.discontinuity_pending = false;
   member.waiting.reset();
   if (!is_rigid && !basis && frame.asleep) {
@@ -103,13 +127,65 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
   return decoded;
 }
 
-bool Members::decode(Member& member, const wire::Frame& frame, std::int64_t sample_time_ns,
+void Members::follow_learnt(Member& member, const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded) {
+  const auto& [newest, before] = std::tie(member.newest, member.before);
+  if (!newest.basis) {
+    member.learnt = {};
+    return;
+  }
+  if (before.basis && before.basis != newest.basis) member.learnt = {};
+  if (frame.level != LevelIndex::learnt && member.learnt.is_idle()) return;
+  LearntFrame learnt{.to = &newest.decoded.pose,
+                     .is_learnt = frame.level == LevelIndex::learnt,
+                     .evaluated = frame.evaluated,
+                     .discontinuous = decoded.discontinuous};
+  if (before.tick) {
+    learnt.from = &before.decoded.pose;
+    learnt.ticks = *newest.tick - *before.tick;
+  }
+  if (learnt.is_learnt) decoded.wants_learnt = learnt_.wanted(member.groom, now_ns);
+  std::shared_ptr<const LearntHair> hair = learnt_.of(member.groom);
+  if (!hair && learnt.evaluated) {
+    decoded.lacks_learnt = true;
+    if (before.basis == newest.basis) member.newest.decoded.coefficients = before.decoded.coefficients;
+    member.learnt = {};
+    return;
+  }
+  if (hair && learnt.is_learnt && learnt_told_.insert(member.groom).second)
+    decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
+  evaluations_.push_back({&member, learnt, member.learnt.begin(std::move(hair), learnt)});
+}
+
+void Members::evaluate() {
+  // Characters of one groom are stepped side by side.
+  const auto hair_of_one = [](const Evaluation& e) { return e.motion ? e.member->learnt.hair() : nullptr; };
+  std::ranges::stable_sort(evaluations_, std::less<>(), hair_of_one);
+  std::array<LearntMotion, kLearntWidth> motions;
+  for (std::size_t i = 0; i < evaluations_.size();) {
+    const LearntHair* const hair = hair_of_one(evaluations_[i]);
+    std::size_t count = 0;
+    for (; i < evaluations_.size() && count < motions.size() && hair_of_one(evaluations_[i]) == hair; ++i)
+      if (hair) motions[count++] = *evaluations_[i].motion;
+    if (count > 0) step_learnt(*hair, std::span(motions).first(count));
+  }
+  for (const auto& [member, frame, motion] : evaluations_) {
+    const bool is_continued = member->before.basis == member->newest.basis;
+    member->learnt.finish(
+        frame, is_continued ? std::span<const float>(member->before.decoded.coefficients) : std::span<const float>(),
+        member->newest.decoded.coefficients);
+  }
+  evaluations_.clear();
+}
+
+bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                      const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded) {
   Moment& moment = member.before;  // overwritten also when decoding fails
   moment.basis = nullptr;
+  moment.tick.reset();
   decoded.outcome = Outcome::undecodable;
   if (!codec::decode_frame(frame.content, basis ? &basis->code : nullptr, moment.decoded)) return false;
   if (wire::validate_pose(moment.decoded.pose) != wire::PoseRefusal::none) return false;
+  moment.tick = tick;
   moment.sample_time_ns = sample_time_ns;
   if (frame.level != LevelIndex::rigid) moment.basis = basis;
   std::swap(member.before, member.newest);
@@ -129,7 +205,7 @@ std::vector<Members::WaitingFrame> Members::decode_waiting(const wire::GroomHash
     if (member.groom != groom || !member.waiting) continue;
     WaitingFrame waiting = *std::exchange(member.waiting, std::nullopt);
     waiting.frame.content = member.waiting_content;
-    decode(member, waiting.frame, waiting.sample_time_ns, basis, waiting.decoded);
+    decode(member, waiting.frame, waiting.tick, waiting.sample_time_ns, basis, waiting.decoded);
     ready.push_back(std::move(waiting));
   }
   return ready;
@@ -174,7 +250,8 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
 
 void Members::forget_frames() {
   for (auto& [number, member] : members_) {
-    member.newest.basis = member.before.basis = nullptr;
+    member.newest = member.before = {};
+    member.learnt = {};
     member.waiting.reset();
   }
 }

@@ -3,14 +3,16 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "client/link/bases.hpp"
+#include "client/link/groom_files.hpp"
 #include "client/link/last_known_hair.hpp"
+#include "client/link/learnt_track.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -20,8 +22,7 @@ class Members {
  public:
   // `decode_share`: the share of members whose frames are decoded; other frames are only counted.
   // Asserts that `catalog` is not null.
-  Members(std::shared_ptr<BasisCatalog> catalog, double decode_share)
-      : decode_share_(decode_share), bases_(std::move(catalog)) {}
+  Members(const std::shared_ptr<FileCatalog>& catalog, double decode_share);
 
   // The server announces all members again after a resume: those that are known already are the same, or their tag or
   // appearance has changed.
@@ -33,6 +34,9 @@ class Members {
   void remove_own(std::uint32_t character);  // if there is such a character
   Bases& bases() { return bases_; }
   [[nodiscard]] const Bases& bases() const { return bases_; }
+  LearntHairs& learnt() { return learnt_; }
+  // The server announces the hair again over each connection, and is told again that this client evaluates it.
+  void announce(const wire::GroomLearnt& announced);
 
   enum class Outcome : std::uint8_t {
     decoded,
@@ -42,17 +46,23 @@ class Members {
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
-    std::optional<wire::GroomHash> wants_basis;  // the file of a basis that the frame lacks
-    bool discontinuous = false;                  // the frame's own mark, or that of an earlier undecodable frame
-    std::uint32_t character = 0;                 // this client's own number; 0: another client's character
+    std::optional<wire::GroomHash> wants_basis;   // the file of a basis that the frame lacks
+    std::optional<wire::GroomHash> wants_learnt;  // the file of the learnt hair that the frame shows, if it is not here
+    std::optional<wire::EvaluateLearnt> evaluates;  // to tell the server: what the hair depends on is here
+    bool lacks_learnt = false;                      // it has no coefficients, and the learnt hair is not here
+    bool discontinuous = false;                     // the frame's own mark, or that of an earlier undecodable frame
+    std::uint32_t character = 0;                    // this client's own number; 0: another client's character
     // Of a decoded frame, until the next frame of the member.
     const Pose* pose = nullptr;
-    std::span<const float> coefficients;      // m; those that are missing at the end are 0
+    std::span<const float> coefficients;      // m; those that are missing at the end are 0. As coded until evaluate()
     std::shared_ptr<const KnownBasis> basis;  // null: the hair is at rest, or its basis has not arrived yet
   };
   // After a frame that cannot be decoded, the character still has the one before.
   DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                             std::int64_t now_ns);
+
+  // Evaluates learnt hair in the frames that were decoded since the last call: their coefficients become those to show.
+  void evaluate();
 
   // The frame of a sleeping character comes once. It waits here if the groom's basis had not arrived.
   struct WaitingFrame {
@@ -84,6 +94,7 @@ class Members {
 
  private:
   struct Moment {
+    std::optional<std::uint64_t> tick;  // none: there is no frame
     std::int64_t sample_time_ns = 0;
     codec::DecodedFrame decoded;
     std::shared_ptr<const KnownBasis> basis;  // null: no hair
@@ -98,17 +109,27 @@ class Members {
     bool discontinuity_pending = false;  // an undecodable frame was discontinuous
     std::optional<std::uint64_t> last_tick;
     Moment newest, before;
+    LearntTrack learnt;
     std::optional<WaitingFrame> waiting;
     std::vector<std::uint8_t> waiting_content;
   };
-  static bool decode(Member& member, const wire::Frame& frame, std::int64_t sample_time_ns,
+  struct Evaluation {
+    Member* member = nullptr;
+    LearntFrame frame;
+    std::optional<LearntMotion> motion;
+  };
+  static bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                      const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded);
+  void follow_learnt(Member& member, const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded);
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;
 
   double decode_share_;
   std::unordered_map<std::uint32_t, Member> members_;
   Bases bases_;
+  LearntHairs learnt_;
+  std::set<wire::GroomHash> learnt_told_;  // grooms whose hair the server knows this client to evaluate
+  std::vector<Evaluation> evaluations_;
 };
 
 }  // namespace hairnet::link

@@ -37,8 +37,8 @@ std::string validate(const LearntHair& hair) {
     return "learnt hair with a wrong number of weights";
   }
   for (const auto* numbers : {&hair.input_weights, &hair.hidden_weights, &hair.bias, &hair.output_weights})
-    if (!std::ranges::all_of(*numbers, [](float v) { return std::isfinite(v); }))
-      return "learnt hair with a weight that is not finite";
+    if (!std::ranges::all_of(*numbers, [](float v) { return std::abs(v) <= kLearntWeightMax; }))
+      return "learnt hair with a weight that is not finite, or too great";
   const auto is_size = [](float value) { return std::isfinite(value) && value >= 0; };
   if (!std::ranges::all_of(hair.most, is_size)) return "learnt hair with a wrong range of inputs";
   if (!is_size(hair.error) || !is_size(hair.low_error)) return "learnt hair with a wrong error";
@@ -71,6 +71,38 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
     const std::span<float> out = members[m].coefficients;
     for (std::size_t k = 0; k < hair.mode_count; ++k) out[k] = coefficients[k * kLearntWidth + m];
     std::ranges::fill(out.subspan(hair.mode_count), 0.0f);
+  }
+}
+
+void step_learnt(const LearntHair& hair, std::span<LearntMotion> motions) {
+  HAIRNET_ASSERT(motions.size() <= kLearntWidth);
+  int first = 1, last = 0;
+  for (LearntMotion& motion : motions) {
+    HAIRNET_ASSERT(motion.ticks >= 0);
+    motion.is_covered = true;
+    if (motion.begins) first = 1 - kLearntStart_ticks;
+    last = std::max(last, motion.ticks);
+  }
+  std::array<Pose, kLearntWidth> poses;
+  std::array<LearntMember, kLearntWidth> members;
+  std::array<LearntMotion*, kLearntWidth> stepped;
+  for (int tick = first; tick <= last; ++tick) {  // up to 0: the first pose is held
+    std::size_t count = 0;
+    for (LearntMotion& motion : motions) {
+      if (tick > 0 ? tick > motion.ticks : !motion.begins) continue;
+      Pose& pose = poses[count];
+      if (tick <= 0)
+        pose = *motion.from;
+      else if (tick == motion.ticks)
+        pose = *motion.to;
+      else
+        pose = interpolate(*motion.from, *motion.to, static_cast<double>(tick) / motion.ticks);
+      members[count] = {motion.state, &pose, motion.coefficients};
+      stepped[count++] = &motion;
+    }
+    step_learnt(hair, std::span(members).first(count));
+    for (std::size_t m = 0; m < count; ++m)
+      stepped[m]->is_covered = stepped[m]->is_covered && (tick <= 0 || members[m].is_covered);
   }
 }
 

@@ -9,7 +9,11 @@
 namespace hairnet {
 
 inline constexpr std::size_t kLearntHiddenMax = 128, kLearntModesMax = 128;
-inline constexpr int kLearntWidth = 16;  // characters that are evaluated side by side
+inline constexpr int kLearntWidth = 16;          // characters that are evaluated side by side
+inline constexpr float kLearntWeightMax = 1e6f;  // the greatest size of a weight: no sum is then infinite
+inline constexpr int kLearntStart_ticks = 30;    // for which a network that begins sees the first pose held
+inline constexpr int kLearntGapMax_ticks = 8;    // between two poses; after a longer gap a network begins again
+inline constexpr int kLearntSettled_ticks = 60;  // after which it hardly matters when a network has begun
 
 // The hair of one groom as a small recurrent network: from poses to the first coefficients of the groom's basis. For
 // the groom as it was built, in still air. Rows of matrices follow each other. Immutable; all threads may share it.
@@ -34,7 +38,7 @@ struct LearntHair {
   [[nodiscard]] std::size_t bytes() const;  // of weights
 };
 
-// Returns an empty string when counts agree and all numbers are finite; else one line about the fault.
+// Returns an empty string when counts agree and all weights are within kLearntWeightMax; else one line about the fault.
 std::string validate(const LearntHair& hair);
 
 // What one character remembers. It may begin at any time: after two seconds it hardly differs from one that began
@@ -54,5 +58,18 @@ struct LearntMember {
 // One tick of at most kLearntWidth characters. The result of a character depends neither on its place nor on the
 // others. Asserts that there is room for the driven coefficients.
 void step_learnt(const LearntHair& hair, std::span<LearntMember> members);
+
+// The motion of one character from a pose that its network has seen to a later one.
+struct LearntMotion {
+  LearntState* state = nullptr;
+  const Pose *from = nullptr, *to = nullptr;
+  int ticks = 1;                  // from one to the other; poses between them are interpolated
+  bool begins = false;            // the network sees `from` held for kLearntStart_ticks first
+  std::span<float> coefficients;  // at `to`; unchanged when there is nothing to see
+  bool is_covered = true;         // result: the hair covers all poses after `from`
+};
+
+// Steps at most kLearntWidth characters through their motions. The result of a character does not depend on the others.
+void step_learnt(const LearntHair& hair, std::span<LearntMotion> motions);
 
 }  // namespace hairnet

@@ -199,30 +199,19 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
 
 void step_learnt_turns(const TickContext& terms, std::span<Character* const> characters) {
   HAIRNET_ASSERT(!characters.empty() && characters.size() <= kLearntWidth);
-  std::array<Pose, kLearntWidth> poses;
-  std::array<LearntMember, kLearntWidth> members;
+  std::array<LearntMotion, kLearntWidth> motions;
   const LearntHair& hair = *characters[0]->network();
-  std::size_t new_count = 0;
-  for (Character* c : characters) {
-    HAIRNET_ASSERT(c->network() == &hair);
-    HAIRNET_ASSERT(c->step_ticks == characters[0]->step_ticks);
-    c->learnt.is_covered = true;
-    if (!std::exchange(c->learnt.has_begun, true))
-      members[new_count++] = {&c->learnt.state, &c->from, c->learnt.coefficients};
-  }
-  for (int k = 0; k < kLearntStart_ticks && new_count > 0; ++k) step_learnt(hair, std::span(members).first(new_count));
   const double interval_s = terms.plan(*characters[0]).interval_s;
-  const auto count = std::max(1l, std::lround(interval_s / kLearntTick_s));
-  for (long k = 1; k <= count; ++k) {
-    for (std::size_t i = 0; i < characters.size(); ++i) {
-      Character& c = *characters[i];
-      poses[i] = k == count ? c.to : interpolate(c.from, c.to, static_cast<double>(k) / static_cast<double>(count));
-      members[i] = {&c.learnt.state, &poses[i], c.learnt.coefficients};
-    }
-    step_learnt(hair, std::span(members).first(characters.size()));
-    for (std::size_t i = 0; i < characters.size(); ++i)
-      characters[i]->learnt.is_covered = characters[i]->learnt.is_covered && members[i].is_covered;
+  const int ticks = std::max(1, static_cast<int>(std::lround(interval_s / kLearntTick_s)));
+  for (std::size_t i = 0; i < characters.size(); ++i) {
+    Character& c = *characters[i];
+    HAIRNET_ASSERT(c.network() == &hair);
+    HAIRNET_ASSERT(c.step_ticks == characters[0]->step_ticks);
+    const bool begins = !std::exchange(c.learnt.has_begun, true);
+    motions[i] = {&c.learnt.state, &c.from, &c.to, ticks, begins, c.learnt.coefficients};
   }
+  step_learnt(hair, std::span(motions).first(characters.size()));
+  for (std::size_t i = 0; i < characters.size(); ++i) characters[i]->learnt.is_covered = motions[i].is_covered;
   for (Character* c : characters) {
     end_turn(terms, *c);
     if (c->bones_still_s > 0) c->still_s += interval_s;

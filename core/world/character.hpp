@@ -16,7 +16,6 @@ namespace hairnet {
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
-inline constexpr int kLearntStart_ticks = 30;          // for which a network that begins sees the first pose held
 inline constexpr std::uint64_t kNeverChanged = ~0ull;  // no tick
 
 // Hair on the learnt level.

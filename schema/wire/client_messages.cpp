@@ -235,6 +235,16 @@ Fault read(const fb::GroomRequest& in, GroomRequest& out) {
   return {};
 }
 
+Offset<fb::EvaluateLearnt> write(FlatBufferBuilder& to, const EvaluateLearnt& m) {
+  const fb::Hash groom = to_flatbuffer(m.groom), learnt = to_flatbuffer(m.learnt);
+  return fb::CreateEvaluateLearnt(to, &groom, &learnt);
+}
+
+Fault read(const fb::EvaluateLearnt& in, EvaluateLearnt& out) {
+  out = {from_flatbuffer(*in.groom()), from_flatbuffer(*in.learnt())};
+  return {};
+}
+
 Offset<fb::Moderate> write(FlatBufferBuilder& to, const Moderate& m) {
   const auto subject = to.CreateString(fit_text(m.subject));
   const auto reason = to.CreateString(fit_text(m.reason));

@@ -134,6 +134,10 @@ struct GroomRequest {  // asks for a groom that the client lacks; answered by Gr
   GroomHash hash{};
   std::uint64_t offset = 0;
 };
+struct EvaluateLearnt {  // the client has the file of GroomLearnt: frames of such hair need no coefficients
+  GroomHash groom{};
+  GroomHash learnt{};
+};
 // What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`.
 struct Moderate {
   ModerateAction action = ModerateAction::remove;
@@ -151,7 +155,7 @@ struct Goodbye {
 
 using ClientMessage =
     std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
-                 SetWind, SetAppearance, Observe, ReportImportance, GroomRequest, Moderate, Goodbye>;
+                 SetWind, SetAppearance, Observe, ReportImportance, GroomRequest, EvaluateLearnt, Moderate, Goodbye>;
 
 // Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
 // against the level.

@@ -7,12 +7,14 @@
 
 #include "core/result.hpp"
 
-// The outer form of groom files since version 3, and of basis files: a table, deflated (PackedTable in types.fbs).
+// The outer form of groom files since version 3, of basis files and of those of learnt hair: a table, deflated
+// (PackedTable in types.fbs).
 namespace hairnet::wire {
 
 // Identifiers of packed files.
 inline constexpr const char* kPackedGroom = "HNGZ";
 inline constexpr const char* kPackedBasis = "HNBZ";
+inline constexpr const char* kPackedLearnt = "HNLZ";
 
 // `table`: a size-prefixed buffer. The same table gives the same bytes for one version of zlib.
 std::vector<std::uint8_t> pack(std::span<const std::uint8_t> table, const char* identifier);

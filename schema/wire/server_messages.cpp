@@ -151,6 +151,16 @@ Fault read(const fb::GroomBasis& in, GroomBasis& out) {
   return {};
 }
 
+Offset<fb::GroomLearnt> write(FlatBufferBuilder& to, const GroomLearnt& m) {
+  const fb::Hash groom = to_flatbuffer(m.groom), learnt = to_flatbuffer(m.learnt);
+  return fb::CreateGroomLearnt(to, &groom, &learnt);
+}
+
+Fault read(const fb::GroomLearnt& in, GroomLearnt& out) {
+  out = {from_flatbuffer(*in.groom()), from_flatbuffer(*in.learnt())};
+  return {};
+}
+
 namespace {
 
 std::uint8_t* write_varint(std::uint32_t value, std::uint8_t* at) {
@@ -174,7 +184,7 @@ std::uint8_t* write_frame(const Frame& f, std::uint32_t member_before, std::uint
   at = write_varint(f.member - member_before, at);
   const auto log2_stride = static_cast<unsigned>(std::countr_zero(unsigned{f.step_stride}));
   *at++ = static_cast<std::uint8_t>(static_cast<unsigned>(f.level) | unsigned{f.discontinuous} << 3 |
-                                    unsigned{f.asleep} << 4 | log2_stride << 5);
+                                    unsigned{f.asleep} << 4 | log2_stride << 5 | unsigned{f.evaluated} << 7);
   at = write_varint(static_cast<std::uint32_t>(f.content.size()), at);
   if (!f.content.empty()) std::memcpy(at, f.content.data(), f.content.size());
   return at + f.content.size();
@@ -253,8 +263,10 @@ Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
   if (Fault fault = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !fault.empty()) return fault;
   out.discontinuous = (head & 8) != 0;
   out.asleep = (head & 16) != 0;
-  const unsigned log2_stride = head >> 5;
+  const unsigned log2_stride = head >> 5 & 3;
   if (log2_stride > 2) return "frame: no such stride";
+  out.evaluated = (head & 128) != 0;
+  if (out.evaluated && out.level != LevelIndex::learnt) return "frame: evaluated on another level than learnt";
   out.step_stride = static_cast<std::uint8_t>(1u << log2_stride);
   return {};
 }

@@ -74,6 +74,10 @@ struct GroomBasis {  // comes before the groom's first frame with coefficients
   GroomHash groom{};
   GroomHash basis{};  // of the file, which GroomRequest asks for
 };
+struct GroomLearnt {  // the client may evaluate the groom's hair itself while it is on the learnt level
+  GroomHash groom{};
+  GroomHash learnt{};  // of the file, which GroomRequest asks for
+};
 // An encoded frame. `content` is a prefix of what codec::encode_frame gives: a pose, and coefficients of the groom's
 // basis. It refers to no other frame.
 struct Frame {
@@ -81,6 +85,7 @@ struct Frame {
   LevelIndex level = LevelIndex::rigid;  // that the server steps; rigid: no coefficients, hair is at rest
   bool discontinuous = false;            // teleport or reset: do not interpolate from the last frame
   bool asleep = false;                   // nothing will change, and no frame come, before the character wakes
+  bool evaluated = false;                // only a pose: the client evaluates the learnt hair (EvaluateLearnt)
   std::uint8_t step_stride = 1;          // ticks from one step of the character to the next
   std::span<const std::uint8_t> content;
 };
@@ -99,6 +104,6 @@ struct Error {
 
 using ServerMessage =
     std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved, MemberJoined,
-                 MemberChanged, MemberLeft, RoomWind, GroomBasis, FrameBatch, Error, Goodbye>;
+                 MemberChanged, MemberLeft, RoomWind, GroomBasis, GroomLearnt, FrameBatch, Error, Goodbye>;
 
 }  // namespace hairnet::wire

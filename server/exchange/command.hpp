@@ -43,7 +43,8 @@ struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording
-  std::optional<wire::GroomHash> basis = std::nullopt;     // of the file of its basis, if it has one
+  std::optional<wire::GroomHash> basis = std::nullopt;     // of the file of its basis, if it is new
+  std::optional<wire::GroomHash> learnt = std::nullopt;    // of the file of its learnt hair, if it is new
 };
 struct ForgetGroom {  // the groom was evicted
   wire::GroomHash groom{};

@@ -11,6 +11,7 @@
 #include "core/modes/make_modes.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/learnt_file.hpp"
 #include "schema/wire/packing.hpp"
 #include "server/grooms/build_pool.hpp"
 #include "server/threading/memory_reserve.hpp"
@@ -203,6 +204,8 @@ GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint
   const Level& finest = (*build.levels)[LevelIndex::high];
   result.basis = std::make_shared<const std::vector<std::uint8_t>>(
       wire::encode_basis(finest.geometry, build.levels->modes->basis, *finest.skin));
+  if (build.levels->learnt)
+    result.learnt = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_learnt(*build.levels->learnt));
   return result;
 }
 

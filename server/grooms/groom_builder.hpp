@@ -37,10 +37,11 @@ struct GroomResult {
   std::uint64_t job = 0;  // its number; 0: the answer to read()
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
-  BuildFault fault = BuildFault::none;                     // when refused
-  std::string detail;                                      // of the fault
-  std::shared_ptr<const LevelSet> levels;                  // when ready
-  std::shared_ptr<const std::vector<std::uint8_t>> basis;  // when ready: the file of the basis
+  BuildFault fault = BuildFault::none;                      // when refused
+  std::string detail;                                       // of the fault
+  std::shared_ptr<const LevelSet> levels;                   // when ready
+  std::shared_ptr<const std::vector<std::uint8_t>> basis;   // when ready: the file of the basis
+  std::shared_ptr<const std::vector<std::uint8_t>> learnt;  // when ready: that of the learnt hair; null: none
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; null when read: absent
   std::size_t strand_count = 0;                            // when building
   std::int64_t build_ns = 0;                               // that the builder took, when ready or refused

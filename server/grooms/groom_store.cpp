@@ -195,7 +195,7 @@ GroomStore::Bytes GroomStore::bytes(const wire::GroomHash& hash) {
     groom->second.used = ++uses_;
     return groom->second.bytes;
   }
-  if (const auto basis = bases_.find(hash); basis != bases_.end()) return basis->second.lock();
+  if (const auto made = made_.find(hash); made != made_.end()) return made->second.lock();
   const auto read = read_.find(hash);
   return read == read_.end() ? nullptr : read->second.lock();
 }
@@ -386,7 +386,7 @@ void GroomStore::poll(std::int64_t now_ns) {
   feed_builder();
   learn(now_ns);
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
-  std::erase_if(bases_, [](const auto& basis) { return basis.second.expired(); });
+  std::erase_if(made_, [](const auto& made) { return made.second.expired(); });
   check_invariants();
   counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
   counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
@@ -455,8 +455,8 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   Entry& entry = groom->second;
   HAIRNET_ASSERT(entry.state == State::building);
   HAIRNET_ASSERT(result.levels);
-  const std::size_t basis_bytes = result.basis ? result.basis->size() : 0;
-  const std::size_t bytes = entry.bytes->size() + basis_bytes + server::level_bytes(*result.levels);
+  std::size_t bytes = entry.bytes->size() + server::level_bytes(*result.levels);
+  for (const Bytes& made : {result.basis, result.learnt}) bytes += made ? made->size() : 0;
   while (level_bytes_ + bytes > limits_.level_bytes_max && evict_one()) {
   }
   if (level_bytes_ + bytes > limits_.level_bytes_max)
@@ -471,13 +471,18 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   counters_->grooms_ready.add();
   spdlog::info("event=groom_ready groom={} level_bytes={}", log_hash(groom->first), bytes);
   GroomReady ready{groom->first, std::move(result.levels), entry.bytes};
-  if (result.basis) {
-    ready.basis = wire::hash_groom(*result.basis);
-    entry.basis = std::move(result.basis);
-    bases_[*ready.basis] = entry.basis;
-  }
+  if (result.basis) ready.basis = offer_made(result.basis);
+  if (result.learnt) ready.learnt = offer_made(result.learnt);
+  entry.basis = std::move(result.basis);
+  entry.learnt = std::move(result.learnt);
   commands_->put(std::move(ready));
   send_state(groom, GroomState::ready, now_ns);
+}
+
+wire::GroomHash GroomStore::offer_made(const Bytes& file) {
+  const wire::GroomHash hash = wire::hash_groom(*file);
+  made_[hash] = file;
+  return hash;
 }
 
 // One groom at a time, the one with the most users first.
@@ -522,12 +527,14 @@ void GroomStore::take_learnt(LearningResult result) {
   counters_->grooms_learnt.add();
   spdlog::info("event=groom_learnt groom={} error={:.3f} low_error={:.3f} seconds={:.1f}", log_hash(result.groom),
                learnt.error, learnt.low_error, static_cast<double>(result.taken_ns) * 1e-9);
-  groom->second.level_bytes += learnt.bytes();
-  level_bytes_ += learnt.bytes();
+  const std::size_t bytes = learnt.bytes() + result.file->size();
+  groom->second.level_bytes += bytes;
+  level_bytes_ += bytes;
   groom->second.levels = result.levels;
   groom->second.was_learnt = true;  // also if the groom came back meanwhile
   builder_->cache(result.groom, result.levels);
-  commands_->put(GroomReady{result.groom, std::move(result.levels), nullptr});
+  commands_->put(GroomReady{result.groom, std::move(result.levels), nullptr, std::nullopt, offer_made(result.file)});
+  groom->second.learnt = std::move(result.file);
 }
 
 void GroomStore::refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {

@@ -124,7 +124,7 @@ class GroomStore final : public GroomService {
     std::size_t upload_bytes = 0;          // that it holds before it is ready
     std::size_t level_bytes = 0;           // once ready; including the bytes of the file
     Bytes bytes;                           // of the file, from building on
-    Bytes basis;                           // of the file of its basis, once ready, if it has one
+    Bytes basis, learnt;                   // of the files of its basis and learnt hair, once ready; null: none
     std::weak_ptr<const LevelSet> levels;  // once ready
     bool was_learnt = false;               // or refused, or is being learnt
     std::int64_t built_since_ns = 0, turn_ns = 0;  // while building: since when, and how long it need not give way
@@ -189,6 +189,7 @@ class GroomStore final : public GroomService {
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void learn(std::int64_t now_ns);
   void take_learnt(LearningResult result);
+  wire::GroomHash offer_made(const Bytes& file);  // to clients, while the groom has it
   void hand_over(const GroomResult& read, std::int64_t now_ns);
   void refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
   void refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns);  // than the groom's
@@ -211,7 +212,7 @@ class GroomStore final : public GroomService {
   std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>>
-      bases_;  // of ready grooms, by their own hash
+      made_;  // files of bases and learnt hair of ready grooms, by their own hash
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
   std::uint64_t uses_ = 0, orders_ = 0;
   std::uint64_t jobs_ = 0;  // given to the builder

@@ -5,6 +5,7 @@
 
 #include "core/assert.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/learnt_file.hpp"
 #include "server/threading/memory_reserve.hpp"
 
 namespace hairnet::server {
@@ -56,6 +57,7 @@ LearningResult HairLearner::learn(const LearningJob& job) {
     auto levels = std::make_shared<LevelSet>(*job.levels);
     levels->learnt = *learnt;
     result.levels = std::move(levels);
+    result.file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_learnt(**learnt));
   }
   return result;
 }

@@ -24,8 +24,9 @@ struct LearningJob {
 
 struct LearningResult {
   wire::GroomHash groom{};
-  std::shared_ptr<const LevelSet> levels;  // the same with the learnt level; null: refused, or dropped
-  std::string detail;                      // one line: why it was refused; empty: dropped
+  std::shared_ptr<const LevelSet> levels;                 // the same with the learnt level; null: refused, or dropped
+  std::shared_ptr<const std::vector<std::uint8_t>> file;  // of the learnt hair, for clients
+  std::string detail;                                     // one line: why it was refused; empty: dropped
   std::int64_t taken_ns = 0;
 };
 

@@ -26,6 +26,7 @@ class CoefficientTrack {
   // The last result, and its tick.
   [[nodiscard]] std::span<const float> shown() const { return last_.coefficients; }
   [[nodiscard]] std::uint64_t tick() const { return last_.tick; }
+  [[nodiscard]] bool is_fading() const { return !fading_.empty(); }  // at the last result
 
  private:
   struct Sample {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -22,15 +23,25 @@ struct View {
   bool in_view = true;           // as last reported
   float screen_height = -1;      // as last reported; negative: never
 
-  std::optional<std::uint64_t> sent;   // tick of the last frame
+  std::optional<std::uint64_t> sent;  // tick of the last frame
+  // Tick since which its frames have been of the learnt level, with no gap that a network would notice.
+  std::optional<std::uint64_t> learnt_since;
   bool sleep_sent = false;             // the last frame was marked asleep
   bool discontinuity_pending = false;  // a discontinuity that the session has not received yet
 
   void forget_sent() {
     discontinuity_pending = discontinuity_pending || sent.has_value();
     sent.reset();
+    learnt_since.reset();
     sleep_sent = false;
   }
+};
+
+// What a session knows of the learnt hair of a groom.
+struct LearntTold {
+  wire::GroomHash file{};  // that was announced to it
+  // Tick since which the client evaluates that hair itself.
+  std::optional<std::uint64_t> evaluated_since;
 };
 
 // A session as an observer of its room. Tick thread.
@@ -45,8 +56,9 @@ struct Observer {
   // Members of slots from here on have not been announced to the session, and it gets no frames of them; none: all
   // have.
   std::optional<std::uint32_t> unannounced_from;
-  std::vector<View> views;               // by slot
-  std::set<wire::GroomHash> bases_sent;  // by groom
+  std::vector<View> views;                            // by slot
+  std::set<wire::GroomHash> bases_sent;               // by groom
+  std::map<wire::GroomHash, LearntTold> learnt_told;  // by groom
   FrameThrottle throttle;
 
   // This tick's frames.
@@ -62,6 +74,10 @@ struct Observer {
   [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }
   [[nodiscard]] bool chooses_by_place() const {
     return observe.mode == wire::ObserveMode::nearest || observe.mode == wire::ObserveMode::radius;
+  }
+  void forget_files(const wire::GroomHash& groom) {
+    bases_sent.erase(groom);
+    learnt_told.erase(groom);
   }
   // The last frames that were sent may not have arrived.
   void forget_sent() {

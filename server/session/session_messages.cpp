@@ -448,6 +448,7 @@ struct Session::MessageHandler {
     return put(std::move(observe));
   }
   Refused operator()(wire::ReportImportance& report) { return put(std::move(report)); }
+  Refused operator()(wire::EvaluateLearnt& evaluate) { return put(evaluate); }
   // Queues a request for the tick; refused when the queue is full.
   template <class Request>
   Refused put(Request request) {

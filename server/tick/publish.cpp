@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/assert.hpp"
+#include "core/learnt/learnt_hair.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -13,6 +14,7 @@ static_assert(kStrideMax == wire::kStrideMax);
 
 // Tolerances of coefficients, half an octave apart, so that observers share codings. The first is the finest.
 constexpr std::uint8_t kToleranceCount = 24;
+constexpr std::uint8_t kPoseOnly = kToleranceCount;  // of a frame without coefficients
 constexpr float kFinestTolerance_m = 0.25e-3f;
 constexpr float kSmallestHeight = 0.02f;  // of a head on the screen that makes a difference
 
@@ -66,6 +68,11 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
 
 void Publisher::forget_groom(const wire::GroomHash& groom) {
   bases_.erase(groom);
+  learnt_.erase(groom);
+}
+
+void Publisher::put_learnt(const wire::GroomHash& groom, const wire::GroomHash& learnt) {
+  learnt_.insert_or_assign(groom, learnt);
 }
 
 void Publisher::put_basis(const wire::GroomHash& groom, const wire::GroomHash& basis,
@@ -139,7 +146,8 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     if (!due && (!character->asleep || view.sleep_sent)) continue;
     announce_basis(terms, *character, observer);
     const float height = view.screen_height < 0 ? 1 : std::clamp(view.screen_height, kSmallestHeight, 1.0f);
-    const std::uint8_t tolerance = tolerance_within(error_m / height);
+    const std::uint8_t tolerance =
+        note_learnt(terms, *character, observer, view) ? kPoseOnly : tolerance_within(error_m / height);
     observer.requests.push_back({character, variant_of(*character, tolerance), view.discontinuity_pending});
     view.sent = tick;
     view.sleep_sent = character->asleep;
@@ -155,6 +163,25 @@ void Publisher::announce_basis(const Terms& terms, const Character& character, O
   observer.sink->push(wire::GroomBasis{character.groom, basis->hash}, terms.now_ns);
 }
 
+// An observer that has seen the hair for a while evaluates the same as the World, whenever it began.
+bool Publisher::note_learnt(const Terms& terms, const Character& character, Observer& observer, View& view) const {
+  const std::uint64_t tick = terms.tick.tick;
+  const auto learnt = learnt_.find(character.groom);
+  if (character.shown != LevelIndex::learnt || learnt == learnt_.end()) {
+    view.learnt_since.reset();
+    return false;
+  }
+  LearntTold& told = observer.learnt_told[character.groom];
+  if (told.file != learnt->second) {
+    told = {learnt->second, std::nullopt};
+    counters_->learnt_announced.add();
+    observer.sink->push(wire::GroomLearnt{character.groom, told.file}, terms.now_ns);
+  }
+  if (!view.learnt_since || !view.sent || tick - *view.sent > kLearntGapMax_ticks) view.learnt_since = tick;
+  if (!told.evaluated_since || character.coefficients.is_fading()) return false;
+  return tick - std::max(*view.learnt_since, *told.evaluated_since) >= kLearntSettled_ticks;
+}
+
 void Publisher::encode(const Terms& terms, Character& character) const {
   const std::span variants(character.variants.data(), character.variant_count);
   if (variants.empty()) return;
@@ -166,12 +193,14 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   if (basis) {
     const HairMotion motion{lattice.model ? &basis->modes->map(lattice.level) : nullptr, lattice.displacement,
                             lattice.coefficients};
+    // Also when only poses are sent: a fade begins from there, and what a network gives is merely copied.
     coefficients = character.coefficients.at(terms.tick.tick, def_.tick_s, motion, basis->modes->basis.mode_count(),
                                              character.discontinuous);
   }
   for (FrameVariant& variant : variants) {
+    const bool has_hair = basis && variant.tolerance != kPoseOnly;
     variant.detail =
-        basis ? codec::detail_for(basis->code, coefficients, tolerance_m(variant.tolerance)) : codec::Detail{};
+        has_hair ? codec::detail_for(basis->code, coefficients, tolerance_m(variant.tolerance)) : codec::Detail{};
   }
   for (unsigned step = 0; step < codec::kStepCount; ++step) {
     std::optional<std::size_t> most;
@@ -194,6 +223,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
 void Publisher::send(const Terms& terms, Observer& observer) const {
   if (observer.requests.empty()) return;
   const std::int64_t begun_ns = clock_ns();
+  std::size_t evaluated_count = 0;
   std::vector<FramePacket> packets;
   wire::FrameBatch batch{terms.tick.tick, terms.tick.sample_time_ns, {}};
   std::size_t bytes = 0;
@@ -215,6 +245,8 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     frame.level = character.shown;
     frame.discontinuous = request.discontinuous;
     frame.asleep = character.asleep;
+    frame.evaluated = variant.tolerance == kPoseOnly;
+    evaluated_count += frame.evaluated ? 1 : 0;
     frame.step_stride = static_cast<std::uint8_t>(character.stride);
     frame.content = variant.content;
     const std::size_t frame_bytes = wire::frame_bytes(frame);
@@ -224,6 +256,7 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   }
   flush();
   counters_->frames_published.add(observer.requests.size());
+  counters_->frames_evaluated_by_clients.add(evaluated_count);
   for (const FramePacket& packet : packets) observer.sent_bytes += packet.bytes.size();
   counters_->frame_bytes_published.add(observer.sent_bytes);
   observer.sink->push_frames(std::move(packets));

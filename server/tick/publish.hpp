@@ -36,6 +36,8 @@ class Publisher {
   // modes.
   void put_basis(const wire::GroomHash& groom, const wire::GroomHash& basis,
                  const std::shared_ptr<const LevelSet>& levels);
+  // Clients may evaluate the groom's learnt hair from now on. `learnt`: the hash of its file.
+  void put_learnt(const wire::GroomHash& groom, const wire::GroomHash& learnt);
   void forget_groom(const wire::GroomHash& groom);
 
  private:
@@ -57,6 +59,8 @@ class Publisher {
   int request(const Terms& terms, const Room& room, Observer& observer) const;
   void encode(const Terms& terms, Character& character) const;
   void announce_basis(const Terms& terms, const Character& character, Observer& observer) const;
+  // Whether the observer evaluates the hair of this frame itself. Announces learnt hair to an observer that sees it.
+  bool note_learnt(const Terms& terms, const Character& character, Observer& observer, View& view) const;
   [[nodiscard]] const KnownBasis* basis_of(const Character& character) const;
   void send(const Terms& terms, Observer& observer) const;
 
@@ -64,7 +68,8 @@ class Publisher {
 
   PublishDef def_;
   TickCounters* counters_;
-  std::map<wire::GroomHash, KnownBasis> bases_;  // by groom
+  std::map<wire::GroomHash, KnownBasis> bases_;        // by groom
+  std::map<wire::GroomHash, wire::GroomHash> learnt_;  // the hash of its file, by groom
   std::vector<Observer*> observers_;
 };
 

@@ -168,6 +168,7 @@ struct Scheduler::CommandHandler {
     } else {
       observer->sink = std::move(c.sink);
       observer->bases_sent.clear();
+      observer->learnt_told.clear();
       observer->forget_sent();
     }
     if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_told, now_ns);
@@ -259,9 +260,24 @@ struct Scheduler::CommandHandler {
       view.in_view = m.in_view;
     }
   }
+  void handle(SessionId session, const wire::EvaluateLearnt& evaluate) const {
+    Observer* observer = scheduler.rooms_.observer(session);
+    if (!observer) return;
+    const auto told = observer->learnt_told.find(evaluate.groom);
+    if (told != observer->learnt_told.end() && told->second.file == evaluate.learnt) {
+      if (!told->second.evaluated_since) told->second.evaluated_since = scheduler.inputs_.tick;
+      return;
+    }
+    scheduler.counters_->evaluations_refused.add();
+    if (observer->sink)
+      observer->sink->push(wire::Error{wire::ErrorReason::groom_unavailable, 0, evaluate.learnt,
+                                       "no groom has that learnt hair, or it was not announced to this session"},
+                           now_ns);
+  }
   void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
     if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
+    if (c.learnt) scheduler.publisher_.put_learnt(c.groom, *c.learnt);
     if (scheduler.recorder_ && c.levels->learnt) scheduler.unrecorded_learnt_[c.groom] = c.levels->learnt;
     scheduler.simulation_.put_levels(c.groom, std::move(c.levels));
     if (scheduler.recorder_ && c.bytes) scheduler.unrecorded_[c.groom] = std::move(c.bytes);
@@ -269,9 +285,7 @@ struct Scheduler::CommandHandler {
   void operator()(const ForgetGroom& c) const {
     scheduler.simulation_.forget_levels(c.groom);
     scheduler.publisher_.forget_groom(c.groom);
-    for (auto& [session, observer] : scheduler.rooms_.observers()) {
-      observer.bases_sent.erase(c.groom);
-    }
+    for (auto& [session, observer] : scheduler.rooms_.observers()) observer.forget_files(c.groom);
     scheduler.unrecorded_.erase(c.groom);
     scheduler.unrecorded_learnt_.erase(c.groom);
   }

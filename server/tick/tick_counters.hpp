@@ -96,6 +96,9 @@ struct TickCounters : CounterSet {
   Counter hair_states_dropped_unfit{*this, "hair_states_dropped", "reason", "unfit"};
   Counter hair_states_dropped_full{*this, "hair_states_dropped", "reason", "full"};
   Counter bases_announced{*this, "bases_announced"};
+  Counter learnt_announced{*this, "learnt_announced"};
+  Counter evaluations_refused{*this, "evaluations_refused"};                  // of learnt hair that was not announced
+  Counter frames_evaluated_by_clients{*this, "frames_evaluated_by_clients"};  // published as poses alone
   Counter frames_dropped_not_finite{*this, "frames_dropped", "reason", "not_finite"};  // never sent
   Counter ticks_recorded{*this, "ticks_recorded"};
   Counter recordings_failed{*this, "recordings_failed"};

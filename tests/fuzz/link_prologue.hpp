@@ -6,10 +6,13 @@
 #include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/learnt_file.hpp"
 #include "schema/wire/messages.hpp"
+#include "tests/support/learnt.hpp"
 
 // The first packets of a server in the client's fuzzer: a welcome, one own character and one other member with the same
-// groom, a frame, and the groom's basis, for which the frame has asked.
+// groom, a frame, the groom's basis, for which the frame has asked,
+// and its learnt hair, likewise.
 namespace hairnet::fuzz {
 
 inline constexpr std::uint32_t kOwnMember = 1, kOtherMember = 2, kOwnCharacter = 5;
@@ -33,6 +36,10 @@ inline wire::HairBasis link_basis() {
   return hair;
 }
 
+inline std::vector<std::uint8_t> link_learnt() {
+  return wire::encode_learnt(support::random_learnt_hair(9, 4, 4));
+}
+
 // Of both members.
 inline wire::Message link_frames(std::uint64_t tick) {
   const codec::CoefficientCode code(link_basis().basis.deviation_m);
@@ -52,6 +59,16 @@ inline wire::Message link_frames(std::uint64_t tick) {
   return batch;
 }
 
+// The same on the learnt level.
+inline wire::Message link_learnt_frames(std::uint64_t tick, bool evaluated) {
+  wire::Message message = link_frames(tick);
+  for (wire::Frame& frame : std::get<wire::FrameBatch>(message).frames) {
+    frame.level = LevelIndex::learnt;
+    frame.evaluated = evaluated;
+  }
+  return message;
+}
+
 inline std::vector<wire::Message> link_prologue(std::uint64_t session, bool resumed) {
   wire::Welcome welcome;
   welcome.session = session;
@@ -66,7 +83,10 @@ inline std::vector<wire::Message> link_prologue(std::uint64_t session, bool resu
           wire::GroomBasis{link_groom(), wire::hash_groom(file)},
           link_frames(kFirstTick),
           wire::GroomData{wire::hash_groom(file), file.size(), 0, file},
-          link_frames(kFirstTick + 1)};
+          wire::GroomLearnt{link_groom(), wire::hash_groom(link_learnt())},
+          link_learnt_frames(kFirstTick + 1, false),
+          wire::GroomData{wire::hash_groom(link_learnt()), link_learnt().size(), 0, link_learnt()},
+          link_learnt_frames(kFirstTick + 2, false)};
 }
 
 }  // namespace hairnet::fuzz

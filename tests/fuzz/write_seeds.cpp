@@ -9,11 +9,13 @@
 #include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "schema/wire/learnt_file.hpp"
 #include "schema/wire/level_file.hpp"
 #include "schema/wire/messages.hpp"
 #include "schema/wire/packing.hpp"
 #include "schema/wire/recording.hpp"
 #include "tests/fuzz/link_prologue.hpp"
+#include "tests/support/learnt.hpp"
 #include "tests/support/levels.hpp"
 #include "tests/support/random_messages.hpp"
 
@@ -77,6 +79,9 @@ void add_link_seeds(Folder& folder) {
   add(kLongPieces | kPrologue,
       {wire::GroomNeed{link_groom(), 100'000}, wire::GroomStatus{link_groom(), wire::GroomState::ready},
        wire::GroomData{{9}, 6, 0, {1, 2, 3}}, wire::GroomData{{9}, 6, 3, {4, 5, 6}}});
+  add(kLongPieces | kPrologue,
+      {link_learnt_frames(103, false), link_learnt_frames(104, false), link_learnt_frames(105, true),
+       link_learnt_frames(107, true), link_frames(108), link_learnt_frames(120, true)});
   add(kLongPieces | kPrologue, {refused, wire::MemberLeft{kOtherMember}, wire::CharacterRemoved{kOwnCharacter},
                                 wire::Error{wire::ErrorReason::groom_unavailable, 0, {9}, ""}, link_frames(103)});
 }
@@ -157,17 +162,25 @@ void add_mode_seeds(Folder& frames, Folder& bases) {
   bases.add(wire::unpack(wire::encode_basis(hair.geometry, hair.basis, hair.skin), wire::kPackedBasis).value());
 }
 
+void add_learnt_seeds(Folder& folder) {
+  for (const std::size_t hidden : {4, 8})
+    folder.add(
+        wire::unpack(wire::encode_learnt(support::random_learnt_hair(6, hidden, 4)), wire::kPackedLearnt).value());
+}
+
 int write_seeds(const std::filesystem::path& root) {
   Folder packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
   Folder tokens(root / "token"), links(root / "link_core");
-  Folder frames(root / "frame"), bases(root / "basis_file");
+  Folder frames(root / "frame"), bases(root / "basis_file"), learnt(root / "learnt_file");
   add_packet_seeds(packets, streams);
   add_file_seeds(grooms, levels, recordings);
   add_token_seeds(tokens);
   add_link_seeds(links);
   add_mode_seeds(frames, bases);
-  for (const Folder* folder : {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases})
+  add_learnt_seeds(learnt);
+  for (const Folder* folder :
+       {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases, &learnt})
     if (folder->failed()) return 1;
   return 0;
 }

@@ -14,6 +14,7 @@ link::LinkCoreOptions core_options(ProtocolOptions& options) {
   core.token = std::move(options.token);
   core.seed = options.seed;
   core.decode_share = options.decode_share;
+  core.evaluate_learnt = options.evaluate_learnt;
   core.catalog = std::move(options.catalog);
   return core;
 }

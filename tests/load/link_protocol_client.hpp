@@ -15,7 +15,8 @@ struct ProtocolOptions {
   double hair_error_mm = 1, frame_bytes_per_s = 0;
   std::uint64_t seed = 1;
   double decode_share = 1;
-  std::shared_ptr<link::BasisCatalog> catalog;  // shared by all on one thread
+  bool evaluate_learnt = true;
+  std::shared_ptr<link::FileCatalog> catalog;  // shared by all on one thread
 };
 
 // The client library's own core.

@@ -82,6 +82,7 @@ int perform(const Options& options) {
   run_options.server_pid = options.server_pid;
   run_options.check_share = options.check_share;
   run_options.decode_share = options.decode_share;
+  run_options.evaluate_learnt = options.evaluate_learnt;
   run_options.token = options.token;
   run_options.scrape_metrics = options.scrape_metrics;
   run_options.stop = &stop_asked;

@@ -80,6 +80,8 @@ void add_options(CLI::App& app, Options& o, Given& g) {
       ->check(in_range(0, 1));
   app.add_option("--decode-share", o.decode_share, "share of members whose frames are decoded, the others' counted (1)")
       ->check(in_range(0, 1));
+  app.add_flag("--ask-coefficients{false}", o.evaluate_learnt,
+               "clients do not evaluate learnt hair: its frames have coefficients");
   app.add_option("--token", g.token_file, "file of a token for the rooms, where the server wants one");
   app.add_flag(
       "--find-capacity", g.find_capacity,

@@ -28,6 +28,7 @@ struct Options {
   std::vector<Requirement> requirements;
   double lag_p99_max_ms = 5;
   double check_share = 0, decode_share = 1;
+  bool evaluate_learnt = true;
   std::string token;
   bool scrape_metrics = true, quiet = false;
   std::optional<CapacityOptions> capacity;

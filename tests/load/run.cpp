@@ -109,8 +109,10 @@ class Run {
     return make_link_protocol_client(std::move(protocol));
   }
   ProtocolOptions peer_options(std::string name, std::string room) {
-    return {std::move(name),          std::move(room), options_->token,        plan_->observe, plan_->hair_error_mm,
-            plan_->frame_bytes_per_s, plan_->seed,     options_->decode_share, catalog_};
+    return {std::move(name), std::move(room),        options_->token,
+            plan_->observe,  plan_->hair_error_mm,   plan_->frame_bytes_per_s,
+            plan_->seed,     options_->decode_share, options_->evaluate_learnt,
+            catalog_};
   }
 
   Result<void> prepare() {
@@ -287,7 +289,7 @@ class Run {
   asio::ip::tcp::endpoint server_;
   TcpConnector connector_;
   FrameCheck check_;
-  std::shared_ptr<link::BasisCatalog> catalog_ = std::make_shared<link::BasisCatalog>();
+  std::shared_ptr<link::FileCatalog> catalog_ = std::make_shared<link::FileCatalog>();
   ClientContext context_;
   std::unique_ptr<GroomUploader> preparation_;
   std::optional<Tally> tally_;

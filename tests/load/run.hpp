@@ -25,8 +25,9 @@ namespace hairnet::load {
 struct RunOptions {
   Address server;
   std::optional<pid_t> server_pid;
-  double check_share = 0;   // of characters whose frames are checked
-  double decode_share = 1;  // of members whose frames are decoded
+  double check_share = 0;       // of characters whose frames are checked
+  double decode_share = 1;      // of members whose frames are decoded
+  bool evaluate_learnt = true;  // clients evaluate learnt hair themselves
   std::string token;
   bool scrape_metrics = true;
   const std::atomic<bool>* stop = nullptr;  // set: the run ends early

@@ -68,6 +68,7 @@ BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, stride
 BOOST_DESCRIBE_STRUCT(MemberImportance, (), (member, screen_height, in_view))
 BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))
 BOOST_DESCRIBE_STRUCT(GroomRequest, (), (hash, offset))
+BOOST_DESCRIBE_STRUCT(EvaluateLearnt, (), (groom, learnt))
 BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
@@ -82,7 +83,8 @@ BOOST_DESCRIBE_STRUCT(RoomWind, (), (wind, session))
 BOOST_DESCRIBE_STRUCT(MemberLeft, (), (member))
 BOOST_DESCRIBE_STRUCT(CharacterRemoved, (), (character))
 BOOST_DESCRIBE_STRUCT(GroomBasis, (), (groom, basis))
-BOOST_DESCRIBE_STRUCT(Frame, (), (member, level, discontinuous, asleep, step_stride, content))
+BOOST_DESCRIBE_STRUCT(GroomLearnt, (), (groom, learnt))
+BOOST_DESCRIBE_STRUCT(Frame, (), (member, level, discontinuous, asleep, evaluated, step_stride, content))
 BOOST_DESCRIBE_STRUCT(FrameBatch, (), (tick, sample_time_ns, frames))
 BOOST_DESCRIBE_STRUCT(Error, (), (reason, character, groom, detail))
 BOOST_DESCRIBE_STRUCT(Goodbye, (), (reason, detail))

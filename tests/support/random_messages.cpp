@@ -77,6 +77,7 @@ Frame RandomMessages::frame(std::vector<std::uint8_t>& content) {
   f.level = level();
   f.discontinuous = coin();
   f.asleep = coin();
+  f.evaluated = f.level == LevelIndex::learnt && coin();
   f.step_stride = static_cast<std::uint8_t>(1 << integer(0, 2));
   content = bytes(integer(0, 300));
   f.content = content;

@@ -32,10 +32,10 @@ Json sequence_case() {
   const codec::CoefficientCode code(basis.basis.deviation_m);
   const auto file =
       std::make_shared<const std::vector<std::uint8_t>>(wire::encode_basis(basis.geometry, basis.basis, basis.skin));
-  link::Members members(std::make_shared<link::BasisCatalog>(), 1);
+  link::Members members(std::make_shared<link::FileCatalog>(), 1);
   const wire::GroomHash groom{1}, hash{2};
   members.add_own({kCharacter, groom, LevelIndex::high, kMember});
-  members.bases().announce({groom, hash});
+  members.bases().announce(groom, hash);
   const std::string fault = members.bases().take({hash, file, {}});
   HAIRNET_ASSERT(fault.empty());
   Json out{{"file", hex(*file)}, {"contents", Json::array()}, {"coefficients", Json::array()}};

@@ -12,6 +12,7 @@
 #include "tests/support/random_messages.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
+#include "tests/tools/web_learnt.hpp"
 #include "tests/tools/web_messages.hpp"
 #include "tests/tools/web_modes.hpp"
 
@@ -111,7 +112,7 @@ int write_all(const std::filesystem::path& folder) {
       write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&
       write(folder, "drawing.json", drawing_cases()) && write(folder, "frame.json", frame_code_cases()) &&
       write(folder, "basis.json", basis_cases()) && write(folder, "skin.json", skin_case()) &&
-      write(folder, "bob.groom", std::as_bytes(std::span(groom)));
+      write(folder, "learnt.json", learnt_cases()) && write(folder, "bob.groom", std::as_bytes(std::span(groom)));
   return done ? 0 : 1;
 }
 

@@ -7,6 +7,7 @@ const files = [
   "core/ffd/lattice.hpp",
   "core/ffd/skin_push.cpp",
   "core/ffd/skin_push.hpp",
+  "core/learnt/learnt_hair.hpp",
   "core/modes/basis.hpp",
   "core/skin/skin_distance_field.hpp",
   "client/render/body_geometry.cpp",

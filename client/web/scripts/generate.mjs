@@ -12,7 +12,7 @@ const here = dirname(fileURLToPath(import.meta.url));
 const root = resolve(here, "../../..");
 const schemaFolder = join(root, "schema");
 const outFolder = resolve(here, "../src");
-const schemas = ["enums", "types", "messages", "groom", "basis"];
+const schemas = ["enums", "types", "messages", "groom", "basis", "learnt"];
 const classFolder = "hairnet/wire/fb";
 const flatcFolder = "net/generated";
 
@@ -90,7 +90,7 @@ function generate(scratch) {
   files.set(join(flatcFolder, "messages.ts"), classes.join(""));
 
   const layouts = {};
-  for (const name of ["messages", "groom", "basis"]) {
+  for (const name of ["messages", "groom", "basis", "learnt"]) {
     flatc(["--binary", "--schema", "-o", scratch, join(schemaFolder, `${name}.fbs`)]);
     Object.assign(layouts, layoutOf(readFileSync(join(scratch, `${name}.bfbs`))));
   }

@@ -539,13 +539,13 @@ TEST_F(ReceivingBasis, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
 }
 
-TEST(BasisCatalog, cores_that_need_the_same_file_share_one_copy) {
-  BasisCatalog catalog;
+TEST(FileCatalog, cores_that_need_the_same_file_share_one_copy) {
+  KnownFiles<KnownBasis> catalog;
   EXPECT_FALSE(catalog.find(hash_of(1)));
-  auto a = catalog.keep(hash_of(1), small_basis());
-  EXPECT_EQ(catalog.keep(hash_of(1), small_basis()), a);
+  auto a = catalog.keep(hash_of(1), KnownBasis(small_basis()));
+  EXPECT_EQ(catalog.keep(hash_of(1), KnownBasis(small_basis())), a);
   EXPECT_EQ(catalog.find(hash_of(1)), a);
-  EXPECT_NE(catalog.keep(hash_of(2), small_basis()), a);
+  EXPECT_NE(catalog.keep(hash_of(2), KnownBasis(small_basis())), a);
   a.reset();
   EXPECT_FALSE(catalog.find(hash_of(1))) << "nobody needs it any more";
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <memory>
 
-#include "client/link/basis_catalog.hpp"
+#include "client/link/known_basis.hpp"
 
 namespace hairnet::link {
 

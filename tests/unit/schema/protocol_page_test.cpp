@@ -216,7 +216,7 @@ TEST(ProtocolPage, has_vectors_that_are_what_is_written_and_read) {
   frame.step_stride = 2;
   frame.content = content;
   constexpr Appearance kRed{{0x9e, 0x58, 0x2f}, {0xb0, 0x70, 0x40}, {0xe0, 0xc0, 0xb0}, 77};
-  const std::vector<Envelope> said{{1'000'000'000, Hello{4, "example", "hall", "", Role::participant, 0, {}}},
+  const std::vector<Envelope> said{{1'000'000'000, Hello{4, "example", "hall", "", Role::participant, 0, {}, 28}},
                                    {2'000'000'000, SetLevel{7, LevelIndex::low}},
                                    {3'000'000'000, SetAppearance{7, "Ann", kRed}},
                                    {4'000'000'000, MemberChanged{300, "Ann", kRed}},

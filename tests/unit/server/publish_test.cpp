@@ -5,7 +5,10 @@
 
 #include <random>
 
+#include "core/learnt/learnt_hair.hpp"
 #include "tests/support/frame_reader.hpp"
+#include "tests/support/learnt.hpp"
+#include "tests/support/levels.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -15,7 +18,7 @@ using testing::IsEmpty;
 
 class FakeObserverSink final : public ObserverSink {
  public:
-  void push(const wire::Message&, std::int64_t) override {}
+  void push(const wire::Message& message, std::int64_t) override { messages.push_back(message); }
   void push_encoded(const wire::Message&, std::vector<std::uint8_t>, std::int64_t) override {}
   void push_frames(std::vector<FramePacket> packets) override {
     ++ticks_waiting;
@@ -34,6 +37,7 @@ class FakeObserverSink final : public ObserverSink {
     }
     return frames;
   }
+  std::vector<wire::Message> messages;
   std::vector<wire::FrameBatch> batches;
   std::size_t ticks_waiting = 0, frames_announced = 0;
   bool full = false;
@@ -206,6 +210,116 @@ TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
   tick();
   EXPECT_EQ(sink->newest(1).size(), 800u);
   EXPECT_GT(sink->batches.size(), 3u);
+}
+
+// A character on the learnt level, and an observer that evaluates its hair from tick 1 on.
+class PublishLearntTest : public PublishTest {
+ protected:
+  PublishLearntTest() {
+    auto levels = std::make_shared<LevelSet>();
+    for (Level& level : levels->levels) level = support::make_random_level({.nodes_per_axis = 3});
+    levels->learnt = std::make_shared<LearntHair>(support::random_learnt_hair(3));
+    simulation_.put_levels({}, levels);
+    publisher_.put_learnt({}, {7});
+    character_ = &add(1, 1);
+    inputs_.added.back().levels_ready = true;
+    inputs_.added.back().level = LevelIndex::learnt;
+    tick();
+    evaluate();
+  }
+  void evaluate() { observer().learnt_told.at({}).evaluated_since = inputs_.tick; }
+  Observer& observer() { return *rooms_.observer(1); }
+  bool is_evaluated() {
+    const std::vector<wire::Frame> frames = sink_->newest(inputs_.tick);
+    EXPECT_EQ(frames.size(), 1u);
+    return frames.size() == 1 && frames[0].evaluated;
+  }
+  // Ticks from the next one on, until the observer gets no coefficients.
+  int ticks_with_coefficients() {
+    for (int count = 0; count < 200; ++count) {
+      tick();
+      if (is_evaluated()) return count;
+    }
+    return 200;
+  }
+  void settle() { EXPECT_LT(ticks_with_coefficients(), 200); }
+
+  std::shared_ptr<FakeObserverSink> sink_ = open(1);
+  Character* character_ = nullptr;
+};
+
+TEST_F(PublishLearntTest, is_announced_once_to_who_sees_it) {
+  const auto other = open(2);
+  for (int t = 0; t < 10; ++t) tick();
+  for (const auto& sink : {sink_, other}) {
+    ASSERT_EQ(sink->messages.size(), 1u);
+    const auto& announced = std::get<wire::GroomLearnt>(sink->messages[0]);
+    EXPECT_EQ(announced.groom, wire::GroomHash{});
+    EXPECT_EQ(announced.learnt, wire::GroomHash{7});
+  }
+  EXPECT_EQ(counters_.learnt_announced.value(), 2u);
+}
+
+TEST_F(PublishLearntTest, is_left_to_an_observer_that_has_seen_it_for_two_seconds) {
+  const auto other = open(2);
+  EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks - 1);
+  for (int t = 0; t < 9; ++t) tick();
+  EXPECT_TRUE(is_evaluated());
+  EXPECT_FALSE(other->newest(inputs_.tick).at(0).evaluated) << "it has not said that it evaluates";
+  EXPECT_EQ(counters_.frames_evaluated_by_clients.value(), 10u);
+}
+
+TEST_F(PublishLearntTest, is_left_to_who_says_later_that_it_evaluates_two_seconds_later) {
+  observer().learnt_told.clear();
+  for (int t = 0; t < 100; ++t) tick();
+  EXPECT_FALSE(is_evaluated());
+  evaluate();
+  EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks - 1);
+}
+
+TEST_F(PublishLearntTest, has_coefficients_for_two_seconds_after_a_gap_that_a_network_notices) {
+  settle();
+  const auto look_away = [&](int ticks) {
+    observer().views[0].in_view = false;
+    for (int t = 0; t < ticks; ++t) tick();
+    observer().views[0].in_view = true;
+  };
+  look_away(kLearntGapMax_ticks - 1);
+  EXPECT_EQ(ticks_with_coefficients(), 0);
+  look_away(kLearntGapMax_ticks);
+  EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks);
+}
+
+TEST_F(PublishLearntTest, has_coefficients_for_two_seconds_after_another_level) {
+  settle();
+  for (const LevelIndex level : {LevelIndex::low, LevelIndex::learnt}) {
+    inputs_.levels = {{character_->key, level}};
+    tick();
+    inputs_.levels.clear();
+    EXPECT_FALSE(is_evaluated());
+  }
+  EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks - 1);
+}
+
+TEST_F(PublishLearntTest, has_coefficients_after_frames_were_dropped) {
+  settle();
+  sink_->full = true;
+  tick();
+  for (int t = 1; t < kLearntSettled_ticks; ++t) {
+    tick();
+    for (const wire::Frame& frame : sink_->newest(inputs_.tick)) EXPECT_FALSE(frame.evaluated) << t;
+  }
+  EXPECT_EQ(ticks_with_coefficients(), 0);
+}
+
+TEST_F(PublishLearntTest, has_coefficients_until_the_observer_evaluates_a_network_that_is_new) {
+  settle();
+  publisher_.put_learnt({}, {8});
+  for (int t = 0; t < 100; ++t) tick();
+  EXPECT_FALSE(is_evaluated());
+  EXPECT_EQ(std::get<wire::GroomLearnt>(sink_->messages.back()).learnt, wire::GroomHash{8});
+  evaluate();
+  EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks - 1);
 }
 
 }  // namespace

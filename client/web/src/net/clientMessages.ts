@@ -178,6 +178,26 @@ const groomRequest: ClientCodec<GroomRequest> = {
   },
 };
 
+/** The client has the file of GroomLearnt: frames of such hair need no coefficients. */
+export interface EvaluateLearnt {
+  readonly type: "evaluateLearnt";
+  readonly groom: GroomHash;
+  readonly learnt: GroomHash;
+}
+const evaluateLearnt: ClientCodec<EvaluateLearnt> = {
+  write(to, { groom, learnt }) {
+    fb.EvaluateLearnt.startEvaluateLearnt(to);
+    fb.EvaluateLearnt.addGroom(to, writeHash(to, groom));
+    fb.EvaluateLearnt.addLearnt(to, writeHash(to, learnt));
+    return fb.EvaluateLearnt.endEvaluateLearnt(to);
+  },
+  read: (from) => ({ groom: hashOf(from.groom()), learnt: hashOf(from.learnt()) }),
+  check({ groom, learnt }) {
+    hashBytes(groom);
+    hashBytes(learnt);
+  },
+};
+
 /** The last message of either side. */
 export interface Goodbye {
   readonly type: "goodbye";
@@ -207,6 +227,7 @@ export type ClientMessage =
   | Observe
   | ReportImportance
   | GroomRequest
+  | EvaluateLearnt
   | Moderate
   | Goodbye;
 
@@ -218,6 +239,7 @@ export const clientCodecs: { readonly [M in ClientMessage as M["type"]]: ClientC
   ...characterCodecs,
   ...roomCodecs,
   groomRequest,
+  evaluateLearnt,
   goodbye,
 };
 

@@ -12,6 +12,8 @@ export interface CodedFrame {
   readonly discontinuous: boolean;
   /** no frame will come before the character wakes */
   readonly asleep: boolean;
+  /** only a pose: the client evaluates the learnt hair (EvaluateLearnt) */
+  readonly evaluated: boolean;
   /** ticks from one step of the character to the next */
   readonly stepStride: number;
   readonly content: Uint8Array;
@@ -50,14 +52,18 @@ export function decodeFrames(packed: Uint8Array): CodedFrame[] {
       throw new HairnetError("invalid", "frame batch: members do not ascend");
     member += step;
     const level: LevelIndex = head & 7;
-    const logStride = head >> 5;
+    const logStride = (head >> 5) & 3;
+    const evaluated = (head & 128) !== 0;
     if (level > LevelIndex.rigid) throw new HairnetError("invalid", `level ${level} does not exist`);
     if (logStride > 2) throw new HairnetError("invalid", "frame: no such stride");
+    if (evaluated && level !== LevelIndex.learnt)
+      throw new HairnetError("invalid", "frame: evaluated on another level than learnt");
     frames.push({
       member,
       level,
       discontinuous: (head & 8) !== 0,
       asleep: (head & 16) !== 0,
+      evaluated,
       stepStride: 1 << logStride,
       content: packed.subarray(at, at + byteCount),
     });

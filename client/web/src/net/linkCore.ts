@@ -88,6 +88,8 @@ export class LinkCore {
     framesReceived: 0,
     framesUndecodable: 0,
     framesUnknown: 0,
+    framesEvaluated: 0,
+    framesLackingLearnt: 0,
     reconnects: 0,
     resumes: 0,
   };
@@ -154,7 +156,7 @@ export class LinkCore {
 
   /** The skin to keep the groom's hair out of; null until frames of coefficients have brought the groom's basis. */
   skinOf(groom: GroomHash): Skin | null {
-    return this.#members.bases.skinOf(groom);
+    return this.#members.bases.of(groom)?.skin ?? null;
   }
 
   /** of other members' grooms */
@@ -339,7 +341,10 @@ export class LinkCore {
         if (this.#members.leave(message.member)) this.#push(message);
         return;
       case "groomBasis":
-        return this.#members.bases.announce(message);
+        return this.#members.bases.announce(message.groom, message.basis);
+      case "groomLearnt":
+        if (this.#options.evaluateLearnt) this.#members.announceLearnt(message);
+        return;
       case "groomData": {
         const fetched = this.#fetch.take(message);
         return fetched ? this.#onFetched(fetched, nowNs) : undefined;
@@ -356,15 +361,19 @@ export class LinkCore {
   }
 
   #onFetched(fetched: GroomFetched, nowNs: number): void {
-    const grooms = this.#members.bases.groomsOf(fetched.hash);
+    const { bases, learnt } = this.#members;
+    const learntGrooms = learnt.groomsOf(fetched.hash);
+    if (learntGrooms.length > 0) return this.#onUnusable(learntGrooms[0], "learnt hair", learnt.take(fetched));
+    const grooms = bases.groomsOf(fetched.hash);
     if (grooms.length === 0) return this.#push(fetched);
-    const [groom] = grooms;
-    const fault = this.#members.bases.take(fetched);
-    if (fault === "") {
-      for (const each of grooms) this.#onWaiting(each, nowNs);
-      return;
-    }
-    const detail = `its basis cannot be used: ${fault}`;
+    const fault = bases.take(fetched);
+    if (fault === "") for (const each of grooms) this.#onWaiting(each, nowNs);
+    this.#onUnusable(grooms[0], "basis", fault);
+  }
+
+  #onUnusable(groom: GroomHash, what: string, fault: string): void {
+    if (fault === "") return;
+    const detail = `its ${what} cannot be used: ${fault}`;
     this.#push({ type: "error", reason: ErrorReason.groomInvalid, character: 0, groom, detail });
   }
 
@@ -461,7 +470,8 @@ export class LinkCore {
       this.#membersDueNs = nowNs + kMembersResendWaitNs;
     } else {
       this.#tellLeft(this.#members.dropAll());
-      for (const file of this.#members.bases.clear()) this.#fetch.refuse(file);
+      const { bases, learnt } = this.#members;
+      for (const file of [...bases.clear(), ...learnt.clear()]) this.#fetch.refuse(file);
     }
     this.#resendAll(resumed);
   }
@@ -522,7 +532,11 @@ export class LinkCore {
       ++this.#counters.framesReceived;
       if (decoded.outcome === "unknown") ++this.#counters.framesUnknown;
       if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
+      if (decoded.lacksLearnt) ++this.#counters.framesLackingLearnt;
+      else if (coded.evaluated && decoded.basis) ++this.#counters.framesEvaluated;
       if (decoded.wantsBasis) this.requestGroom(decoded.wantsBasis);
+      if (decoded.wantsLearnt) this.requestGroom(decoded.wantsLearnt);
+      if (decoded.evaluates) this.#enqueue(decoded.evaluates);
       const frame = this.#frameOf(coded, decoded, false, nowNs);
       if (!frame) continue;
       if (this.#sink) this.#sink(frame, sampleTimeNs, tick);
@@ -561,7 +575,9 @@ export class LinkCore {
     const { reason, groom, character } = error;
     const mayBeFetch = reason === ErrorReason.groomUnavailable || reason === ErrorReason.limitExceeded;
     const endsFetch = mayBeFetch && groom !== null && this.#fetch.refuse(groom);
-    if (endsFetch && this.#members.bases.groomsOf(groom).length > 0) return; // frames that need it ask again
+    const { bases, learnt } = this.#members;
+    const isMade = groom !== null && bases.groomsOf(groom).length + learnt.groomsOf(groom).length > 0;
+    if (mayBeFetch && isMade) return; // frames that need it ask for it again
     if (!endsFetch && groom !== null && endsUpload(error)) {
       this.#uploads.drop(groom);
       this.#requested.onRefused(groom);

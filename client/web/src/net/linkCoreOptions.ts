@@ -16,6 +16,8 @@ export interface LinkCoreOptions {
   readonly reconnect: boolean;
   /** of trying to reconnect; 0: never */
   readonly giveUpAfterS: number;
+  /** learnt hair from poses alone: downloads networks, and frames of it are smaller */
+  readonly evaluateLearnt: boolean;
   /** of the waits between attempts; from 0 up to 1 */
   readonly random: () => number;
 }
@@ -29,6 +31,7 @@ export const kDefaultOptions: LinkCoreOptions = {
   keepAliveS: 15,
   reconnect: true,
   giveUpAfterS: 0,
+  evaluateLearnt: true,
   random: Math.random,
 };
 
@@ -44,6 +47,10 @@ export interface LinkCounters {
   framesUndecodable: number;
   /** of no announced member, or not newer than its last frame */
   framesUnknown: number;
+  /** without coefficients: this client has evaluated the hair */
+  framesEvaluated: number;
+  /** without coefficients, and what to evaluate is not here */
+  framesLackingLearnt: number;
   /** not sent in time */
   posesDropped: number;
   /** welcomes after the first */

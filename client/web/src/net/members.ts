@@ -1,12 +1,15 @@
 import { isSameAppearance, type Appearance } from "../hair/appearance";
 import { LevelIndex } from "../hair/level";
 import { poseFault, type Pose } from "../hair/pose";
-import { Bases, type KnownBasis } from "./bases";
+import { newBases, type KnownBasis } from "./bases";
 import { decodeFrame } from "./codec/frame";
+import { GroomFiles } from "./groomFiles";
 import type { GroomHash } from "./groomHash";
 import { hairStateOf, type HairMoment } from "./hairState";
 import type { HairSnapshot } from "./lastKnownHair";
-import type { CharacterAdded, CodedFrame, MemberChanged, MemberJoined } from "./messages";
+import { decodeLearnt } from "./learntFile";
+import { LearntTrack } from "./learntTrack";
+import type { CharacterAdded, CodedFrame, EvaluateLearnt, GroomLearnt, MemberChanged, MemberJoined } from "./messages";
 
 class Member {
   confirmed = true;
@@ -16,6 +19,9 @@ class Member {
   /** of the last frame and the one before; null: no hair */
   newest: HairMoment | null = null;
   before: HairMoment | null = null;
+  /** pose of the last frame, and its tick; null: there is none */
+  lastPose: { readonly pose: Pose; readonly tick: number } | null = null;
+  learnt = new LearntTrack();
   /** The frame of a sleeping character comes once. It waits here if the groom's basis had not arrived. */
   waiting: WaitingFrame | null = null;
 
@@ -39,6 +45,12 @@ export interface DecodedFrame {
   readonly outcome: "decoded" | "undecodable" | "unknown";
   /** the file of a basis that the frame lacks */
   readonly wantsBasis: GroomHash | null;
+  /** the file of the learnt hair that the frame shows, if it is not here */
+  readonly wantsLearnt: GroomHash | null;
+  /** to tell the server: what the hair depends on is here */
+  readonly evaluates: EvaluateLearnt | null;
+  /** it has no coefficients, and the learnt hair is not here */
+  readonly lacksLearnt: boolean;
   /** the frame's own mark, or that of an earlier undecodable frame */
   readonly discontinuous: boolean;
   /** this client's number; 0: another client's character */
@@ -62,6 +74,9 @@ const kNone = new Float32Array(0);
 const kUnknown: DecodedFrame = {
   outcome: "unknown",
   wantsBasis: null,
+  wantsLearnt: null,
+  evaluates: null,
+  lacksLearnt: false,
   discontinuous: false,
   character: 0,
   pose: null,
@@ -71,8 +86,17 @@ const kUnknown: DecodedFrame = {
 
 /** The members of the room, as the server announced them, and the last frames of each. */
 export class Members {
-  readonly bases = new Bases();
+  readonly bases = newBases();
+  readonly learnt = new GroomFiles(decodeLearnt);
+  /** grooms whose hair the server knows this client to evaluate */
+  readonly #learntTold = new Set<GroomHash>();
   readonly #members = new Map<number, Member>();
+
+  /** The server announces the hair again over each connection, and is told again that this client evaluates it. */
+  announceLearnt({ groom, learnt }: GroomLearnt): void {
+    this.learnt.announce(groom, learnt);
+    this.#learntTold.delete(groom);
+  }
 
   /**
    * After a resume the server announces all members again. Those that are known already are the same, or their tag or
@@ -121,13 +145,60 @@ export class Members {
       character: member.isOwn ? member.character : 0,
     };
     const known = this.bases.of(member.groom);
-    const decoded = { ...shared, ...decode(member, frame, timeNs, known, shared.discontinuous) };
-    member.discontinuityPending = decoded.outcome === "undecodable" && shared.discontinuous;
-    if (decoded.outcome === "undecodable") return decoded;
+    const before = member.newest;
+    const coded = { ...kUnknown, ...shared, ...decode(member, frame, timeNs, known, shared.discontinuous) };
+    member.discontinuityPending = coded.outcome === "undecodable" && shared.discontinuous;
+    if (coded.outcome === "undecodable") return coded;
+    const decoded = this.#followLearnt(member, before, frame, tick, nowNs, coded);
+    member.lastPose = { pose: coded.pose!, tick };
     const waits = frame.asleep && !isRigid && !known;
-    const coded = { ...frame, content: frame.content.slice() };
-    member.waiting = waits ? { coded, tick, timeNs, decoded } : null;
+    const copied = { ...frame, content: frame.content.slice() };
+    member.waiting = waits ? { coded: copied, tick, timeNs, decoded } : null;
     return decoded;
+  }
+
+  /** With the coefficients to show. `before`: the hair of the frame before. */
+  #followLearnt(
+    member: Member,
+    before: HairMoment | null,
+    frame: CodedFrame,
+    tick: number,
+    nowNs: number,
+    decoded: DecodedFrame,
+  ): DecodedFrame {
+    const { groom, newest, lastPose } = member;
+    if (!newest) {
+      member.learnt = new LearntTrack();
+      return decoded;
+    }
+    if (before && before.basis !== newest.basis) member.learnt = new LearntTrack();
+    const isLearnt = frame.level === LevelIndex.learnt;
+    if (!isLearnt && member.learnt.isIdle) return decoded;
+    const hair = this.learnt.of(groom);
+    const wantsLearnt = isLearnt ? this.learnt.wanted(groom, nowNs) : null;
+    const shownBefore = before?.basis === newest.basis ? before.coefficients : null;
+    if (!hair && frame.evaluated) {
+      member.learnt = new LearntTrack();
+      const coefficients = shownBefore ?? newest.coefficients;
+      member.newest = { ...newest, coefficients };
+      return { ...decoded, wantsLearnt, lacksLearnt: true, coefficients };
+    }
+    let evaluates: EvaluateLearnt | null = null;
+    if (hair && isLearnt && !this.#learntTold.has(groom)) {
+      this.#learntTold.add(groom);
+      evaluates = { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! };
+    }
+    const motion = {
+      from: lastPose?.pose ?? null,
+      to: newest.pose,
+      ticks: lastPose ? tick - lastPose.tick : 0,
+      isLearnt,
+      evaluated: frame.evaluated,
+      discontinuous: decoded.discontinuous,
+    };
+    const coefficients = member.learnt.show(hair, motion, shownBefore, newest.coefficients);
+    member.newest = { ...newest, coefficients };
+    return { ...decoded, wantsLearnt, evaluates, coefficients };
   }
 
   /** Decodes the frames that waited for the basis of this groom and are still the newest. */
@@ -164,7 +235,10 @@ export class Members {
 
   /** The connection broke: the next frame may be of another server, and comes later. */
   forgetFrames(): void {
-    for (const member of this.#members.values()) member.newest = member.before = member.waiting = null;
+    for (const member of this.#members.values()) {
+      member.newest = member.before = member.waiting = member.lastPose = null;
+      member.learnt = new LearntTrack();
+    }
   }
 
   /**

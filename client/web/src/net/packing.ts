@@ -12,6 +12,7 @@ const kDeflateRatioMax = 1032;
 /** Identifiers of packed files: a table, deflated. */
 export const kPackedGroom = "HNGZ";
 export const kPackedBasis = "HNBZ";
+export const kPackedLearnt = "HNLZ";
 
 export function isPacked(file: Uint8Array, identifier: string): boolean {
   return hasIdentifier(file, identifier);

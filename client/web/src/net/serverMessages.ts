@@ -193,6 +193,17 @@ const groomBasis: MessageReader<GroomBasis> = {
   read: (from) => ({ groom: hashOf(from.groom()), basis: hashOf(from.basis()) }),
 };
 
+/** The client may evaluate the groom's hair itself while it is on the learnt level. */
+export interface GroomLearnt {
+  readonly type: "groomLearnt";
+  readonly groom: GroomHash;
+  /** of the file, which GroomRequest asks for */
+  readonly learnt: GroomHash;
+}
+const groomLearnt: MessageReader<GroomLearnt> = {
+  read: (from) => ({ groom: hashOf(from.groom()), learnt: hashOf(from.learnt()) }),
+};
+
 export interface CodedFrameBatch {
   readonly type: "frameBatch";
   readonly tick: number;
@@ -243,6 +254,7 @@ type ServersAlone =
   | MemberLeft
   | RoomWind
   | GroomBasis
+  | GroomLearnt
   | CodedFrameBatch
   | ErrorMessage;
 export type ServerMessage = ServersAlone | Goodbye;
@@ -260,6 +272,7 @@ export const serverReaders: { readonly [M in ServersAlone as M["type"]]: Message
   memberLeft,
   roomWind,
   groomBasis,
+  groomLearnt,
   frameBatch,
   error,
 };

@@ -44,6 +44,7 @@ export function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + 
     level: LevelIndex.low,
     discontinuous: false,
     asleep: false,
+    evaluated: false,
     stepStride: 2,
     content: fromHex(sequence.contents[n]),
     ...more,

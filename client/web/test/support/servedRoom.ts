@@ -57,7 +57,14 @@ export class ServedRoom {
   }
   /** A rigid frame at the origin, after which no other comes. */
   receiveAsleep(member: number): void {
-    const frame = { member, level: LevelIndex.rigid, discontinuous: false, asleep: true, stepStride: 1 };
+    const frame = {
+      member,
+      level: LevelIndex.rigid,
+      discontinuous: false,
+      asleep: true,
+      evaluated: false,
+      stepStride: 1,
+    };
     const frames = [{ ...frame, content: rigidContent() }];
     this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames });
   }

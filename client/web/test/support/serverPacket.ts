@@ -106,6 +106,11 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.GroomBasis.addGroom(to, writeHash(to, message.groom));
       fb.GroomBasis.addBasis(to, writeHash(to, message.basis));
       return [fb.Body.GroomBasis, fb.GroomBasis.endGroomBasis(to)];
+    case "groomLearnt":
+      fb.GroomLearnt.startGroomLearnt(to);
+      fb.GroomLearnt.addGroom(to, writeHash(to, message.groom));
+      fb.GroomLearnt.addLearnt(to, writeHash(to, message.learnt));
+      return [fb.Body.GroomLearnt, fb.GroomLearnt.endGroomLearnt(to)];
     case "frameBatch": {
       const frames = fb.FrameBatch.createFramesVector(to, packFrames(message.frames));
       fb.FrameBatch.startFrameBatch(to);
@@ -145,7 +150,7 @@ function packFrames(frames: readonly m.CodedFrame[]): Uint8Array {
     varint(f.member - member);
     member = f.member;
     const logStride = Math.log2(f.stepStride);
-    bytes.push(f.level | (f.discontinuous ? 8 : 0) | (f.asleep ? 16 : 0) | (logStride << 5));
+    bytes.push(f.level | (f.discontinuous ? 8 : 0) | (f.asleep ? 16 : 0) | (logStride << 5) | (f.evaluated ? 128 : 0));
     varint(f.content.length);
     bytes.push(...f.content);
   }

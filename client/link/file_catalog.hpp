@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "client/link/known_basis.hpp"
+#include "core/learnt/learnt_hair.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// Files of one kind, decoded, while a core needs them. One thread.
+template <class Known>
+class KnownFiles {
+ public:
+  // Null: no core has it.
+  [[nodiscard]] std::shared_ptr<const Known> find(const wire::GroomHash& file) const {
+    const auto found = files_.find(file);
+    return found == files_.end() ? nullptr : found->second.lock();
+  }
+  // The one that is kept already, if there is one.
+  std::shared_ptr<const Known> keep(const wire::GroomHash& file, Known decoded) {
+    if (std::shared_ptr<const Known> known = find(file)) return known;
+    std::erase_if(files_, [](const auto& f) { return f.second.expired(); });
+    auto known = std::make_shared<const Known>(std::move(decoded));
+    files_[file] = known;
+    return known;
+  }
+
+ private:
+  std::map<wire::GroomHash, std::weak_ptr<const Known>> files_;  // by the hash of the file
+};
+
+// What all LinkCores of one thread share: cores that need the same file share one copy.
+struct FileCatalog {
+  KnownFiles<KnownBasis> bases;
+  KnownFiles<LearntHair> learnt;
+};
+
+}  // namespace hairnet::link

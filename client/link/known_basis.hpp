@@ -1,0 +1,17 @@
+#pragma once
+
+#include <utility>
+
+#include "schema/codec/frame.hpp"
+#include "schema/wire/basis_file.hpp"
+
+namespace hairnet::link {
+
+// The data for decoding frames of a groom. Immutable.
+struct KnownBasis {
+  explicit KnownBasis(wire::HairBasis b) : hair(std::move(b)), code(hair.basis.deviation_m) {}
+  wire::HairBasis hair;
+  codec::CoefficientCode code;
+};
+
+}  // namespace hairnet::link

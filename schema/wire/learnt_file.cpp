@@ -1,0 +1,31 @@
+#include "schema/wire/learnt_file.hpp"
+
+#include <string>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
+#include "schema/wire/learnt_hair_table.hpp"
+#include "schema/wire/packing.hpp"
+
+namespace hairnet::wire {
+
+std::vector<std::uint8_t> encode_learnt(const LearntHair& hair) {
+  HAIRNET_ASSERT(validate(hair).empty());
+  flatbuffers::FlatBufferBuilder to(std::size_t{1} << 16);
+  const auto root = write_learnt(to, hair);
+  return pack(finish(to, root, fb::LearntHairIdentifier()), kPackedLearnt);
+}
+
+Result<LearntHair> decode_learnt(std::span<const std::uint8_t> bytes) {
+  const Result<std::vector<std::uint8_t>> table = unpack(bytes, kPackedLearnt);
+  if (!table) return Refusal(table.error());
+  const AlignedBytes aligned(*table);
+  const auto* root = verified_root<fb::LearntHair>(aligned.bytes(), fb::LearntHairIdentifier());
+  if (!root) return Refusal("not whole: no sound table of learnt hair");
+  LearntHair out;
+  if (std::string fault = read_learnt(*root, out); !fault.empty()) return Refusal(std::move(fault));
+  return out;
+}
+
+}  // namespace hairnet::wire
