@@ -109,7 +109,8 @@ Figures play(const Run& run, const std::shared_ptr<const link::KnownBasis>& basi
     const bool is_lost = std::uniform_real_distribution(0.0, 100.0)(random) < loss_percent;
     const double jitter_ms = std::uniform_real_distribution(0.0, 1.0)(random) * o.jitter_ms;
     if (is_lost) continue;
-    const codec::Detail detail = codec::detail_for(code, run.coefficients[i], static_cast<float>(1e-3 * o.error_mm));
+    const codec::Detail detail =
+        codec::detail_for(basis->code, run.coefficients[i], static_cast<float>(1e-3 * o.error_mm));
     codec::encode_frame(run.poses[i], &basis->code, run.coefficients[i], detail.step, coded);
     if (!codec::decode_frame(coded.prefix(detail.count), &basis->code, got)) std::abort();
     link::Frame frame;
