@@ -132,7 +132,9 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
   const int octaves = observer.throttle.coarser_octaves();
   const auto stride =
       std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.throttle.stride()));
-  const float error_m = std::ldexp(std::max(observer.observe.error_m, kFinestTolerance_m), octaves);
+  // The least error, 0, has no multiple; the finest tolerance has.
+  const float error_m = octaves == 0 ? observer.observe.error_m
+                                     : std::ldexp(std::max(observer.observe.error_m, kFinestTolerance_m), octaves);
   observer.views.resize(room.slots.size());
   for (std::size_t s = 0; s < room.slots.size(); ++s) {
     Character* character = room.slots[s].character;
