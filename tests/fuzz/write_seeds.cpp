@@ -15,6 +15,7 @@
 #include "schema/wire/packing.hpp"
 #include "schema/wire/recording.hpp"
 #include "tests/fuzz/link_prologue.hpp"
+#include "tests/support/http3_client.hpp"
 #include "tests/support/learnt.hpp"
 #include "tests/support/levels.hpp"
 #include "tests/support/random_messages.hpp"
@@ -168,10 +169,46 @@ void add_learnt_seeds(Folder& folder) {
         wire::unpack(wire::encode_learnt(support::random_learnt_hair(6, hidden, 4)), wire::kPackedLearnt).value());
 }
 
+// Steps as http3_connection.cpp reads them.
+void add_http3_step(Bytes& steps, unsigned kind, unsigned stream, const Bytes& bytes) {
+  steps.push_back(static_cast<std::uint8_t>(kind | stream / 2 << 3));
+  steps.push_back(static_cast<std::uint8_t>(bytes.size()));
+  append(steps, bytes);
+}
+
+void add_http3_seeds(Folder& folder) {
+  constexpr unsigned kBytes = 0, kLastBytes = 1, kReset = 2, kDatagram = 4, kCloseSession = 6;
+  Bytes opening, steps;
+  add_http3_step(opening, kBytes, 2, http3::control_stream());
+  add_http3_step(opening, kBytes, 6, {0x02, 0x20});
+  add_http3_step(opening, kBytes, 10, {0x03});
+  add_http3_step(opening, kBytes, 0, http3::connect_request());
+  add_http3_step(opening, kBytes, 4, http3::channel_begin(0));
+  add_http3_step(opening, kBytes, 4, {1, 2, 3});
+  add_http3_step(opening, kDatagram, 0, {0, 9});
+  folder.add(opening);
+  steps = opening;
+  add_http3_step(steps, kBytes, 0, http3::close_session_capsule(1, "done"));
+  folder.add(steps);
+  steps = opening;
+  add_http3_step(steps, kLastBytes, 4, {});
+  add_http3_step(steps, kReset, 0, {});
+  folder.add(steps);
+  steps = opening;
+  add_http3_step(steps, kBytes, 0, http3::drain_session_capsule());
+  add_http3_step(steps, kCloseSession, 0, {});
+  folder.add(steps);
+  steps.clear();
+  add_http3_step(steps, kLastBytes, 0,
+                 http3::headers_frame({{":method", "GET"}, {":scheme", "https"}, {":authority", "a"}, {":path", "/"}}));
+  add_http3_step(steps, kBytes, 14, {0x40, 0x54, 0});
+  folder.add(steps);
+}
+
 int write_seeds(const std::filesystem::path& root) {
   Folder packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
-  Folder tokens(root / "token"), links(root / "link_core");
+  Folder tokens(root / "token"), links(root / "link_core"), http3(root / "http3_connection");
   Folder frames(root / "frame"), bases(root / "basis_file"), learnt(root / "learnt_file");
   add_packet_seeds(packets, streams);
   add_file_seeds(grooms, levels, recordings);
@@ -179,8 +216,9 @@ int write_seeds(const std::filesystem::path& root) {
   add_link_seeds(links);
   add_mode_seeds(frames, bases);
   add_learnt_seeds(learnt);
+  add_http3_seeds(http3);
   for (const Folder* folder :
-       {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases, &learnt})
+       {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases, &learnt, &http3})
     if (folder->failed()) return 1;
   return 0;
 }

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "server/http3/error_code.hpp"
+#include "server/http3/frame_reader.hpp"
+#include "server/http3/request.hpp"
+#include "server/http3/varint.hpp"
+
+namespace hairnet::http3 {
+
+// A QUIC stream. Its lowest bit says who opened it (0: the client), the next one whether it is unidirectional.
+using StreamId = std::int64_t;
+
+// What a Connection asks of the QUIC connection below it, and tells the one above. No call may destroy the Connection.
+class Owner {
+ public:
+  virtual ~Owner() = default;
+  virtual void send(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
+  virtual void stop_reading(StreamId stream, ErrorCode code) = 0;  // asks the peer to send no more there
+  virtual void reset(StreamId stream, ErrorCode code) = 0;         // sends no more there, and drops what waits
+  // The peer broke the protocol: the QUIC connection has to end. Nothing follows.
+  virtual void fail(ErrorCode code, std::string_view why) = 0;
+  // The peer asks for a session. Returns the response's status: 200 opens it.
+  virtual int on_request(const Request& request) = 0;
+  virtual void on_channel_open(StreamId stream) = 0;
+  virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
+  virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
+  // The peer has ended the session or its channel; once.
+  virtual void on_session_end() = 0;
+};
+
+enum class DatagramFate : std::uint8_t { delivered, no_session, other_session, malformed };
+
+// The server's side of HTTP/3, as far as one WebTransport session needs it: an extended CONNECT opens the session,
+// whose datagrams and first bidirectional stream, its channel, are passed on. Other requests are refused, other streams
+// of the session are rejected. No I/O.
+class Connection {
+ public:
+  explicit Connection(Owner& owner) : owner_(&owner) {}
+
+  // `stream`: unidirectional, of ours. It becomes the control stream.
+  void start(StreamId stream);
+  // Bytes of a stream in order. `is_last`: the stream ends behind them.
+  void on_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last);
+  void on_reset(StreamId stream);          // the peer sends no more there
+  void on_stop(StreamId stream);           // the peer reads no more there
+  void on_stream_closed(StreamId stream);  // in both directions: its number is forgotten
+  DatagramFate on_datagram(std::span<const std::uint8_t> bytes);
+
+  // What a datagram of the session begins with. Asserts that there is one.
+  [[nodiscard]] Bytes datagram_prefix() const;
+  [[nodiscard]] bool has_session() const { return session_.has_value(); }
+  [[nodiscard]] std::optional<StreamId> channel() const { return channel_; }
+  // Ends the session, with a code and one line for the peer. Without a session nothing happens.
+  void close_session(std::uint32_t code, std::string_view reason);
+  [[nodiscard]] std::size_t buffered_bytes() const;
+
+ private:
+  // What a stream of the peer's turned out to be.
+  enum class Kind : std::uint8_t { unknown, control, encoder, decoder, request, session, channel, ignored };
+  struct Stream {
+    Kind kind = Kind::unknown;
+    Bytes begin;  // of its type, or of a frame that is needed as a whole
+    FrameReader frames, capsules;
+    bool has_settings = false;  // the control stream
+    bool has_fields = false;    // a request
+  };
+
+  // Reads the stream's type, and returns the bytes behind it.
+  std::span<const std::uint8_t> take_type(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
+  std::span<const std::uint8_t> take_session_signal(StreamId id, Stream& stream, const Varint& signal,
+                                                    std::span<const std::uint8_t> bytes);
+  void take_bytes(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
+  bool take_control(Stream& stream, const FrameReader::Piece& piece);
+  bool take_request(StreamId id, Stream& stream, const FrameReader::Piece& piece);
+  bool take_fields(StreamId id, Stream& stream);
+  bool take_capsule(const FrameReader::Piece& piece);
+  void take_end(StreamId id, Stream& stream);
+  void respond(StreamId id, int status);
+  void reject(StreamId id, Stream& stream, ErrorCode code);
+  bool fail(ErrorCode code, std::string_view why);  // false
+  void end_session();
+
+  Owner* owner_;
+  std::map<StreamId, Stream> streams_;
+  std::optional<StreamId> session_, channel_;  // session_: the stream of its CONNECT
+  bool has_failed_ = false, has_control_ = false, has_encoder_ = false, has_decoder_ = false;
+  bool session_ended_ = false;  // on_session_end() or close_session() was called
+};
+
+}  // namespace hairnet::http3

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+namespace hairnet::http3 {
+
+// Codes that end a connection or a stream (RFC 9114, section 8.1; RFC 9204, section 6; RFC 9297; WebTransport).
+enum class ErrorCode : std::uint64_t {
+  datagram_error = 0x33,
+  no_error = 0x100,
+  stream_creation_error = 0x103,
+  closed_critical_stream = 0x104,
+  frame_unexpected = 0x105,
+  frame_error = 0x106,
+  excessive_load = 0x107,
+  id_error = 0x108,
+  settings_error = 0x109,
+  missing_settings = 0x10a,
+  request_rejected = 0x10b,
+  message_error = 0x10e,
+  decompression_failed = 0x200,
+  encoder_stream_error = 0x201,
+  // A stream of a session that is not there (yet).
+  session_unknown = 0x3994bd84,
+  // A session that has ended takes its streams with it.
+  session_gone = 0x170d7b68,
+  // A session's own error 0: it has its stream already.
+  session_error = 0x52e4a40fa8db,
+};
+
+}  // namespace hairnet::http3

@@ -1,0 +1,94 @@
+#include "server/http3/field_section.hpp"
+
+#include <nghttp3/nghttp3.h>
+
+#include <algorithm>
+#include <memory>
+#include <new>
+
+#include "core/assert.hpp"
+
+namespace hairnet::http3 {
+namespace {
+
+constexpr std::uint8_t kNoCapacity = 0x20;  // Set Dynamic Table Capacity: 0
+
+struct Delete {
+  void operator()(nghttp3_qpack_decoder* decoder) const { nghttp3_qpack_decoder_del(decoder); }
+  void operator()(nghttp3_qpack_stream_context* context) const { nghttp3_qpack_stream_context_del(context); }
+};
+
+std::string take(nghttp3_rcbuf* text) {
+  const nghttp3_vec bytes = nghttp3_rcbuf_get_buf(text);
+  std::string taken(reinterpret_cast<const char*>(bytes.base), bytes.len);
+  nghttp3_rcbuf_decref(text);
+  return taken;
+}
+
+// One at a time: g++ 12 sees an overflow in std::vector's insert() that is not there.
+void put(Bytes& out, std::string_view bytes) {
+  for (const char byte : bytes) out.push_back(static_cast<std::uint8_t>(byte));
+}
+
+}  // namespace
+
+DecodedFields decode_fields(std::span<const std::uint8_t> section) {
+  HAIRNET_ASSERT(section.size() <= kFieldSectionBytesMax);
+  nghttp3_qpack_decoder* made_decoder = nullptr;
+  nghttp3_qpack_stream_context* made_context = nullptr;
+  const nghttp3_mem* memory = nghttp3_mem_default();
+  if (nghttp3_qpack_decoder_new(&made_decoder, 0, 0, memory) != 0) throw std::bad_alloc();
+  const std::unique_ptr<nghttp3_qpack_decoder, Delete> decoder(made_decoder);
+  if (nghttp3_qpack_stream_context_new(&made_context, 0, memory) != 0) throw std::bad_alloc();
+  const std::unique_ptr<nghttp3_qpack_stream_context, Delete> context(made_context);
+  DecodedFields decoded;
+  std::size_t bytes = 0;
+  while (true) {
+    nghttp3_qpack_nv field{};
+    std::uint8_t flags = NGHTTP3_QPACK_DECODE_FLAG_NONE;
+    const nghttp3_ssize count = nghttp3_qpack_decoder_read_request(decoder.get(), context.get(), &field, &flags,
+                                                                   section.data(), section.size(), 1);
+    if (count < 0) return decoded;
+    section = section.subspan(static_cast<std::size_t>(count));
+    if ((flags & NGHTTP3_QPACK_DECODE_FLAG_BLOCKED) != 0) return decoded;
+    if ((flags & NGHTTP3_QPACK_DECODE_FLAG_EMIT) != 0) {
+      Field& last = decoded.fields.emplace_back();
+      last.name = take(field.name);
+      last.value = take(field.value);
+      bytes += last.name.size() + last.value.size();
+      if (decoded.fields.size() > kFieldsMax || bytes > kFieldBytesMax) {
+        decoded.outcome = DecodedFields::Outcome::too_many;
+        return decoded;
+      }
+    }
+    if ((flags & NGHTTP3_QPACK_DECODE_FLAG_FINAL) != 0) break;
+    if (count == 0 && (flags & NGHTTP3_QPACK_DECODE_FLAG_EMIT) == 0) return decoded;  // no end, and no progress
+  }
+  decoded.outcome = DecodedFields::Outcome::decoded;
+  return decoded;
+}
+
+Bytes encode_response(int status, bool draft) {
+  HAIRNET_ASSERT(status >= 200 && status <= 599);
+  using namespace std::string_view_literals;
+  Bytes section;
+  put(section, "\x00\x00"sv);  // no dynamic table
+  if (status == 200) {
+    section.push_back(0xd9);  // entry 25 of the static table
+  } else {
+    put(section, "\x5f\x09\x03");  // the name of entry 24, and a value of three letters
+    put(section, std::to_string(status));
+  }
+  if (!draft) return section;
+  put(section, "\x27\x15");  // a name of 7 + 21 letters
+  put(section, "sec-webtransport-http3-draft");
+  section.push_back(0x07);
+  put(section, "draft02");
+  return section;
+}
+
+bool is_valid_encoder_stream(std::span<const std::uint8_t> bytes) {
+  return std::ranges::all_of(bytes, [](std::uint8_t byte) { return byte == kNoCapacity; });
+}
+
+}  // namespace hairnet::http3

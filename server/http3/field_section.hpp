@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http3/varint.hpp"
+
+namespace hairnet::http3 {
+
+struct Field {
+  std::string name, value;
+};
+
+// Bounds of a request's fields: their bytes as they came, their number, and their names and values together.
+inline constexpr std::size_t kFieldSectionBytesMax = std::size_t{8} << 10;
+inline constexpr std::size_t kFieldsMax = 64;
+inline constexpr std::size_t kFieldBytesMax = std::size_t{16} << 10;
+
+struct DecodedFields {
+  enum class Outcome : std::uint8_t { decoded, damaged, too_many };
+  Outcome outcome = Outcome::damaged;
+  std::vector<Field> fields;
+};
+
+// A whole field section in QPACK (RFC 9204), which must not refer to the dynamic table: ours has no entries. Asserts
+// that it has at most kFieldSectionBytesMax bytes.
+DecodedFields decode_fields(std::span<const std::uint8_t> section);
+
+// The field section of a response. `draft`: it names the draft of WebTransport, which Chromium asks for.
+Bytes encode_response(int status, bool draft);
+
+// Whether these bytes may be the next ones of the peer's encoder stream. Without a dynamic table it can only set the
+// table's capacity to 0, which is one byte.
+bool is_valid_encoder_stream(std::span<const std::uint8_t> bytes);
+
+}  // namespace hairnet::http3

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+#include "server/http3/field_section.hpp"
+
+namespace hairnet::http3 {
+
+// What a request's fields say, as far as it matters here.
+struct Request {
+  std::string method, protocol, scheme, authority, path;
+  std::string origin;  // empty: the request does not come from a page
+
+  // An extended CONNECT (RFC 9220) for a WebTransport session.
+  [[nodiscard]] bool asks_for_session() const;
+};
+
+// One line for fields that no request may have (RFC 9114, section 4.3): a message error.
+Result<Request> read_request(std::span<const Field> fields);
+
+}  // namespace hairnet::http3
