@@ -1,0 +1,456 @@
+#include "server/quic/connection.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "core/assert.hpp"
+
+namespace hairnet::quic {
+namespace {
+
+constexpr std::size_t kPiecesMax = 16;
+constexpr std::int64_t kClosing_ns_max = 1'000'000'000;
+
+constexpr std::uint64_t value_of(http3::ErrorCode code) {
+  return static_cast<std::uint64_t>(code);
+}
+
+std::span<const std::uint8_t> bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+}  // namespace
+
+Connection::Connection(ConnectionHost& host, const ConnectionOptions& options, QuicCounters& counters)
+    : host_(&host), options_(options), counters_(&counters) {}
+
+Connection::~Connection() {
+  ngtcp2_conn_del(quic_);
+  if (tls_) gnutls_deinit(tls_);
+}
+
+// What comes in.
+
+void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
+                         std::int64_t now_ns) {
+  if (state_ == State::over) return;
+  if (state_ == State::closing) {
+    is_close_due_ = !close_packet_.empty();  // the peer has not read it yet
+    return;
+  }
+  now_ns_ = now_ns;
+  Path copy = path;
+  const ngtcp2_path native{copy.local.native(), copy.remote.native(), nullptr};
+  const ngtcp2_pkt_info info{ecn};
+  const int error =
+      ngtcp2_conn_read_pkt(quic_, &native, &info, packet.data(), packet.size(), static_cast<ngtcp2_tstamp>(now_ns));
+  if (error != 0) return end_with_error(error, now_ns);
+  advance_finish(now_ns);
+}
+
+void Connection::poll(std::int64_t now_ns) {
+  if (state_ == State::over) return;
+  now_ns_ = now_ns;
+  if (deadline_ns_ != 0 && now_ns >= deadline_ns_) {
+    if (state_ == State::closing) {
+      state_ = State::over;
+      return;
+    }
+    if (state_ == State::finishing) return cut(now_ns);
+    if (!sink_) {
+      counters_->closed_opening_timeout.add();
+      return cut(now_ns);
+    }
+  }
+  if (state_ == State::closing || static_cast<ngtcp2_tstamp>(now_ns) < ngtcp2_conn_get_expiry(quic_)) return;
+  const int error = ngtcp2_conn_handle_expiry(quic_, static_cast<ngtcp2_tstamp>(now_ns));
+  if (error != 0) return end_with_error(error, now_ns);
+  advance_finish(now_ns);
+}
+
+std::int64_t Connection::due_ns() const {
+  std::int64_t due_ns = std::numeric_limits<std::int64_t>::max();
+  if (deadline_ns_ != 0) due_ns = deadline_ns_;
+  if (state_ == State::closing || state_ == State::over) return due_ns;
+  const ngtcp2_tstamp expiry = ngtcp2_conn_get_expiry(quic_);
+  if (expiry < static_cast<ngtcp2_tstamp>(due_ns)) due_ns = static_cast<std::int64_t>(expiry);
+  return due_ns;
+}
+
+bool Connection::on_handshake_done() {
+  gnutls_datum_t protocol{};
+  if (gnutls_alpn_get_selected_protocol(tls_, &protocol) != 0) {
+    failure_ = Failure::alpn;
+    return false;
+  }
+  counters_->handshakes_done.add();
+  deadline_ns_ = now_ns_ + options_.opening_timeout_ns;
+  if (!is_verified_ && !host_->on_verified(*this, now_ns_)) {
+    failure_ = Failure::refused;
+    return false;
+  }
+  is_verified_ = true;
+  const std::vector<std::uint8_t> token = host_->make_address_token(remote_, now_ns_);
+  if (!token.empty()) ngtcp2_conn_submit_new_token(quic_, token.data(), token.size());
+  http3::StreamId control = 0;
+  if (ngtcp2_conn_open_uni_stream(quic_, &control, nullptr) != 0) {
+    fail(http3::ErrorCode::stream_creation_error, "the client allows no control stream");
+    return false;
+  }
+  http3_.start(control);
+  return failure_ == Failure::none;
+}
+
+void Connection::on_stream_bytes(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
+  http3_.on_bytes(stream, bytes, is_last);
+  // All bytes are taken at once.
+  ngtcp2_conn_extend_max_stream_offset(quic_, stream, bytes.size());
+  ngtcp2_conn_extend_max_offset(quic_, bytes.size());
+}
+
+void Connection::on_stream_closed(http3::StreamId stream) {
+  http3_.on_stream_closed(stream);
+  streams_.erase(stream);
+  if (ngtcp2_conn_is_local_stream(quic_, stream)) return;
+  if (ngtcp2_is_bidi_stream(stream))
+    ngtcp2_conn_extend_max_streams_bidi(quic_, 1);
+  else
+    ngtcp2_conn_extend_max_streams_uni(quic_, 1);
+}
+
+void Connection::on_quic_datagram(std::span<const std::uint8_t> bytes) {
+  switch (http3_.on_datagram(bytes)) {
+    case http3::DatagramFate::no_session:
+      return counters_->datagrams_dropped_early.add();
+    case http3::DatagramFate::other_session:
+      return counters_->datagrams_dropped_other.add();
+    case http3::DatagramFate::delivered:
+    case http3::DatagramFate::malformed:
+      return;
+  }
+}
+
+// What HTTP/3 asks for and tells.
+
+void Connection::send(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
+  SendBuffer& buffer = streams_[stream];
+  buffer.push({bytes.begin(), bytes.end()});
+  if (is_last) buffer.end();
+  touch();
+}
+
+void Connection::stop_reading(http3::StreamId stream, http3::ErrorCode code) {
+  ngtcp2_conn_shutdown_stream_read(quic_, stream, value_of(code));
+  touch();
+}
+
+void Connection::reset(http3::StreamId stream, http3::ErrorCode code) {
+  streams_[stream].clear();
+  ngtcp2_conn_shutdown_stream_write(quic_, stream, value_of(code));
+  touch();
+}
+
+void Connection::fail(http3::ErrorCode code, std::string_view why) {
+  if (failure_ != Failure::none) return;
+  failure_ = Failure::http3;
+  http3_error_ = code;
+  why_ = why;
+}
+
+int Connection::on_request(const http3::Request& request) {
+  if (state_ != State::open) return 503;
+  return host_->on_request(*this, request, now_ns_);
+}
+
+void Connection::on_channel_open(http3::StreamId stream) {
+  HAIRNET_ASSERT(!sink_);
+  streams_[stream];
+  if (state_ != State::open) return;
+  datagram_prefix_ = http3_.datagram_prefix();
+  deadline_ns_ = 0;
+  sink_ = host_->on_session(*this, now_ns_);
+  if (!sink_ && state_ == State::open) failure_ = Failure::refused;
+}
+
+void Connection::on_channel_bytes(std::span<const std::uint8_t> bytes) {
+  if (const auto sink = sink_) sink->on_bytes(bytes, now_ns_);
+}
+
+void Connection::on_datagram(std::span<const std::uint8_t> bytes) {
+  counters_->datagrams_received.add();
+  if (const auto sink = sink_) sink->on_datagram(bytes, now_ns_);
+}
+
+void Connection::on_session_end() {
+  end("the peer closed", now_ns_);
+  if (state_ != State::open) return;
+  has_peer_ended_ = true;
+  // Nothing is left to send; the connection ends once the peer has our acknowledgements.
+  state_ = State::finishing;
+  deadline_ns_ = now_ns_;
+}
+
+// What the session asks for.
+
+SendBuffer* Connection::channel() {
+  const auto id = http3_.channel();
+  if (!id) return nullptr;
+  const auto found = streams_.find(*id);
+  return found == streams_.end() ? nullptr : &found->second;
+}
+
+void Connection::send(std::vector<std::uint8_t> bytes) {
+  SendBuffer* buffer = channel();
+  if (!buffer || state_ != State::open) return;
+  buffer->push(std::move(bytes));
+  touch();
+}
+
+void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
+  HAIRNET_ASSERT(bytes.size() <= datagram_bytes_max());
+  if (state_ != State::open) return;
+  datagram_bytes_ += bytes.size();
+  datagrams_.push_back(std::move(bytes));
+  touch();
+}
+
+std::size_t Connection::unsent_bytes() const {
+  std::size_t bytes = datagram_bytes_;
+  for (const auto& [id, buffer] : streams_) bytes += buffer.unsent_bytes();
+  return bytes;
+}
+
+bool Connection::is_writable() const {
+  std::size_t kept = 0;
+  for (const auto& [id, buffer] : streams_) kept += buffer.kept_bytes();
+  return state_ == State::open && unsent_bytes() < kUnsentBytesMax && kept < kKeptBytesMax;
+}
+
+std::size_t Connection::datagram_bytes_max() const {
+  const ngtcp2_transport_params* peer = ngtcp2_conn_get_remote_transport_params(quic_);
+  constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;  // a frame's type and length, and the session
+  if (!peer || peer->max_datagram_frame_size < kFrame) return 0;
+  return std::min<std::size_t>(kDatagramBytesMax, peer->max_datagram_frame_size - kFrame);
+}
+
+void Connection::close(std::string_view reason, std::int64_t now_ns) {
+  sink_ = nullptr;
+  if (state_ != State::open) return;
+  state_ = State::finishing;
+  close_reason_ = reason;
+  datagrams_.clear();
+  datagram_bytes_ = 0;
+  deadline_ns_ = now_ns + options_.linger_ns;
+  if (SendBuffer* buffer = channel()) buffer->end();
+  touch();
+}
+
+void Connection::cut(std::int64_t now_ns) {
+  if (state_ == State::closing || state_ == State::over) return;
+  ngtcp2_connection_close_error error;
+  ngtcp2_connection_close_error_default(&error);
+  ngtcp2_connection_close_error_set_application_error(&error, value_of(http3::ErrorCode::no_error), nullptr, 0);
+  if (!is_opening()) (has_peer_ended_ ? counters_->closed_by_peer : counters_->closed_by_server).add();
+  begin_closing(error, now_ns);
+  end("closed", now_ns);
+}
+
+// Once the peer has all of the channel, the session is closed in words; once it has these, or has left, it is over.
+void Connection::advance_finish(std::int64_t now_ns) {
+  if (state_ != State::finishing) return;
+  const SendBuffer* buffer = channel();
+  if (buffer && !buffer->is_done()) return;
+  if (!std::exchange(is_session_closed_, true)) {
+    http3_.close_session(0, close_reason_);
+    touch();
+  }
+  const bool is_all_done =
+      std::ranges::none_of(streams_, [](const auto& entry) { return entry.second.kept_bytes() > 0; });
+  if (is_all_done) cut(now_ns);
+}
+
+// How it ends.
+
+void Connection::end(std::string_view why, std::int64_t now_ns) {
+  if (const auto sink = std::exchange(sink_, nullptr)) sink->on_closed(why, now_ns);
+}
+
+void Connection::end_with_error(int ngtcp2_error, std::int64_t now_ns) {
+  ngtcp2_connection_close_error error;
+  ngtcp2_connection_close_error_default(&error);
+  const auto leave = [&](server::Counter& counter, std::string_view why) {
+    counter.add();
+    state_ = State::over;
+    end(why, now_ns);
+  };
+  switch (ngtcp2_error) {
+    case NGTCP2_ERR_DRAINING:
+      return leave(counters_->closed_by_peer, "the peer closed");
+    case NGTCP2_ERR_IDLE_CLOSE:
+      return leave(counters_->closed_idle, "nothing came for too long");
+    case NGTCP2_ERR_HANDSHAKE_TIMEOUT:
+      return leave(counters_->closed_handshake_timeout, "the handshake took too long");
+    case NGTCP2_ERR_DROP_CONN:
+    case NGTCP2_ERR_RETRY:
+      return leave(counters_->closed_quic_error, "not a handshake");
+    case NGTCP2_ERR_CLOSING:
+      return;
+    default:
+      break;
+  }
+  std::string_view why = "the QUIC connection broke";
+  if (failure_ == Failure::http3) {
+    ngtcp2_connection_close_error_set_application_error(&error, value_of(http3_error_),
+                                                        const_cast<std::uint8_t*>(bytes_of(why_).data()), why_.size());
+    counters_->closed_http3_error.add();
+    why = why_;
+  } else if (failure_ == Failure::refused) {
+    ngtcp2_connection_close_error_set_transport_error(&error, NGTCP2_CONNECTION_REFUSED, nullptr, 0);
+    why = "refused";
+  } else if (failure_ == Failure::alpn) {
+    constexpr std::uint8_t kNoApplicationProtocol = 120;  // TLS' alert
+    ngtcp2_connection_close_error_set_transport_error_tls_alert(&error, kNoApplicationProtocol, nullptr, 0);
+    counters_->refused_protocol.add();
+    why = "not HTTP/3";
+  } else if (failure_ == Failure::no_memory) {
+    ngtcp2_connection_close_error_set_transport_error(&error, NGTCP2_INTERNAL_ERROR, nullptr, 0);
+    why = "no memory was left";
+  } else if (ngtcp2_error == NGTCP2_ERR_CRYPTO) {
+    ngtcp2_connection_close_error_set_transport_error_tls_alert(&error, ngtcp2_conn_get_tls_alert(quic_), nullptr, 0);
+    counters_->closed_tls.add();
+  } else {
+    ngtcp2_connection_close_error_set_transport_error_liberr(&error, ngtcp2_error, nullptr, 0);
+    counters_->closed_quic_error.add();
+  }
+  begin_closing(error, now_ns);
+  end(why, now_ns);
+}
+
+void Connection::begin_closing(const ngtcp2_connection_close_error& error, std::int64_t now_ns) {
+  HAIRNET_ASSERT(state_ != State::closing && state_ != State::over);
+  close_packet_.resize(NGTCP2_MAX_UDP_PAYLOAD_SIZE);
+  ngtcp2_path_storage path;
+  ngtcp2_path_storage_zero(&path);
+  ngtcp2_pkt_info info{};
+  const ngtcp2_ssize bytes = ngtcp2_conn_write_connection_close(
+      quic_, &path.path, &info, close_packet_.data(), close_packet_.size(), &error, static_cast<ngtcp2_tstamp>(now_ns));
+  close_packet_.resize(bytes > 0 ? static_cast<std::size_t>(bytes) : 0);
+  is_close_due_ = !close_packet_.empty();
+  state_ = is_close_due_ ? State::closing : State::over;
+  const auto pto_ns = static_cast<std::int64_t>(ngtcp2_conn_get_pto(quic_));
+  deadline_ns_ = now_ns + std::min(3 * pto_ns, kClosing_ns_max);
+  streams_.clear();
+  datagrams_.clear();
+  datagram_bytes_ = 0;
+  ticket_ = nullptr;
+  touch();
+}
+
+// What goes out.
+
+void Connection::write(Outgoing& out, std::int64_t now_ns) {
+  if (state_ == State::over) return;
+  now_ns_ = now_ns;
+  if (state_ == State::closing) {
+    if (!std::exchange(is_close_due_, false)) return;
+    std::ranges::copy(close_packet_, out.room().begin());
+    const ngtcp2_path* path = ngtcp2_conn_get_path(quic_);
+    out.add({Address::of(path->local.addr, path->local.addrlen), Address::of(path->remote.addr, path->remote.addrlen)},
+            close_packet_.size(), 0);
+    return;
+  }
+  const std::size_t packets_max =
+      std::max<std::size_t>(1, ngtcp2_conn_get_send_quantum(quic_) / ngtcp2_conn_get_max_tx_udp_payload_size(quic_));
+  was_full_ = was_full_ || !is_writable();
+  for (std::size_t packets = 0; packets < packets_max && write_packet(out, now_ns); ++packets) tell_writable();
+  tell_writable();  // acknowledgements make room, too
+  if (state_ == State::closing) return write(out, now_ns);
+  if (state_ != State::over) ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
+}
+
+void Connection::tell_writable() {
+  if (!was_full_ || !sink_ || !is_writable()) return;
+  const auto sink = sink_;
+  sink->on_writable(now_ns_);
+  was_full_ = !is_writable();
+}
+
+bool Connection::write_packet(Outgoing& out, std::int64_t now_ns) {
+  const std::span<std::uint8_t> room = out.room();
+  ngtcp2_path_storage path;
+  ngtcp2_path_storage_zero(&path);
+  ngtcp2_pkt_info info{};
+  const auto time = static_cast<ngtcp2_tstamp>(now_ns);
+  std::vector<http3::StreamId> blocked;
+  while (true) {
+    ngtcp2_ssize bytes = 0;
+    if (!datagrams_.empty() && ngtcp2_conn_get_handshake_completed(quic_)) {
+      std::vector<std::uint8_t>& first = datagrams_.front();
+      const std::array<ngtcp2_vec, 2> pieces{
+          {{datagram_prefix_.data(), datagram_prefix_.size()}, {first.data(), first.size()}}};
+      int is_taken = 0;
+      bytes = ngtcp2_conn_writev_datagram(quic_, &path.path, &info, room.data(), room.size(), &is_taken,
+                                          NGTCP2_WRITE_DATAGRAM_FLAG_MORE, 0, pieces.data(), pieces.size(), time);
+      const bool is_unusable = bytes == NGTCP2_ERR_INVALID_ARGUMENT || bytes == NGTCP2_ERR_INVALID_STATE;
+      if (is_taken || is_unusable) {
+        (is_taken ? counters_->datagrams_sent : counters_->datagrams_dropped_unsent).add();
+        if (sink_ && is_taken) sink_->on_sent(first.size());
+        datagram_bytes_ -= first.size();
+        datagrams_.pop_front();
+      }
+      if (bytes == NGTCP2_ERR_WRITE_MORE || is_unusable) continue;
+    } else {
+      const auto next = std::ranges::find_if(streams_, [&](const auto& entry) {
+        return entry.second.has_unsent() && std::ranges::count(blocked, entry.first) == 0;
+      });
+      const bool has_stream = next != streams_.end();
+      std::array<ngtcp2_vec, kPiecesMax> pieces{};
+      const std::size_t count = has_stream ? next->second.peek(pieces) : 0;
+      const bool with_end = has_stream && next->second.reaches_end(std::span(pieces).first(count));
+      std::uint32_t flags = has_stream ? NGTCP2_WRITE_STREAM_FLAG_MORE : NGTCP2_WRITE_STREAM_FLAG_NONE;
+      if (with_end) flags |= NGTCP2_WRITE_STREAM_FLAG_FIN;
+      ngtcp2_ssize taken = -1;
+      bytes = ngtcp2_conn_writev_stream(quic_, &path.path, &info, room.data(), room.size(), &taken, flags,
+                                        has_stream ? next->first : -1, pieces.data(), count, time);
+      if (has_stream && taken >= 0) {
+        if (sink_ && http3_.channel() == next->first) sink_->on_sent(static_cast<std::size_t>(taken));
+        next->second.mark_sent(static_cast<std::size_t>(taken), with_end);
+      }
+      if (bytes == NGTCP2_ERR_WRITE_MORE) continue;
+      if (has_stream && bytes == NGTCP2_ERR_STREAM_DATA_BLOCKED) {
+        blocked.push_back(next->first);
+        continue;
+      }
+      if (has_stream && (bytes == NGTCP2_ERR_STREAM_SHUT_WR || bytes == NGTCP2_ERR_STREAM_NOT_FOUND)) {
+        next->second.clear();
+        continue;
+      }
+    }
+    if (bytes < 0) {
+      end_with_error(static_cast<int>(bytes), now_ns);
+      return false;
+    }
+    if (bytes == 0) return false;
+    const ngtcp2_path& used = path.path;
+    out.add({Address::of(used.local.addr, used.local.addrlen), Address::of(used.remote.addr, used.remote.addrlen)},
+            static_cast<std::size_t>(bytes), static_cast<std::uint8_t>(info.ecn));
+    return true;
+  }
+}
+
+void Connection::widen() {
+  constexpr std::uint64_t kMore = std::uint64_t{448} << 10;
+  if (state_ != State::open) return;
+  if (const auto id = http3_.channel()) ngtcp2_conn_extend_max_stream_offset(quic_, *id, kMore);
+  ngtcp2_conn_extend_max_offset(quic_, kMore);
+  touch();
+}
+
+ngtcp2_conn_stat Connection::statistics() const {
+  ngtcp2_conn_stat statistics{};
+  ngtcp2_conn_get_conn_stat(quic_, &statistics);
+  return statistics;
+}
+
+}  // namespace hairnet::quic

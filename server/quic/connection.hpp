@@ -1,0 +1,183 @@
+#pragma once
+
+#include <gnutls/gnutls.h>
+#include <ngtcp2/ngtcp2.h>
+#include <ngtcp2/ngtcp2_crypto.h>
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http3/connection.hpp"
+#include "server/quic/address.hpp"
+#include "server/quic/credentials.hpp"
+#include "server/quic/outgoing.hpp"
+#include "server/quic/quic_counters.hpp"
+#include "server/quic/send_buffer.hpp"
+
+namespace hairnet::quic {
+
+// A payload of a datagram has at most so many bytes: some browsers take no more.
+inline constexpr std::size_t kDatagramBytesMax = 1024;
+
+struct ConnectionOptions {
+  std::int64_t handshake_timeout_ns = 5'000'000'000;
+  std::int64_t opening_timeout_ns = 5'000'000'000;  // from the handshake to the session's channel
+  std::int64_t idle_timeout_ns = 30'000'000'000;    // without a packet of the peer's
+  std::int64_t keep_alive_ns = 15'000'000'000;      // a silent peer is asked for a sign of life
+  std::int64_t linger_ns = 2'000'000'000;           // for the peer to acknowledge the last bytes
+};
+
+class Connection;
+
+// What a WebTransport session is told. Calls come from within Endpoint::receive, poll and flush.
+class SessionSink {
+ public:
+  virtual ~SessionSink() = default;
+  virtual void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;  // of the channel
+  virtual void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;
+  virtual void on_writable(std::int64_t now_ns) = 0;  // again, after is_writable() was false
+  virtual void on_sent(std::size_t bytes) = 0;        // of the channel or of datagrams; for counters
+  // The session is over, and with it the Connection; the last call. Does not follow Connection::close().
+  virtual void on_closed(std::string_view why, std::int64_t now_ns) = 0;
+};
+
+// What a Connection asks of its Endpoint.
+class ConnectionHost {
+ public:
+  virtual ~ConnectionHost() = default;
+  virtual void add_id(const ngtcp2_cid& id, Connection& connection) = 0;
+  virtual void remove_id(const ngtcp2_cid& id) = 0;
+  virtual void make_reset_token(const ngtcp2_cid& id, std::uint8_t* token) = 0;
+  // The peer's address is verified. False: the connection is refused.
+  virtual bool on_verified(Connection& connection, std::int64_t now_ns) = 0;
+  virtual std::vector<std::uint8_t> make_address_token(const Address& remote, std::int64_t now_ns) = 0;
+  virtual int on_request(Connection& connection, const http3::Request& request, std::int64_t now_ns) = 0;
+  // Null: no session is opened, and the connection ends.
+  virtual std::shared_ptr<SessionSink> on_session(Connection& connection, std::int64_t now_ns) = 0;
+  virtual void want_write(Connection& connection) = 0;
+};
+
+// One QUIC connection of the server's side, its HTTP/3 and its session. No I/O: packets in, packets out.
+class Connection final : private http3::Owner {
+ public:
+  // Bytes that may wait to be sent before is_writable() is false; more would only delay a slow peer's frames.
+  static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
+  // The same for bytes that were sent and are not acknowledged.
+  static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
+  static constexpr std::size_t kIdBytes = 16;
+
+  struct Opening {
+    Path path;
+    ngtcp2_cid client_source{}, client_destination{};
+    std::optional<ngtcp2_cid> original_destination;  // a Retry was sent: that of the first packet
+    std::uint32_t version = 0;
+    bool is_verified = false;  // the peer has answered at its address before
+  };
+
+  // Null when there is no memory or TLS refuses.
+  static std::unique_ptr<Connection> create(ConnectionHost& host, const ConnectionOptions& options,
+                                            const Opening& opening, std::shared_ptr<const Credentials> credentials,
+                                            QuicCounters& counters, std::int64_t now_ns);
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() override;
+
+  // The endpoint's side. A connection that is_over() is to be destroyed.
+  void receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  void poll(std::int64_t now_ns);  // when due_ns() has come
+  void write(Outgoing& out, std::int64_t now_ns);
+  [[nodiscard]] std::int64_t due_ns() const;
+  [[nodiscard]] bool is_over() const { return state_ == State::over; }
+  [[nodiscard]] bool is_verified() const { return is_verified_; }
+  [[nodiscard]] bool is_opening() const { return state_ == State::open && !sink_; }
+  [[nodiscard]] const std::vector<ngtcp2_cid>& ids() const { return ids_; }
+  void set_ticket(std::shared_ptr<void> ticket) { ticket_ = std::move(ticket); }  // held until the connection ends
+
+  // The session's side.
+  void send(std::vector<std::uint8_t> bytes);           // on the channel
+  void send_datagram(std::vector<std::uint8_t> bytes);  // asserts that it has at most datagram_bytes_max()
+  [[nodiscard]] bool is_writable() const;
+  [[nodiscard]] std::size_t datagram_bytes_max() const;  // 0: the peer takes none
+  void widen();  // the peer is no stranger any more: it may send more before it is read
+  // Sends what waits on the channel, for up to linger_ns, then ends the session and the connection. `reason`: one line.
+  void close(std::string_view reason, std::int64_t now_ns);
+  void cut(std::int64_t now_ns);  // at once
+  void abandon() { end("the server stops", now_ns_); }  // tells the sink; nothing is sent
+  [[nodiscard]] const Address& remote() const { return remote_; }
+  [[nodiscard]] std::size_t unsent_bytes() const;
+  [[nodiscard]] ngtcp2_conn_stat statistics() const;
+
+ private:
+  friend struct ConnectionCallbacks;
+  enum class State : std::uint8_t { open, finishing, closing, over };
+  enum class Failure : std::uint8_t { none, http3, refused, alpn, no_memory };
+
+  Connection(ConnectionHost& host, const ConnectionOptions& options, QuicCounters& counters);
+  bool begin(const Opening& opening, std::shared_ptr<const Credentials> credentials, std::int64_t now_ns);
+
+  // http3::Owner
+  void send(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) override;
+  void stop_reading(http3::StreamId stream, http3::ErrorCode code) override;
+  void reset(http3::StreamId stream, http3::ErrorCode code) override;
+  void fail(http3::ErrorCode code, std::string_view why) override;
+  int on_request(const http3::Request& request) override;
+  void on_channel_open(http3::StreamId stream) override;
+  void on_channel_bytes(std::span<const std::uint8_t> bytes) override;
+  void on_datagram(std::span<const std::uint8_t> bytes) override;
+  void on_session_end() override;
+
+  // Within ngtcp2's calls.
+  bool on_handshake_done();
+  void on_stream_bytes(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last);
+  void on_stream_closed(http3::StreamId stream);
+  void on_quic_datagram(std::span<const std::uint8_t> bytes);
+
+  // False: no packet was written, and the connection can write no more now.
+  bool write_packet(Outgoing& out, std::int64_t now_ns);
+  void tell_writable();
+  void advance_finish(std::int64_t now_ns);
+  void end_with_error(int ngtcp2_error, std::int64_t now_ns);
+  // Sends CONNECTION_CLOSE, and sends it again to packets that still come.
+  void begin_closing(const ngtcp2_connection_close_error& error, std::int64_t now_ns);
+  void end(std::string_view why, std::int64_t now_ns);  // tells the sink
+  void touch() { host_->want_write(*this); }
+  SendBuffer* channel();
+
+  ConnectionHost* host_;
+  ConnectionOptions options_;
+  QuicCounters* counters_;
+  std::shared_ptr<const Credentials> credentials_;
+  gnutls_session_t tls_ = nullptr;
+  ngtcp2_conn* quic_ = nullptr;
+  ngtcp2_crypto_conn_ref reference_{};
+  http3::Connection http3_{*this};
+  std::shared_ptr<SessionSink> sink_;  // null before the session's channel, and after its end
+  std::shared_ptr<void> ticket_;
+  std::vector<ngtcp2_cid> ids_;
+  Address remote_;  // at first
+  std::map<http3::StreamId, SendBuffer> streams_;
+  std::deque<std::vector<std::uint8_t>> datagrams_;
+  std::size_t datagram_bytes_ = 0;
+  std::vector<std::uint8_t> datagram_prefix_;
+  std::vector<std::uint8_t> close_packet_;
+  bool is_close_due_ = false;  // close_packet_ is to be sent (again)
+  State state_ = State::open;
+  Failure failure_ = Failure::none;
+  http3::ErrorCode http3_error_ = http3::ErrorCode::no_error;
+  std::string why_;                 // of the failure
+  std::string close_reason_;        // while finishing
+  bool is_session_closed_ = false;  // while finishing: the close capsule has been queued
+  std::int64_t now_ns_ = 0;         // of the current call
+  std::int64_t deadline_ns_ = 0;    // of opening, finishing or closing; 0: none
+  bool is_verified_ = false, was_full_ = false, has_peer_ended_ = false;
+};
+
+}  // namespace hairnet::quic

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <gnutls/gnutls.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/result.hpp"
+
+namespace hairnet::quic {
+
+using CertificateHash = std::array<std::uint8_t, 32>;  // SHA-256 of a certificate in DER
+
+// The certificate and key that the server's side of TLS shows.
+class Credentials {
+ public:
+  // PEM files. One line for unusable ones.
+  static Result<std::shared_ptr<const Credentials>> load(const std::string& certificate, const std::string& key);
+  // A self-signed certificate of a new ECDSA P-256 key, valid between these seconds since 1970.
+  static Result<std::shared_ptr<const Credentials>> make(std::int64_t begin_s, std::int64_t end_s);
+
+  Credentials(const Credentials&) = delete;
+  Credentials& operator=(const Credentials&) = delete;
+  ~Credentials();
+
+  [[nodiscard]] gnutls_certificate_credentials_t native() const { return native_; }
+  [[nodiscard]] const CertificateHash& hash() const { return hash_; }
+
+ private:
+  Credentials();
+  gnutls_certificate_credentials_t native_ = nullptr;
+  CertificateHash hash_{};
+};
+
+}  // namespace hairnet::quic

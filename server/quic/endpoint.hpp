@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "server/quic/connection.hpp"
+#include "server/threading/token_bucket.hpp"
+
+namespace hairnet::quic {
+
+struct EndpointOptions {
+  ConnectionOptions connection;
+  // Connections whose peer has not answered at its address: when there are so many, a newcomer has to come again with a
+  // token that only its address gets (Retry).
+  std::size_t unverified_max = 64;
+};
+
+// Who decides about connections and sessions: what surrounds the endpoint.
+class Gate {
+ public:
+  virtual ~Gate() = default;
+  // False: too many begin at this moment. The packet is dropped; its client repeats it.
+  virtual bool may_begin(std::int64_t now_ns) = 0;
+  // A peer that has answered at its address. Null refuses it; else the connection holds the ticket until it ends.
+  virtual std::shared_ptr<void> admit(const Address& remote, std::int64_t now_ns) = 0;
+  // The status of the answer to a request for a session; 200 opens it.
+  virtual int on_request(const Address& remote, const http3::Request& request) = 0;
+  // See ConnectionHost::on_session.
+  virtual std::shared_ptr<SessionSink> on_session(Connection& connection, std::int64_t now_ns) = 0;
+};
+
+// All QUIC connections of one UDP port: which packet belongs to which, Retry, version negotiation, stateless resets,
+// time-outs. No I/O: packets and times in, packets out. One thread.
+class Endpoint final : private ConnectionHost {
+ public:
+  // `gate` and `counters` must outlive it.
+  Endpoint(const EndpointOptions& options, std::shared_ptr<const Credentials> credentials, Gate& gate,
+           QuicCounters& counters, Outgoing::Writer writer, std::int64_t now_ns);
+  ~Endpoint() override;  // tells the sessions
+
+  void set_credentials(std::shared_ptr<const Credentials> credentials) { credentials_ = std::move(credentials); }
+  // A UDP datagram. What it causes to be sent waits for flush().
+  void receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  // Runs the time-outs, and writes what connections have to send. Call it after all that a wake-up brings.
+  void flush(std::int64_t now_ns);
+  // When flush() is due at the latest.
+  [[nodiscard]] std::int64_t due_ns() const;
+  // Whether a connection has something for flush().
+  [[nodiscard]] bool has_work() const { return !dirty_.empty(); }
+  void refuse_new() { is_closed_ = true; }
+  [[nodiscard]] std::size_t connection_count() const { return connections_.size(); }
+  [[nodiscard]] std::size_t unverified_count() const { return unverified_count_; }
+
+ private:
+  // A connection ID as a key. IDs of clients are their choice: an ordered map has no collisions to attack.
+  struct Id {
+    std::array<std::uint8_t, NGTCP2_MAX_CIDLEN> bytes{};
+    std::uint8_t count = 0;
+    auto operator<=>(const Id&) const = default;
+    static Id of(const std::uint8_t* bytes, std::size_t count);
+  };
+
+  void add_id(const ngtcp2_cid& id, Connection& connection) override;
+  void remove_id(const ngtcp2_cid& id) override;
+  void make_reset_token(const ngtcp2_cid& id, std::uint8_t* token) override;
+  bool on_verified(Connection& connection, std::int64_t now_ns) override;
+  std::vector<std::uint8_t> make_address_token(const Address& remote, std::int64_t now_ns) override;
+  int on_request(Connection& connection, const http3::Request& request, std::int64_t now_ns) override;
+  std::shared_ptr<SessionSink> on_session(Connection& connection, std::int64_t now_ns) override;
+  void want_write(Connection& connection) override { dirty_.insert(&connection); }
+
+  // Takes a packet of no known connection.
+  void take_stranger(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
+                     const ngtcp2_version_cid& header, std::int64_t now_ns);
+  enum class TokenCheck : std::uint8_t { none, verified, wrong };
+  TokenCheck check_token(const ngtcp2_pkt_hd& header, Path path, Connection::Opening& opening,
+                         std::int64_t now_ns) const;
+  void send_retry(const Path& path, const ngtcp2_pkt_hd& header, std::int64_t now_ns);
+  void send_refusal(const Path& path, const ngtcp2_pkt_hd& header, std::uint64_t error);
+  void negotiate_version(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
+                         std::int64_t now_ns);
+  void send_reset(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
+                  std::int64_t now_ns);
+  void settle(Connection& connection);  // enters its new time-out, or destroys it
+
+  EndpointOptions options_;
+  std::shared_ptr<const Credentials> credentials_;
+  Gate* gate_;
+  QuicCounters* counters_;
+  Outgoing out_;
+  std::array<std::uint8_t, 32> token_secret_{}, reset_secret_{};
+  server::TokenBucket stateless_;  // answers without a connection
+  std::map<const Connection*, std::pair<std::unique_ptr<Connection>, std::int64_t>> connections_;  // with due time
+  std::map<Id, Connection*> by_id_;
+  std::set<std::pair<std::int64_t, Connection*>> timers_;
+  std::set<Connection*> dirty_;
+  std::size_t unverified_count_ = 0;
+  bool is_closed_ = false;
+};
+
+}  // namespace hairnet::quic

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/quic/address.hpp"
+
+namespace hairnet::quic {
+
+// Packets of one path that follow each other in memory, each of `segment_bytes`, but the last one, which may be
+// shorter. The system can take them in one call (UDP_SEGMENT).
+struct Burst {
+  Path path;
+  std::span<const std::uint8_t> bytes;
+  std::size_t segment_bytes = 0;
+  std::uint8_t ecn = 0;
+};
+
+// Gathers the packets of a wake-up, and hands them over when it is full or told to.
+class Outgoing {
+ public:
+  static constexpr std::size_t kPacketBytesMax = 1500;
+  static constexpr std::size_t kBurstPacketsMax = 64;  // of UDP_SEGMENT
+  static constexpr std::size_t kBurstBytesMax = 65'000;
+
+  using Writer = std::function<void(std::span<const Burst>)>;
+
+  explicit Outgoing(Writer writer);
+  // Memory for a packet of at most kPacketBytesMax.
+  std::span<std::uint8_t> room();
+  // The packet is written at the begin of room().
+  void add(const Path& path, std::size_t bytes, std::uint8_t ecn);
+  void flush();
+
+ private:
+  static constexpr std::size_t kBytes = std::size_t{256} << 10;
+
+  Writer writer_;
+  std::unique_ptr<std::uint8_t[]> memory_;
+  std::size_t filled_ = 0;
+  std::vector<Burst> bursts_;
+};
+
+}  // namespace hairnet::quic

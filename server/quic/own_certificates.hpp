@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/result.hpp"
+#include "server/quic/credentials.hpp"
+
+namespace hairnet::quic {
+
+// Self-signed certificates that replace each other in time. Browsers take one that a page names by its hash, if it is
+// of ECDSA P-256 and valid for at most 14 days. The next one is made, and its hash told, a day before it is shown: a
+// page that has asked for the hashes can still connect after the change.
+class OwnCertificates {
+ public:
+  static constexpr std::int64_t kDay_s = 86'400;
+  static constexpr std::int64_t kBefore_s = kDay_s / 2;  // valid so long before it is made: clocks differ
+  static constexpr std::int64_t kValid_s = 13 * kDay_s, kShown_s = 10 * kDay_s, kTold_s = kDay_s;
+
+  // Times are seconds since 1970.
+  static Result<OwnCertificates> make(std::int64_t now_s);
+  // Makes the next certificate and changes to it when it is time. An error leaves everything as it is.
+  Result<void> poll(std::int64_t now_s);
+  [[nodiscard]] const std::shared_ptr<const Credentials>& current() const { return current_; }
+  [[nodiscard]] std::vector<CertificateHash> hashes() const;
+
+ private:
+  OwnCertificates(std::shared_ptr<const Credentials> current, std::int64_t now_s)
+      : current_(std::move(current)), shown_until_s_(now_s + kShown_s) {}
+
+  std::shared_ptr<const Credentials> current_, next_;  // next_: null until it is told
+  std::int64_t shown_until_s_;                         // current_
+};
+
+}  // namespace hairnet::quic

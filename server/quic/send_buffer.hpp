@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include <ngtcp2/ngtcp2.h>
+
+namespace hairnet::quic {
+
+// The bytes of a stream from when they are to be sent until the peer has acknowledged them. They stay where they are in
+// memory, since QUIC sends them again from there.
+class SendBuffer {
+ public:
+  void push(std::vector<std::uint8_t> bytes);
+  void end() { is_ended_ = true; }
+
+  // The next unsent bytes, in `into`; returns how many pieces. More may follow.
+  [[nodiscard]] std::size_t peek(std::span<ngtcp2_vec> into) const;
+  // Whether the pieces of that peek() reach the end of the stream.
+  [[nodiscard]] bool reaches_end(std::span<const ngtcp2_vec> pieces) const;
+  void mark_sent(std::size_t bytes, bool with_end);
+  // The peer has all bytes before `offset`. Frees them.
+  void acknowledge(std::uint64_t offset);
+  void clear();  // the stream was reset
+
+  [[nodiscard]] bool has_unsent() const { return next_ < end_ || (is_ended_ && !is_end_sent_); }
+  [[nodiscard]] std::size_t unsent_bytes() const { return static_cast<std::size_t>(end_ - next_); }
+  [[nodiscard]] std::size_t kept_bytes() const { return static_cast<std::size_t>(end_ - begin_); }
+  [[nodiscard]] bool is_done() const { return is_ended_ && is_end_sent_ && begin_ == end_; }
+
+ private:
+  std::deque<std::vector<std::uint8_t>> chunks_;
+  std::uint64_t begin_ = 0;  // offset in the stream of the first chunk
+  std::uint64_t next_ = 0;   // of the first unsent byte
+  std::uint64_t end_ = 0;    // behind the last byte
+  std::size_t next_chunk_ = 0, next_in_chunk_ = 0;
+  bool is_ended_ = false, is_end_sent_ = false;
+};
+
+}  // namespace hairnet::quic

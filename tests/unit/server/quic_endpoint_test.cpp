@@ -1,0 +1,365 @@
+#include <random>
+
+#include "tests/unit/server/quic_fixture.hpp"
+
+namespace hairnet::quic {
+namespace {
+
+TEST(QuicEndpoint, opens_a_session_and_carries_bytes_and_datagrams_both_ways) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  ASSERT_EQ(network.requests.size(), 1u);
+  EXPECT_EQ(network.requests[0].path, "/ws");
+  client.send(channel, Bytes{1, 2, 3});
+  client.send_datagram(Bytes{0, 7, 8});
+  network.run(0.01);
+  RecordingSink& sink = *network.sinks[0];
+  EXPECT_EQ(sink.received, (Bytes{1, 2, 3}));
+  EXPECT_THAT(sink.datagrams, testing::ElementsAre(Bytes{7, 8}));
+  Connection& connection = *network.connections[0];
+  EXPECT_EQ(connection.datagram_bytes_max(), kDatagramBytesMax);
+  connection.send({4, 5});
+  connection.send_datagram(Bytes(kDatagramBytesMax, 9));
+  network.run(0.01);
+  EXPECT_EQ(client.received[channel], (Bytes{4, 5}));
+  ASSERT_EQ(client.datagrams.size(), 1u);
+  EXPECT_EQ(client.datagrams[0].size(), 1 + kDatagramBytesMax);
+  EXPECT_EQ(client.error(), 0);
+  EXPECT_EQ(network.admitted.size(), 1u);
+  EXPECT_EQ(network.counters.handshakes_done.value(), 1u);
+}
+
+TEST(QuicEndpoint, carries_a_megabyte_each_way_over_a_lossy_line_in_order) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  std::mt19937 random(3);
+  network.loses = [&] { return random() % 20 == 0; };
+  Bytes bytes(1 << 20);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i >> 7);
+  client.send(channel, bytes);
+  Connection& connection = *network.connections[0];
+  RecordingSink& sink = *network.sinks[0];
+  std::size_t sent = 0, most_waiting = 0;
+  const auto send_more = [&] {
+    while (sent < bytes.size() && connection.is_writable()) {
+      const std::size_t count = std::min<std::size_t>(10'000, bytes.size() - sent);
+      const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(sent);
+      connection.send({begin, begin + static_cast<std::ptrdiff_t>(count)});
+      sent += count;
+      most_waiting = std::max(most_waiting, connection.unsent_bytes());
+    }
+  };
+  sink.send_more = send_more;
+  send_more();
+  EXPECT_TRUE(network.run(
+      60, [&] { return sink.received.size() == bytes.size() && client.received[channel].size() == bytes.size(); }));
+  EXPECT_EQ(sink.received, bytes);
+  EXPECT_EQ(client.received[channel], bytes);
+  EXPECT_LE(most_waiting, Connection::kUnsentBytesMax + 10'000);
+  EXPECT_GT(network.largest_burst_packets, 1u);
+}
+
+TEST(QuicEndpoint, does_not_resend_a_lost_datagram_and_counts_it) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  network.run(0.2);
+  network.loses = [] { return true; };
+  network.connections[0]->send_datagram(Bytes(500, 1));
+  network.deliver();
+  network.loses = nullptr;
+  network.connections[0]->send_datagram(Bytes(400, 2));
+  network.run(3);
+  ASSERT_EQ(client.datagrams.size(), 1u);
+  EXPECT_EQ(client.datagrams[0].size(), 401u);
+  EXPECT_EQ(network.counters.datagrams_lost.value(), 1u);
+}
+
+TEST(QuicEndpoint, is_full_while_the_peer_takes_nothing_and_keeps_what_waits_bounded) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  client.go_silent();
+  Connection& connection = *network.connections[0];
+  std::size_t accepted = 0;
+  for (int n = 0; n < 10'000; ++n) {
+    if (connection.is_writable()) {
+      connection.send(Bytes(1000));
+      if (connection.is_writable()) connection.send_datagram(Bytes(1000));
+      ++accepted;
+    }
+    if (n % 100 == 0) network.run(0.001);
+  }
+  EXPECT_FALSE(connection.is_writable());
+  EXPECT_LE(connection.unsent_bytes(), Connection::kUnsentBytesMax + 2000);
+  EXPECT_LT(accepted, 1000u);
+}
+
+TEST(QuicEndpoint, drops_garbage_of_every_kind) {
+  QuicNetwork network;
+  std::mt19937 random(5);
+  const Path path{loopback(QuicNetwork::kPort), loopback(9)};
+  for (int n = 0; n < 20'000; ++n) {
+    Bytes packet(random() % 1500);
+    for (std::uint8_t& byte : packet) byte = static_cast<std::uint8_t>(random());
+    if (n % 3 == 0 && packet.size() > 4) {  // a long header of version 1
+      packet[0] = static_cast<std::uint8_t>(0xc0 | (random() & 0x3f));
+      packet[1] = packet[2] = packet[3] = 0;
+      packet[4] = 1;
+    }
+    network.endpoint.receive(path, 0, packet, network.now_ns);
+  }
+  network.endpoint.flush(network.now_ns);
+  EXPECT_LE(network.endpoint.connection_count(), EndpointOptions().unverified_max);
+  EXPECT_LT(network.server_bytes, 3 * 20'000u * 750);
+  EXPECT_TRUE(network.sinks.empty());
+  auto [client, channel] = network.join();
+  EXPECT_EQ(client.error(), 0);
+}
+
+TEST(QuicEndpoint, survives_damaged_packets_of_a_connection) {
+  std::mt19937 random(6);
+  for (int n = 0; n < 30; ++n) {
+    QuicNetwork network;
+    QuicClient& client = network.add_client();
+    for (int turn = 0; turn < 20; ++turn) {
+      for (Bytes& packet : client.write(network.now_ns)) {
+        if (random() % 2 == 0) packet[random() % packet.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
+        if (random() % 4 == 0) packet.resize(1 + random() % packet.size());
+        network.endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
+      }
+      network.endpoint.flush(network.now_ns);
+      for (auto& [to, packet] : std::exchange(network.in_flight, {})) client.receive(packet, network.now_ns);
+      network.now_ns += 100'000'000;
+      client.poll(network.now_ns);
+    }
+  }
+}
+
+TEST(QuicEndpoint, sends_a_stranger_at_most_three_times_its_bytes) {
+  QuicNetwork network;
+  QuicClient& client = network.add_client();
+  std::size_t sent = 0;
+  for (const Bytes& packet : client.write(network.now_ns)) {
+    sent += packet.size();
+    network.endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
+  }
+  for (int n = 0; n < 100; ++n) {  // all of its time-outs
+    network.now_ns += 100'000'000;
+    network.endpoint.flush(network.now_ns);
+  }
+  EXPECT_GT(network.server_bytes, 0u);
+  EXPECT_LE(network.server_bytes, 3 * sent);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+  EXPECT_EQ(network.counters.closed_handshake_timeout.value(), 1u);
+}
+
+TEST(QuicEndpoint, bounds_half_open_handshakes_and_lets_verified_clients_in_by_retry) {
+  EndpointOptions options;
+  options.unverified_max = 8;
+  QuicNetwork network(options);
+  for (int n = 0; n < 100; ++n) {  // they never answer
+    QuicClient& client = network.add_client();
+    for (const Bytes& packet : client.write(network.now_ns))
+      network.endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
+    client.go_silent();
+  }
+  network.endpoint.flush(network.now_ns);
+  network.in_flight.clear();
+  EXPECT_EQ(network.endpoint.connection_count(), 8u);
+  EXPECT_EQ(network.endpoint.unverified_count(), 8u);
+  EXPECT_EQ(network.counters.retries_sent.value(), 92u);
+  network.join();
+  EXPECT_EQ(network.counters.retries_sent.value(), 93u);
+  EXPECT_EQ(network.endpoint.unverified_count(), 8u);
+  network.run(6);  // the half-open ones end
+  EXPECT_EQ(network.endpoint.connection_count(), 1u);
+  EXPECT_EQ(network.endpoint.unverified_count(), 0u);
+}
+
+TEST(QuicEndpoint, refuses_a_retry_token_of_another_address) {
+  EndpointOptions options;
+  options.unverified_max = 0;
+  QuicNetwork network(options);
+  QuicClient& client = network.add_client();
+  for (int turn = 0; turn < 4; ++turn) {
+    for (const Bytes& packet : client.write(network.now_ns))  // as if it came from another host
+      network.endpoint.receive({client.path().remote, loopback(99, static_cast<std::uint8_t>(2 + turn))}, 0, packet,
+                               network.now_ns);
+    network.endpoint.flush(network.now_ns);
+    for (auto& [to, packet] : std::exchange(network.in_flight, {})) client.receive(packet, network.now_ns);
+  }
+  EXPECT_EQ(network.counters.refused_token.value(), 1u);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+  EXPECT_TRUE(network.admitted.empty());
+}
+
+TEST(QuicEndpoint, refuses_who_is_not_admitted_and_drops_when_too_many_begin) {
+  QuicNetwork network;
+  network.admits = false;
+  QuicClient& refused = network.add_client();
+  network.run(1);
+  EXPECT_NE(refused.error(), 0);
+  EXPECT_EQ(network.counters.refused_admission.value(), 1u);
+  network.begins = false;
+  QuicClient& late = network.add_client();
+  network.run(0.5);
+  EXPECT_FALSE(late.is_ready());
+  EXPECT_GT(network.counters.dropped_rate.value(), 0u);
+  network.admits = network.begins = true;
+  EXPECT_TRUE(network.run(5, [&] { return late.is_ready(); }));  // it has tried again
+}
+
+TEST(QuicEndpoint, holds_a_ticket_for_as_long_as_the_connection) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  ASSERT_EQ(network.tickets.size(), 1u);
+  EXPECT_EQ(network.tickets[0].use_count(), 2);
+  client.close(network.now_ns);
+  network.run(2);
+  EXPECT_EQ(network.tickets[0].use_count(), 1);
+  EXPECT_THAT(network.sinks[0]->closed, testing::ElementsAre("the peer closed"));
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+  EXPECT_EQ(network.counters.closed_by_peer.value(), 1u);
+}
+
+TEST(QuicEndpoint, negotiates_the_version) {
+  QuicNetwork network;
+  QuicClient::Options options;
+  options.version = 0x1a2a3a4a;
+  QuicClient& client = network.add_client(options);
+  network.run(0.1);
+  EXPECT_EQ(client.error(), NGTCP2_ERR_RECV_VERSION_NEGOTIATION);
+  EXPECT_EQ(network.counters.versions_negotiated.value(), 1u);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+}
+
+TEST(QuicEndpoint, takes_http3_alone) {
+  for (const char* protocol : {"", "hq-interop"}) {
+    QuicNetwork network;
+    QuicClient::Options options;
+    options.protocol = protocol;
+    QuicClient& client = network.add_client(options);
+    network.run(1);
+    EXPECT_NE(client.error(), 0) << protocol;
+    EXPECT_TRUE(network.admitted.empty()) << protocol;
+    network.run(2);
+    EXPECT_EQ(network.endpoint.connection_count(), 0u) << protocol;
+  }
+}
+
+TEST(QuicEndpoint, resets_a_connection_that_it_does_not_know) {
+  QuicNetwork network, restarted;
+  auto [client, channel] = network.join();
+  client.send(channel, Bytes(100, 1));
+  for (const Bytes& packet : client.write(network.now_ns))
+    restarted.endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
+  restarted.endpoint.flush(network.now_ns);
+  ASSERT_EQ(restarted.in_flight.size(), 1u);
+  EXPECT_LT(restarted.in_flight[0].second.size(), 100u);
+  EXPECT_EQ(restarted.counters.resets_sent.value(), 1u);
+}
+
+TEST(QuicEndpoint, follows_a_client_to_another_address) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  network.run(0.2);
+  client.migrate(loopback(20'000, 3), network.now_ns);
+  client.send(channel, Bytes{1});
+  network.run(1);
+  network.connections[0]->send({2});
+  network.run(1);
+  EXPECT_EQ(network.sinks[0]->received, Bytes{1});
+  EXPECT_EQ(client.received[channel], Bytes{2});
+  EXPECT_EQ(client.error(), 0);
+  EXPECT_TRUE(network.sinks[0]->closed.empty());
+}
+
+TEST(QuicEndpoint, ends_a_silent_connection_and_one_without_a_session) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  network.run(70);  // it answers the signs of life
+  EXPECT_TRUE(network.sinks[0]->closed.empty());
+  client.go_silent();
+  EXPECT_TRUE(network.run(60, [&] { return !network.sinks[0]->closed.empty(); }));
+  EXPECT_EQ(network.counters.closed_idle.value(), 1u);
+  QuicClient& idle = network.add_client();
+  network.run(10);
+  EXPECT_EQ(network.counters.closed_opening_timeout.value(), 1u);
+  EXPECT_NE(idle.error(), 0);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+}
+
+TEST(QuicEndpoint, closes_after_the_peer_has_all_that_was_sent) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  std::mt19937 random(4);
+  network.loses = [&] { return random() % 5 == 0; };
+  Connection& connection = *network.connections[0];
+  connection.send(Bytes(50'000, 3));
+  connection.close("done", network.now_ns);
+  EXPECT_TRUE(network.run(2, [&] { return client.error() != 0; }));
+  EXPECT_EQ(client.received[channel], Bytes(50'000, 3));
+  EXPECT_TRUE(client.ended[channel]);
+  EXPECT_TRUE(network.sinks[0]->closed.empty());  // it has closed itself
+  network.loses = nullptr;
+  network.run(2);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+}
+
+TEST(QuicEndpoint, gives_up_closing_when_the_peer_reads_nothing) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  client.go_silent();
+  network.connections[0]->send(Bytes(50'000, 3));
+  network.connections[0]->close("done", network.now_ns);
+  network.run(4);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+}
+
+TEST(QuicEndpoint, ends_the_connection_whose_http3_is_wrong_or_that_finds_no_memory) {
+  QuicNetwork network;
+  QuicClient& client = network.add_client();
+  network.run(1);
+  client.send(client.open_stream(true), Bytes{0x00, 0x00, 0x00});  // DATA before SETTINGS
+  network.run(2);
+  EXPECT_EQ(network.counters.closed_http3_error.value(), 1u);
+  EXPECT_EQ(client.error(), NGTCP2_ERR_DRAINING);
+  EXPECT_EQ(client.close_error().error_code, 0x10au);
+  auto [other, channel] = network.join();
+  network.sinks.back()->throws = true;
+  other.send(channel, Bytes{1});
+  network.run(2);
+  EXPECT_THAT(network.sinks.back()->closed, testing::ElementsAre("no memory was left"));
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+}
+
+TEST(QuicEndpoint, bounds_the_streams_and_unread_bytes_of_a_client) {
+  QuicNetwork network;
+  QuicClient& client = network.add_client();
+  network.run(1);
+  std::int64_t opened = 0;
+  while (client.open_stream() >= 0) ++opened;
+  EXPECT_EQ(opened, 8);
+}
+
+TEST(QuicEndpoint, refuses_new_connections_when_it_is_closed_and_keeps_the_old) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  network.endpoint.refuse_new();
+  QuicClient& late = network.add_client();
+  network.run(1);
+  EXPECT_FALSE(late.is_ready());
+  client.send(channel, Bytes{1});
+  network.run(0.1);
+  EXPECT_EQ(network.sinks[0]->received, Bytes{1});
+}
+
+TEST(QuicEndpoint, tells_its_sessions_when_it_is_destroyed) {
+  auto network = std::make_unique<QuicNetwork>();
+  network->join();
+  const auto sink = network->sinks[0];
+  network.reset();
+  EXPECT_THAT(sink->closed, testing::ElementsAre("the server stops"));
+}
+
+}  // namespace
+}  // namespace hairnet::quic

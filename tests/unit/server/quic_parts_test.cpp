@@ -1,0 +1,153 @@
+#include <gmock/gmock.h>
+#include <gnutls/crypto.h>
+#include <gnutls/x509.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "server/quic/outgoing.hpp"
+#include "server/quic/own_certificates.hpp"
+#include "server/quic/send_buffer.hpp"
+#include "tests/support/quic_client.hpp"
+
+namespace hairnet::quic {
+namespace {
+
+constexpr std::int64_t kNow_s = 1'800'000'000, kDay_s = OwnCertificates::kDay_s;
+
+TEST(QuicOwnCertificates, are_valid_for_less_than_the_14_days_that_browsers_take) {
+  EXPECT_LE(OwnCertificates::kValid_s, 14 * kDay_s);
+  EXPECT_GE(OwnCertificates::kValid_s, 10 * kDay_s);
+  // Whoever asked for the hashes just before a change can connect until the certificate ends.
+  EXPECT_GT(OwnCertificates::kValid_s, OwnCertificates::kBefore_s + OwnCertificates::kShown_s + kDay_s);
+}
+
+TEST(QuicOwnCertificates, tell_the_next_hash_a_day_before_they_change) {
+  OwnCertificates own = OwnCertificates::make(kNow_s).value();
+  const auto first = own.current();
+  EXPECT_THAT(own.hashes(), testing::ElementsAre(first->hash()));
+  std::vector<CertificateHash> told;
+  std::shared_ptr<const Credentials> shown = first;
+  int changes = 0;
+  for (std::int64_t now_s = kNow_s; now_s < kNow_s + 60 * kDay_s; now_s += 3600) {
+    ASSERT_TRUE(own.poll(now_s));
+    EXPECT_LE(own.hashes().size(), 2u);
+    if (own.current() != shown) {
+      ++changes;
+      EXPECT_THAT(told, testing::Contains(own.current()->hash()));  // an hour ago it was already told
+      shown = own.current();
+    }
+    told = own.hashes();
+    EXPECT_THAT(told, testing::Contains(shown->hash()));
+  }
+  EXPECT_EQ(changes, 6);
+}
+
+TEST(QuicOwnCertificates, are_made_anew_when_the_clock_jumps) {
+  for (const std::int64_t jump_s : {-400 * kDay_s, 400 * kDay_s}) {
+    OwnCertificates own = OwnCertificates::make(kNow_s).value();
+    const auto before = own.current();
+    ASSERT_TRUE(own.poll(kNow_s + jump_s));
+    EXPECT_NE(own.current(), before);
+    const auto after = own.current();
+    ASSERT_TRUE(own.poll(kNow_s + jump_s + 60));
+    EXPECT_EQ(own.current(), after);
+  }
+}
+
+TEST(QuicCredentials, name_the_file_that_cannot_be_used) {
+  const auto loaded = Credentials::load("/nowhere/chain.pem", "/nowhere/key.pem");
+  ASSERT_FALSE(loaded);
+  EXPECT_THAT(loaded.error(), testing::HasSubstr("/nowhere/chain.pem"));
+}
+
+std::vector<std::uint8_t> peeked(const SendBuffer& buffer) {
+  std::array<ngtcp2_vec, 4> pieces{};
+  std::vector<std::uint8_t> bytes;
+  const std::size_t count = buffer.peek(pieces);
+  for (std::size_t i = 0; i < count; ++i) bytes.insert(bytes.end(), pieces[i].base, pieces[i].base + pieces[i].len);
+  return bytes;
+}
+
+TEST(QuicSendBuffer, gives_each_byte_once_and_keeps_it_until_it_is_acknowledged) {
+  SendBuffer buffer;
+  buffer.push({1, 2, 3});
+  buffer.push({4, 5});
+  EXPECT_EQ(peeked(buffer), (std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
+  buffer.mark_sent(2, false);
+  EXPECT_EQ(peeked(buffer), (std::vector<std::uint8_t>{3, 4, 5}));
+  buffer.mark_sent(2, false);
+  EXPECT_EQ(peeked(buffer), (std::vector<std::uint8_t>{5}));
+  EXPECT_EQ(buffer.kept_bytes(), 5u);
+  buffer.acknowledge(2);
+  EXPECT_EQ(buffer.kept_bytes(), 5u);  // a part of the first piece
+  buffer.acknowledge(4);
+  EXPECT_EQ(buffer.kept_bytes(), 2u);
+  EXPECT_EQ(peeked(buffer), (std::vector<std::uint8_t>{5}));
+  buffer.push({6});
+  buffer.end();
+  buffer.mark_sent(2, true);
+  EXPECT_FALSE(buffer.has_unsent());
+  EXPECT_FALSE(buffer.is_done());
+  buffer.acknowledge(6);
+  EXPECT_TRUE(buffer.is_done());
+}
+
+TEST(QuicSendBuffer, sends_an_end_without_bytes) {
+  SendBuffer buffer;
+  EXPECT_FALSE(buffer.has_unsent());
+  buffer.end();
+  EXPECT_TRUE(buffer.has_unsent());
+  EXPECT_TRUE(buffer.reaches_end({}));
+  buffer.mark_sent(0, true);
+  EXPECT_TRUE(buffer.is_done());
+}
+
+TEST(QuicOutgoing, joins_packets_of_one_path_and_size_and_ends_a_burst_at_a_shorter_one) {
+  std::vector<std::pair<std::size_t, std::size_t>> bursts;  // bytes, segment
+  Outgoing out([&](std::span<const Burst> all) {
+    for (const Burst& burst : all) bursts.emplace_back(burst.bytes.size(), burst.segment_bytes);
+  });
+  const Path a{loopback(1), loopback(2)}, b{loopback(1), loopback(3)};
+  for (const auto& [path, bytes] :
+       std::vector<std::pair<Path, std::size_t>>{{a, 1000}, {a, 1000}, {a, 500}, {a, 500}, {b, 500}, {b, 600}}) {
+    EXPECT_GE(out.room().size(), bytes);
+    out.add(path, bytes, 0);
+  }
+  out.flush();
+  EXPECT_THAT(bursts, testing::ElementsAre(std::pair(2500, 1000), std::pair(500, 500), std::pair(500, 500),
+                                           std::pair(600, 600)));
+}
+
+TEST(QuicOutgoing, hands_over_what_does_not_fit_and_bounds_a_burst) {
+  std::size_t packets = 0, calls = 0;
+  Outgoing out([&](std::span<const Burst> all) {
+    ++calls;
+    for (const Burst& burst : all) {
+      const std::size_t count = (burst.bytes.size() + burst.segment_bytes - 1) / burst.segment_bytes;
+      EXPECT_LE(count, Outgoing::kBurstPacketsMax);
+      EXPECT_LE(burst.bytes.size(), Outgoing::kBurstBytesMax);
+      packets += count;
+    }
+  });
+  for (int n = 0; n < 1000; ++n) {
+    out.room();
+    out.add({loopback(1), loopback(2)}, 1452, 0);
+  }
+  out.flush();
+  out.flush();
+  EXPECT_EQ(packets, 1000u);
+  EXPECT_GT(calls, 1u);
+}
+
+TEST(QuicAddress, is_shown_and_compared_with_its_port) {
+  EXPECT_EQ(loopback(7420).text(), "127.0.0.1:7420");
+  EXPECT_EQ(loopback(7420), loopback(7420));
+  EXPECT_NE(loopback(7420), loopback(7421));
+  EXPECT_NE(loopback(7420), loopback(7420, 2));
+  EXPECT_EQ(Address().text(), "none");
+}
+
+}  // namespace
+}  // namespace hairnet::quic
