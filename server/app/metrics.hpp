@@ -37,8 +37,8 @@ struct Metrics {
   ProgramGauges program;
   ProgramCounters program_counters;
 
-  [[nodiscard]] std::array<const CounterSet*, 8> counter_sets() const {
-    return {&transport, &session, &room, &tick, &groom, &groom_cache, &level_cache, &program_counters};
+  [[nodiscard]] std::array<const CounterSet*, 9> counter_sets() const {
+    return {&transport, &transport.quic, &session, &room, &tick, &groom, &groom_cache, &level_cache, &program_counters};
   }
   [[nodiscard]] std::array<const GaugeSet*, 4> gauge_sets() const {
     return {&program, &session.gauges, &tick.gauges, &groom.gauges};

@@ -240,6 +240,9 @@ void add_transport(List& list, Config& c) {
   list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
   list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
   list.boolean(t.tls_required, "tls_required", "refuse plain connections");
+  list.boolean(t.webtransport, "webtransport",
+               "WebTransport for browsers, on a UDP port; without a certificate the server makes its own");
+  list.integer(t.udp_port, "udp_port", 0, 65535, "UDP port of WebTransport; 0: the number of the TCP port");
   list.integer(a.connections_max, "connections_max", 0, 1 << 20,
                "connections of all kinds; 0: 2 * clients_max + arrivals_max + page_connections_max");
   list.integer(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections whose protocol is not known yet");
@@ -261,13 +264,13 @@ void add_transport(List& list, Config& c) {
               "bytes of pages to one connection, mean and at once");
   list.integer(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
   list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600,
-               "seconds for a connection's first bytes, and again for TLS");
+               "seconds for a connection's first bytes, and again for TLS; for QUIC's handshake, and its session");
   list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600,
                "seconds for a whole request, including the wait for it");
   list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600,
                "seconds for a client to read each 64 KiB of a page");
   list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
-               "seconds after which a silent WebSocket is pinged; after twice this it is closed");
+               "seconds after which a silent WebSocket or WebTransport is pinged; after twice this it is closed");
 }
 
 void add_grooms(List& list, Config& c) {

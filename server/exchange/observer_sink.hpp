@@ -11,6 +11,7 @@ namespace hairnet::server {
 struct FramePacket {
   std::vector<std::uint8_t> bytes;
   std::size_t frame_count = 0;
+  bool may_be_lost = false;  // newer frames replace it: it may travel where packets get lost, or overtake others
 };
 
 // Receives the messages and frames that the tick makes for one session; implemented by the session's Outbox. Any
@@ -22,6 +23,8 @@ class ObserverSink {
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
   // The same; `packet` is the encoded message. For messages that many sessions get: they are encoded once.
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
+  // The largest packet that may be lost; 0: none, everything arrives in order.
+  [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
   // Queues the frames of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
   // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true.

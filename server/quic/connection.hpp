@@ -100,6 +100,7 @@ class Connection final : private http3::Owner {
   [[nodiscard]] bool is_opening() const { return state_ == State::open && !sink_; }
   [[nodiscard]] const std::vector<ngtcp2_cid>& ids() const { return ids_; }
   void set_ticket(std::shared_ptr<void> ticket) { ticket_ = std::move(ticket); }  // held until the connection ends
+  [[nodiscard]] const std::shared_ptr<void>& ticket() const { return ticket_; }
 
   // The session's side.
   void send(std::vector<std::uint8_t> bytes);           // on the channel

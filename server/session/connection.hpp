@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace hairnet::server {
@@ -21,6 +22,10 @@ class Connection {
   virtual void mark_joined() = 0;
   // Queues a packet to be sent in order. Call it only while writable(), which bounds the queue.
   virtual void send(std::vector<std::uint8_t> packet) = 0;
+  // The largest packet that send_datagram() takes; 0: the connection has no datagrams.
+  [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
+  // Queues a packet that may get lost, or overtake others. Call it only while writable().
+  virtual void send_datagram(std::vector<std::uint8_t> packet) { send(std::move(packet)); }
   // Whether the send queue has room. PacketSink::on_writable is called when it has room again.
   [[nodiscard]] virtual bool writable() const = 0;
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
@@ -28,7 +33,7 @@ class Connection {
   [[nodiscard]] virtual std::string_view peer() const = 0;
   // The peer's IPv4 address or IPv6 /64 network, for limits; empty when no limits of one address apply.
   [[nodiscard]] virtual std::string_view network() const { return {}; }
-  // The kind of connection, for the log: "tcp", "tls", "ws" or "wss".
+  // The kind of connection, for the log: "tcp", "tls", "ws", "wss" or "wt".
   [[nodiscard]] virtual std::string_view transport() const { return "none"; }
 };
 
@@ -37,6 +42,8 @@ class PacketSink {
  public:
   virtual ~PacketSink() = default;
   virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) = 0;
+  // A packet that may have overtaken others, or come after them.
+  virtual void on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) { on_packet(packet, now_ns); }
   virtual void on_broken_stream(std::int64_t now_ns) = 0;  // an impossible size prefix: nothing more can be read
   virtual void on_writable(std::int64_t now_ns) = 0;
   virtual void on_closed(std::string_view reason,

@@ -8,8 +8,8 @@
 
 namespace hairnet::server {
 
-Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters)
-    : control_bytes_max_(control_bytes_max), counters_(&counters) {
+Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::size_t datagram_bytes_max)
+    : control_bytes_max_(control_bytes_max), datagram_bytes_max_(datagram_bytes_max), counters_(&counters) {
   HAIRNET_ASSERT(control_bytes_max > 0);
 }
 
@@ -112,12 +112,14 @@ void Outbox::push_frames(std::vector<FramePacket> packets) {
   for (const FramePacket& packet : packets) {
     HAIRNET_ASSERT(!packet.bytes.empty());
     HAIRNET_ASSERT(packet.frame_count > 0);
+    HAIRNET_ASSERT(!packet.may_be_lost || packet.bytes.size() <= datagram_bytes_max_);
   }
   for (FramePacket& packet : packets) {
     Waiting& last = waiting_.emplace_back();
     last.packet = std::move(packet.bytes);
     last.tick = last_tick_;
     last.frame_count = packet.frame_count;
+    last.may_be_lost = packet.may_be_lost;
   }
   check_invariants();
 }
@@ -155,13 +157,14 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
   check_invariants();
 }
 
-bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
+bool Outbox::take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns) {
   {
     const std::lock_guard lock(mutex_);
     is_blocked_ = false;
     if (waiting_.empty()) return false;
     Waiting& first = waiting_.front();
     packet = std::move(first.packet);
+    may_be_lost = first.may_be_lost;
     if (first.tick == 0) {
       control_bytes_ -= std::min(control_bytes_, packet.size());
     } else {

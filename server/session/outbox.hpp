@@ -24,7 +24,8 @@ class Outbox final : public ObserverSink {
   static constexpr std::size_t kTicksUnseenMax = 8;
   static constexpr double kReadLeast_bytes_per_s = 16'384;  // a client that reads less may be called slow
 
-  Outbox(std::size_t control_bytes_max, SessionCounters& counters);
+  // `datagram_bytes_max`: of the connection.
+  Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::size_t datagram_bytes_max = 0);
 
   // Messages with a higher number in union Body are not sent: the client does not know them. Call it before the tick
   // has the sink.
@@ -33,13 +34,14 @@ class Outbox final : public ObserverSink {
   // Asserts that the message fits a packet: the server sends none that does not.
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) override;
+  [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_bytes_max_; }
   void push_frames(std::vector<FramePacket> packets) override;
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
 
-  // The next packet, its clock set to `now_ns`. False when nothing waits.
-  bool take(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
+  // The next packet, its clock set to `now_ns`. False when nothing waits. `may_be_lost`: see FramePacket.
+  bool take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns);
   // Call it when the connection is not writable. The next take() resets it.
   void mark_blocked();
 
@@ -58,6 +60,7 @@ class Outbox final : public ObserverSink {
     std::vector<std::uint8_t> packet;
     std::uint64_t tick = 0;  // counts pushes of frames; 0: a message
     std::size_t frame_count = 0;
+    bool may_be_lost = false;
     std::int64_t expected_ns = 0;      // a message: when the ones before it are sent, at kReadLeast_bytes_per_s
     std::uint32_t joined_member = 0;   // of a MemberJoined
     std::uint32_t changed_member = 0;  // of a MemberChanged
@@ -72,7 +75,7 @@ class Outbox final : public ObserverSink {
   void drop_frames();
   void check_invariants() const;
 
-  const std::size_t control_bytes_max_;
+  const std::size_t control_bytes_max_, datagram_bytes_max_;
   std::size_t message_max_ = std::variant_size_v<wire::Message>;
   SessionCounters* counters_;
   mutable std::mutex mutex_;

@@ -21,7 +21,8 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
     : identity_(context.limits, now_ns),
       connection_(std::move(connection)),
       context_(&context),
-      outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters)),
+      outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters,
+                                       connection_->datagram_bytes_max())),
       downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
@@ -53,18 +54,30 @@ void Session::check_invariants() const {
 
 void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
+  receive(packet, false, now_ns);
+}
+
+void Session::on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
+  // Poses follow the welcome: what comes before it, or too late, is like lost.
+  if (state_ != State::active) return context_->counters.datagrams_dropped.add();
+  receive(packet, true, now_ns);
+}
+
+void Session::receive(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns) {
   context_->counters.packets_received.add();
   context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
   const bool was_full = context_->is_memory_full();
-  take_packet(packet, now_ns);
+  take_packet(packet, poses_only, now_ns);
   // It was this packet for which no memory was left.
   if (!was_full && context_->is_memory_full()) end_for_memory(now_ns);
 }
 
-void Session::take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
+void Session::take_packet(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns) {
   wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error == wire::DecodeError::none) {
-    on_message(std::move(decoded.envelope), now_ns);
+    if (!poses_only || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message))
+      return on_message(std::move(decoded.envelope), now_ns);
+    if (take_message(now_ns)) refuse_unexpected("a datagram has poses only", now_ns);
     return;
   }
   refuse({ErrorReason::malformed, std::string(to_string(decoded.error)) + ": " + decoded.detail}, now_ns);
@@ -173,8 +186,9 @@ void Session::send(const wire::Message& message, std::int64_t now_ns) {
 void Session::flush(std::int64_t now_ns) {
   if (state_ == State::closed || !connection_) return;
   std::vector<std::uint8_t> packet;
+  bool may_be_lost = false;
   while (connection_->writable()) {
-    if (!outbox_->take(packet, now_ns)) {
+    if (!outbox_->take(packet, may_be_lost, now_ns)) {
       if (send_download(now_ns)) continue;
       if (state_ == State::draining) close("drained", now_ns);
       return;
@@ -183,7 +197,10 @@ void Session::flush(std::int64_t now_ns) {
     context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
     context_->counters.bytes_sent.add(packet.size());
     download_scheduler_.sent_urgent(packet.size(), downloads_.is_waiting());
-    connection_->send(std::move(packet));
+    if (may_be_lost)
+      connection_->send_datagram(std::move(packet));
+    else
+      connection_->send(std::move(packet));
     if (download_scheduler_.is_due() && send_download(now_ns)) download_scheduler_.sent_bulk();
   }
   outbox_->mark_blocked();

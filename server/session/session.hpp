@@ -61,6 +61,7 @@ class Session final : public PacketSink {
   Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns);
 
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) override;
+  void on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) override;
   void on_broken_stream(std::int64_t now_ns) override;
   void on_writable(std::int64_t now_ns) override;
   void on_closed(std::string_view reason, std::int64_t now_ns) override;
@@ -98,7 +99,8 @@ class Session final : public PacketSink {
  private:
   struct MessageHandler;  // in session_messages.cpp
 
-  void take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  void receive(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns);
+  void take_packet(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);

@@ -58,6 +58,7 @@ struct SessionCounters : CounterSet {
   Counter moderations_lock{*this, "moderations", "action", "lock"};
   Counter moderations_unlock{*this, "moderations", "action", "unlock"};
   Counter packets_received{*this, "packets_received"};
+  Counter datagrams_dropped{*this, "datagrams_dropped"};  // their session was not active (yet)
   Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed"};
   Counter packets_refused_invalid{*this, "packets_refused", "reason", "invalid"};
   Counter packets_refused_oversize{*this, "packets_refused", "reason", "oversize"};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "core/assert.hpp"
 #include "core/learnt/learnt_hair.hpp"
@@ -16,6 +17,7 @@ static_assert(kStrideMax == wire::kStrideMax);
 constexpr std::uint8_t kToleranceCount = 24;
 constexpr std::uint8_t kPoseOnly = kToleranceCount;  // of a frame without coefficients
 constexpr float kFinestTolerance_m = 0.25e-3f;
+constexpr std::size_t kBatchBytes = 112;  // of a packet beside its frames, at most
 constexpr float kSmallestHeight = 0.02f;  // of a head on the screen that makes a difference
 
 float tolerance_m(std::uint8_t tolerance) {
@@ -222,25 +224,48 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   character.encode_ns = clock_ns() - begun_ns;
 }
 
+// Gathers frames into packets of at most `bytes_max` bytes of frames, or of one frame.
+class Publisher::Packer {
+ public:
+  Packer(const Terms& terms, std::size_t bytes_max, bool may_be_lost, std::vector<FramePacket>& packets)
+      : terms_(&terms), bytes_max_(bytes_max), may_be_lost_(may_be_lost), packets_(&packets) {}
+
+  void add(const wire::Frame& frame, std::size_t frame_bytes) {
+    HAIRNET_ASSERT(batch_.frames.empty() || batch_.frames.back().member < frame.member);
+    if (bytes_ + frame_bytes > bytes_max_) flush();
+    bytes_ += frame_bytes;
+    batch_.frames.push_back(frame);
+  }
+  void flush() {
+    if (batch_.frames.empty()) return;
+    batch_.tick = terms_->tick.tick;
+    batch_.sample_time_ns = terms_->tick.sample_time_ns;
+    const std::size_t frame_count = batch_.frames.size();
+    packets_->push_back({wire::encode_packet({terms_->now_ns, std::exchange(batch_, {})}), frame_count, may_be_lost_});
+    HAIRNET_ASSERT(!packets_->back().bytes.empty());  // a packet of frames fits the protocol's bound
+    HAIRNET_ASSERT(!may_be_lost_ || packets_->back().bytes.size() <= bytes_max_ + kBatchBytes);
+    bytes_ = 0;
+  }
+
+ private:
+  const Terms* terms_;
+  std::size_t bytes_max_, bytes_ = 0;
+  bool may_be_lost_;
+  std::vector<FramePacket>* packets_;
+  wire::FrameBatch batch_;
+};
+
 void Publisher::send(const Terms& terms, Observer& observer) const {
   if (observer.requests.empty()) return;
   const std::int64_t begun_ns = clock_ns();
   std::size_t evaluated_count = 0;
   std::vector<FramePacket> packets;
-  wire::FrameBatch batch{terms.tick.tick, terms.tick.sample_time_ns, {}};
-  std::size_t bytes = 0;
-  const auto flush = [&] {
-    const std::size_t frame_count = batch.frames.size();
-    HAIRNET_ASSERT(frame_count > 0);
-    packets.push_back({wire::encode_packet({terms.now_ns, std::move(batch)}), frame_count});
-    HAIRNET_ASSERT(!packets.back().bytes.empty());  // a packet of frames fits the protocol's bound
-    batch = {terms.tick.tick, terms.tick.sample_time_ns, {}};
-    bytes = 0;
-  };
+  const std::size_t datagram_bytes_max = observer.sink->datagram_bytes_max();
+  const std::size_t losable_bytes_max = datagram_bytes_max > kBatchBytes ? datagram_bytes_max - kBatchBytes : 0;
+  Packer certain(terms, def_.packet_bytes_max, false, packets), losable(terms, losable_bytes_max, true, packets);
   for (const Observer::Request& request : observer.requests) {
     const Character& character = *request.character;
     HAIRNET_ASSERT(request.variant < character.variant_count);
-    HAIRNET_ASSERT(batch.frames.empty() || batch.frames.back().member < member_of(character));
     const FrameVariant& variant = character.variants[request.variant];
     wire::Frame frame;
     frame.member = member_of(character);
@@ -252,11 +277,12 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     frame.step_stride = static_cast<std::uint8_t>(character.stride);
     frame.content = variant.content;
     const std::size_t frame_bytes = wire::frame_bytes(frame);
-    if (bytes + frame_bytes > def_.packet_bytes_max && !batch.frames.empty()) flush();
-    bytes += frame_bytes;
-    batch.frames.push_back(frame);
+    // No newer frame makes up for these marks.
+    const bool may_be_lost = !frame.asleep && !frame.discontinuous && frame_bytes <= losable_bytes_max;
+    (may_be_lost ? losable : certain).add(frame, frame_bytes);
   }
-  flush();
+  certain.flush();
+  losable.flush();
   counters_->frames_published.add(observer.requests.size());
   counters_->frames_evaluated_by_clients.add(evaluated_count);
   for (const FramePacket& packet : packets) observer.sent_bytes += packet.bytes.size();

@@ -47,6 +47,7 @@ class Publisher {
     codec::CoefficientCode code;
   };
 
+  class Packer;
   struct Terms {
     Rooms& rooms;
     const Simulation& simulation;

@@ -11,6 +11,7 @@
 #include "server/telemetry/log_text.hpp"
 #include "server/transport/detected_protocol.hpp"
 #include "server/transport/io_loop.hpp"
+#include "server/transport/origin.hpp"
 #include "server/transport/peer_address.hpp"
 #include "server/transport/proxy_header.hpp"
 #include "server/transport/tcp_connection.hpp"
@@ -102,6 +103,31 @@ void ConnectionRouter::count_refusal(Admission::Verdict verdict, const tcp::endp
   counter.add();
   if (refusal_log.allow(channel::monotonic_ns()))
     spdlog::warn("event={} peer={} count={}", counter.name().flat(), shown(peer), counter.value());
+}
+
+// A page of another site that reaches this server under the site's name would be the server's own page for the browser.
+bool ConnectionRouter::refuses_host(std::string_view host, bool opens_session, std::string_view peer) {
+  static const std::vector<std::string> kLocalHosts{"localhost"};
+  const std::vector<std::string>* hosts = &options.hosts;
+  if (hosts->empty()) {
+    const bool is_own_page = opens_session && options.origins.empty();
+    if (!is_local || !is_own_page) return false;
+    hosts = &kLocalHosts;
+  }
+  if (host_allowed(host, *hosts)) return false;
+  counters->hosts_refused.add();
+  if (host_log.allow(channel::monotonic_ns()))
+    spdlog::warn("event=host_refused host={} peer={} count={}", log_text(host), peer, counters->hosts_refused.value());
+  return true;
+}
+
+bool ConnectionRouter::refuses_origin(std::string_view origin, std::string_view host, std::string_view peer) {
+  if (origin_allowed(origin, host, options.origins, is_local)) return false;
+  counters->origins_refused.add();
+  if (origin_log.allow(channel::monotonic_ns()))
+    spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), peer,
+                 counters->origins_refused.value());
+  return true;
 }
 
 asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream, bool is_proxied) {

@@ -3,6 +3,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -45,19 +47,24 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> pending;  // pending handshakes, and pages
   bool is_local = true;                                                      // all its addresses are of the loopback
   bool is_closed = false;
+  std::function<std::string()> webtransport_page;  // what a page needs to connect by WebTransport; none: there is none
   LogThrottle refusal_log, origin_log, host_log, accept_log;
 
   void accept(asio::ip::tcp::socket socket);
   void close();  // closes the pending connections; the session registry closes the sessions
+  // None: the limits of one address do not apply.
+  [[nodiscard]] std::optional<std::uint64_t> limited_address(const asio::ip::address& address) const;
+  void count_refusal(Admission::Verdict verdict, const asio::ip::tcp::endpoint& peer);
+  // Whether a request may not name this host. `opens_session`: by a page. Counts and logs.
+  bool refuses_host(std::string_view host, bool opens_session, std::string_view peer);
+  // Whether a page of that origin may open no session here. Counts and logs.
+  bool refuses_origin(std::string_view origin, std::string_view host, std::string_view peer);
 
  private:
   asio::awaitable<void> serve(std::shared_ptr<ByteStream> stream, bool is_proxied);
   asio::awaitable<void> route(std::shared_ptr<ByteStream> stream);
   // Reads the proxy's header, and counts the connection as one of the address in it. False: the stream is closed.
   asio::awaitable<bool> read_proxy_header(ByteStream& stream);
-  // None: the limits of one address do not apply.
-  [[nodiscard]] std::optional<std::uint64_t> limited_address(const asio::ip::address& address) const;
-  void count_refusal(Admission::Verdict verdict, const asio::ip::tcp::endpoint& peer);
 };
 
 // Answers requests until the connection ends or becomes a WebSocket.

@@ -1,18 +1,14 @@
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <optional>
 #include <utility>
 
-#include "server/telemetry/log_text.hpp"
 #include "server/threading/token_bucket.hpp"
 #include "server/transport/beast.hpp"
 #include "server/transport/connection_router.hpp"
 #include "server/transport/http_response.hpp"
 #include "server/transport/io_loop.hpp"
-#include "server/transport/origin.hpp"
 #include "server/transport/websocket_connection.hpp"
 
 namespace hairnet::server {
@@ -23,6 +19,7 @@ constexpr std::size_t kTargetBytesMax = 2048;
 constexpr std::size_t kBodyBytesMax = 4096;  // of a body that comes with a GET; it is read and ignored
 constexpr std::size_t kReadBytesMax = 16 << 10;
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
+constexpr std::string_view kWebTransportPage = "/wt.json";
 constexpr std::chrono::milliseconds kRateWait{10};  // for a connection that receives pages at its limit
 
 using Request = WebSocketConnection::Request;
@@ -136,6 +133,11 @@ class HttpConnection {
       return router_->service->handle(
           {view(request.method_string()), path, query, stream_->peer(), stream_->is_from_loopback()});
     }
+    if (router_->webtransport_page && path == kWebTransportPage) {
+      HttpResponse response{.content_type = "application/json", .body = router_->webtransport_page()};
+      response.allow_origin = "*";  // it is public; the session itself checks the origin
+      return response;
+    }
     if (!router_->files) return refusal(404, "there is no such page");
     std::string accepted;  // a header may have several of these fields
     const auto fields = request.equal_range(http::field::accept_encoding);
@@ -211,24 +213,11 @@ class HttpConnection {
     }
   }
 
-  // A page of another site that reaches this server under the site's name would be the server's own page for the
-  // browser.
   std::optional<HttpResponse> refuse_host(const Request& request) {
-    static const std::vector<std::string> kLocalHosts{"localhost"};
     const std::string_view host = view(request[http::field::host]);
     if (host.empty()) return std::nullopt;  // browsers always name one
-    const bool is_own_page =
-        websocket::is_upgrade(request) && request.count(http::field::origin) != 0 && options_->origins.empty();
-    const std::vector<std::string>* hosts = &options_->hosts;
-    if (hosts->empty()) {
-      if (!router_->is_local || !is_own_page) return std::nullopt;
-      hosts = &kLocalHosts;
-    }
-    if (host_allowed(host, *hosts)) return std::nullopt;
-    counters_->hosts_refused.add();
-    if (router_->host_log.allow(channel::monotonic_ns()))
-      spdlog::warn("event=host_refused host={} peer={} count={}", log_text(host), stream_->peer(),
-                   counters_->hosts_refused.value());
+    const bool opens_session = websocket::is_upgrade(request) && request.count(http::field::origin) != 0;
+    if (!router_->refuses_host(host, opens_session, stream_->peer())) return std::nullopt;
     return refusal(421, "this server has no such name; its setting transport.hosts lists them");
   }
 
@@ -239,11 +228,8 @@ class HttpConnection {
       return response;
     }
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
-    if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins, router_->is_local)) {
-      counters_->origins_refused.add();
-      if (router_->origin_log.allow(channel::monotonic_ns()))
-        spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), stream_->peer(),
-                     counters_->origins_refused.value());
+    const bool has_many = request.count(http::field::origin) > 1;  // like one that is not allowed
+    if (router_->refuses_origin(has_many ? "many" : origin, host, stream_->peer()) || has_many) {
       return refusal(
           403, "this server takes no WebSocket from pages of that origin; its setting transport.origins lists them");
     }

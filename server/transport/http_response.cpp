@@ -16,7 +16,7 @@ constexpr std::string_view kSecurityHeaders =
     "Cross-Origin-Embedder-Policy: require-corp\r\n"
     "Cross-Origin-Resource-Policy: same-origin\r\n"
     "Content-Security-Policy: default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
-    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self' ws: wss: blob: data:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self' ws: wss: https: blob: data:; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'\r\n";
 
 std::string http_date(std::int64_t date_s) {
@@ -94,6 +94,7 @@ std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_
   add(header, "ETag", response.etag);
   add(header, "Vary", response.vary);
   add(header, "Location", response.location);
+  add(header, "Access-Control-Allow-Origin", response.allow_origin);
   add(header, "Upgrade", response.upgrade);
   if (response.status == 405) add(header, "Allow", "GET, HEAD");
   add(header, "Connection", !response.upgrade.empty() ? "upgrade, close" : keep_alive ? "keep-alive" : "close");

@@ -14,13 +14,13 @@ struct HttpResponse {
   std::string body;
   std::uint64_t file_bytes = 0;  // size of a body that is sent from a file, instead of `body`
   // Their headers, when not empty.
-  std::string etag = {}, location = {}, upgrade = {}, content_encoding = {}, vary = {};
+  std::string etag = {}, location = {}, upgrade = {}, content_encoding = {}, vary = {}, allow_origin = {};
 };
 
 HttpResponse refusal(int status, std::string_view why);
 
 // The header with its last empty line. `date_s`: seconds since 1970. Every page may run its own scripts and
-// WebAssembly, draw with WebGL, and connect to any WebSocket; the policy forbids everything else.
+// WebAssembly, draw with WebGL, and connect to any WebSocket or WebTransport; the policy forbids everything else.
 std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_t date_s);
 
 }  // namespace hairnet::server

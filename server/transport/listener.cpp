@@ -11,6 +11,7 @@
 #include "server/transport/connection_router.hpp"
 #include "server/transport/io_loop_core.hpp"
 #include "server/transport/peer_address.hpp"
+#include "server/transport/quic_listener.hpp"
 #include "server/transport/tls_context.hpp"
 
 namespace hairnet::server {
@@ -88,6 +89,7 @@ std::vector<asio::ip::address> parse_addresses(const std::vector<std::string>& t
 struct Listener::Impl {
   std::shared_ptr<ConnectionRouter> router;
   std::vector<std::shared_ptr<tcp::acceptor>> acceptors;
+  std::shared_ptr<QuicListener> quic;  // null: no WebTransport
 };
 
 Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const TransportOptions& options,
@@ -125,6 +127,22 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     router.is_local = router.is_local && local.address().is_loopback();
     impl->acceptors.push_back(std::move(acceptor));
   }
+  if (options.webtransport && router.open_session) {
+    auto quic =
+        QuicListener::create(loop.core().serial, impl->router, options.udp_port ? options.udp_port : port, port);
+    // Another program may have the UDP port of the same number: WebSockets do without.
+    if (!quic && options.udp_port != 0) return Refusal(std::move(quic.error()));
+    if (quic) {
+      impl->quic = std::move(*quic);
+      impl->quic->start();
+      router.webtransport_page = [weak = std::weak_ptr(impl->quic)] {
+        const auto listener = weak.lock();
+        return listener ? listener->page() : std::string();
+      };
+    } else {
+      spdlog::warn("event=webtransport_unavailable detail={}", log_text(quic.error()));
+    }
+  }
   for (const auto& acceptor : impl->acceptors)
     asio::co_spawn(loop.core().serial, accept(impl->router, acceptor), asio::detached);
   return std::unique_ptr<Listener>(new Listener(std::move(impl)));
@@ -134,6 +152,7 @@ Listener::Listener(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Listener::~Listener() {
   close();
+  if (impl_->quic) impl_->quic->shut();
 }
 
 std::uint16_t Listener::port() const {
@@ -144,6 +163,7 @@ std::uint16_t Listener::port() const {
 void Listener::close() {
   boost::system::error_code ignored;
   for (const auto& acceptor : impl_->acceptors) acceptor->close(ignored);
+  if (impl_->quic) impl_->quic->refuse_new();
   impl_->router->close();
 }
 

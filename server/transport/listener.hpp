@@ -13,8 +13,8 @@
 
 namespace hairnet::server {
 
-// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS. I/O thread. A program may have
-// several.
+// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS, and beside it a UDP port for
+// WebTransport. I/O thread. A program may have several.
 class Listener {
  public:
   // Returns the session's sink, or null when the connection was refused and has been closed.

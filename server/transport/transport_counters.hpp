@@ -1,5 +1,6 @@
 #pragma once
 
+#include "server/quic/quic_counters.hpp"
 #include "server/telemetry/counter.hpp"
 
 namespace hairnet::server {
@@ -19,9 +20,10 @@ struct TransportCounters : CounterSet {
 
   Counter connections_opened_tcp{*this, "connections_opened", "transport", "tcp"};
   Counter connections_opened_websocket{*this, "connections_opened", "transport", "websocket"};
+  Counter connections_opened_webtransport{*this, "connections_opened", "transport", "webtransport"};
   Counter connections_opened_http{*this, "connections_opened", "transport",
                                   "http"};            // their first request was accepted
-  Counter connections_tls{*this, "connections_tls"};  // also counted in one of the three above
+  Counter connections_tls{*this, "connections_tls"};  // also counted in one of those above
 
   Counter bytes_read{*this, "bytes_read"};
   Counter bytes_written{*this, "bytes_written"};
@@ -29,6 +31,10 @@ struct TransportCounters : CounterSet {
   Counter sent_bytes_tcp{*this, "sent_bytes", "transport", "tcp"};
   Counter received_bytes_websocket{*this, "received_bytes", "transport", "websocket"};
   Counter sent_bytes_websocket{*this, "sent_bytes", "transport", "websocket"};
+  Counter received_bytes_webtransport{*this, "received_bytes", "transport", "webtransport"};
+  Counter sent_bytes_webtransport{*this, "sent_bytes", "transport", "webtransport"};
+  Counter received_packets_webtransport{*this, "received_packets", "transport", "webtransport"};
+  Counter sent_packets_webtransport{*this, "sent_packets", "transport", "webtransport"};
   Counter sent_bytes_http{*this, "sent_bytes", "transport", "http"};
   Counter received_packets_tcp{*this, "received_packets", "transport", "tcp"};
   Counter sent_packets_tcp{*this, "sent_packets", "transport", "tcp"};
@@ -61,6 +67,8 @@ struct TransportCounters : CounterSet {
   Counter websockets_closed_oversize{*this, "websockets_closed", "reason", "oversize"};
   Counter websockets_closed_malformed{*this, "websockets_closed", "reason", "malformed"};
   Counter websockets_closed_timeout{*this, "websockets_closed", "reason", "timeout"};
+
+  quic::QuicCounters quic;  // a set of its own
 };
 
 }  // namespace hairnet::server

@@ -20,6 +20,10 @@ struct TransportOptions {
   std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric or localhost; "::" is all
   std::uint16_t port = 7420;                           // 0: the system picks one
 
+  // WebTransport on a UDP port: 0 is the number of the TCP port.
+  bool webtransport = true;
+  std::uint16_t udp_port = 0;
+
   TlsFiles tls;
   bool tls_required = false;  // plain connections are refused
 

@@ -1,4 +1,4 @@
-import type { Member } from "../src/index";
+import type { Member, Transport } from "../src/index";
 
 // What a room tells about its people, in words for people.
 
@@ -26,4 +26,10 @@ export function givenName(member: Member): string {
 export function personName(member: Member): string {
   const name = givenName(member) || `${hairstyleName(member.groom?.name ?? "")} ${member.member}`;
   return member.own ? `${name} (you)` : name;
+}
+
+/** How the page talks with the server; null: it does not now. */
+export function transportName(transport: Transport | null): string {
+  if (transport === null) return "no connection";
+  return transport === "webtransport" ? "WebTransport" : "WebSocket";
 }

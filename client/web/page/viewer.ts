@@ -18,7 +18,7 @@ import type { PageHost } from "./pageHost";
 import { PersistentRoom, type PersistentRoomState } from "./persistentRoom";
 import type { Query } from "./query";
 import { PlayPanel } from "./playPanel";
-import { givenName, personName } from "./roomDetails";
+import { givenName, personName, transportName } from "./roomDetails";
 import { Sliders } from "./sliders";
 import { Stage } from "./stage";
 import { fadeBust, kBustHeightM } from "./surroundings";
@@ -353,7 +353,7 @@ export class PageViewer implements PageHost {
     const shown = `${strands > 0 || cards === 0 ? `${strands} strands` : ""}${cards > 0 ? ` ${cards} far cards` : ""}`;
     element("figures").textContent =
       `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
-      `${shown}, quality ${this.#quality.value.toFixed(2)}`;
+      `${shown}, quality ${this.#quality.value.toFixed(2)}, ${transportName(room.link.transport)}`;
   }
 
   #showJoin(): void {

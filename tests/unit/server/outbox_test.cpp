@@ -27,7 +27,7 @@ class OutboxTest : public testing::Test {
   // The next message; the envelope contains a Hello when none waits.
   wire::Message take(std::int64_t now_ns = 0) {
     std::vector<std::uint8_t> packet;
-    if (!outbox_.take(packet, now_ns)) return wire::Hello{};
+    if (!outbox_.take(packet, may_be_lost_, now_ns)) return wire::Hello{};
     wire::DecodedPacket decoded = wire::decode_packet(packet);
     EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
     clock_ns_ = decoded.envelope.clock_ns;
@@ -39,6 +39,7 @@ class OutboxTest : public testing::Test {
   SessionCounters counters_;
   Outbox outbox_{kControlBytes, counters_};
   std::int64_t clock_ns_ = 0;
+  bool may_be_lost_ = false;
 };
 
 TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
@@ -50,6 +51,19 @@ TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
   EXPECT_EQ(std::get<wire::CharacterRemoved>(take()).character, 2u);
   EXPECT_TRUE(is_empty());
   EXPECT_EQ(counters_.frames_sent.value(), 1u);
+}
+
+TEST_F(OutboxTest, says_which_packets_may_be_lost) {
+  Outbox outbox(kControlBytes, counters_, 1024);
+  EXPECT_EQ(outbox.datagram_bytes_max(), 1024u);
+  Packets frames = frames_of(1, 2);
+  frames[1].may_be_lost = true;
+  outbox.push(wire::CharacterRemoved{2}, 0);
+  outbox.push_frames(std::move(frames));
+  std::vector<bool> seen;
+  std::vector<std::uint8_t> packet;
+  for (bool may_be_lost = false; outbox.take(packet, may_be_lost, 0);) seen.push_back(may_be_lost);
+  EXPECT_EQ(seen, (std::vector<bool>{false, false, true}));
 }
 
 TEST_F(OutboxTest, only_the_newest_change_of_a_member_waits_and_after_what_came_before_it) {

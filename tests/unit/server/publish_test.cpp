@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "core/learnt/learnt_hair.hpp"
@@ -24,10 +25,13 @@ class FakeObserverSink final : public ObserverSink {
     ++ticks_waiting;
     for (const FramePacket& packet : packets) {
       frames_announced += packet.frame_count;
+      if (packet.may_be_lost) datagram_bytes.push_back(packet.bytes.size());
+      (packet.may_be_lost ? losable_frames : certain_frames) += packet.frame_count;
       batches.push_back(std::get<wire::FrameBatch>(wire::decode_packet(packet.bytes).envelope.message));
     }
   }
   bool drop_if_congested() override { return std::exchange(full, false); }
+  [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_max; }
 
   // The frames of the newest tick, by member.
   std::vector<wire::Frame> newest(std::uint64_t tick) const {
@@ -39,7 +43,8 @@ class FakeObserverSink final : public ObserverSink {
   }
   std::vector<wire::Message> messages;
   std::vector<wire::FrameBatch> batches;
-  std::size_t ticks_waiting = 0, frames_announced = 0;
+  std::vector<std::size_t> datagram_bytes;
+  std::size_t ticks_waiting = 0, frames_announced = 0, losable_frames = 0, certain_frames = 0, datagram_max = 0;
   bool full = false;
 };
 
@@ -210,6 +215,47 @@ TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
   tick();
   EXPECT_EQ(sink->newest(1).size(), 800u);
   EXPECT_GT(sink->batches.size(), 3u);
+  EXPECT_EQ(sink->losable_frames, 0u) << "the connection has no datagrams";
+}
+
+TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the_connections_size) {
+  for (const SessionId bytes_max : {512u, 1024u}) {
+    const auto sink = open(bytes_max);
+    sink->datagram_max = bytes_max;
+    for (std::uint32_t c = 1; c <= 100; ++c) add(bytes_max, c);
+    tick();
+    tick();
+    EXPECT_EQ(sink->newest(inputs_.tick).size(), 100u * bytes_max / 512);
+    EXPECT_GT(sink->losable_frames, 0u);
+    ASSERT_FALSE(sink->datagram_bytes.empty());
+    EXPECT_LE(std::ranges::max(sink->datagram_bytes), bytes_max);
+    EXPECT_GT(std::ranges::max(sink->datagram_bytes), bytes_max * 2 / 3);
+  }
+}
+
+TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_lost) {
+  const auto sink = open(1), narrow = open(2);
+  sink->datagram_max = 1024;
+  narrow->datagram_max = 120;  // less than a packet with one frame
+  Character& character = add(1, 1);
+  add(1, 2);
+  tick();
+  const std::size_t before = sink->certain_frames;
+  tick();
+  EXPECT_EQ(sink->certain_frames, before);
+  // Without new poses they come to rest, fall asleep, and say so once.
+  std::size_t asleep = 0;
+  for (int t = 0; t < 400; ++t) {
+    ++inputs_.tick;
+    simulation_.step(inputs_);
+    character.discontinuous = t == 0;
+    publisher_.publish(rooms_, simulation_, inputs_, {}, 1);
+    for (const wire::Frame& frame : sink->newest(inputs_.tick)) asleep += frame.asleep ? 1 : 0;
+    EXPECT_EQ(sink->certain_frames, before + 1 + asleep) << "one has jumped";
+  }
+  EXPECT_EQ(asleep, 2u);
+  EXPECT_EQ(narrow->losable_frames, 0u);
+  EXPECT_GT(narrow->certain_frames, 0u);
 }
 
 // A character on the learnt level, and an observer that evaluates its hair from tick 1 on.

@@ -69,6 +69,25 @@ TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
   EXPECT_EQ(counters_.messages_refused_unexpected.value(), 1u);
 }
 
+TEST_F(SessionTest, takes_poses_as_datagrams_once_it_is_active_and_nothing_else) {
+  const auto datagram = [&](const wire::Message& message) {
+    session_.on_datagram(wire::encode_packet({now_ns_, message}), now_ns_);
+  };
+  datagram(wire::PoseBatch{});
+  EXPECT_EQ(session_.state(), Session::State::awaiting_hello);
+  EXPECT_EQ(counters_.datagrams_dropped.value(), 1u);
+  hello();
+  datagram(wire::PoseBatch{});
+  EXPECT_TRUE(errors().empty());
+  datagram(wire::SetLevel{1, LevelIndex::low});
+  datagram(wire::Goodbye{wire::GoodbyeReason::client_leaves, {}});
+  EXPECT_THAT(errors(),
+              testing::ElementsAre(wire::ErrorReason::unexpected_message, wire::ErrorReason::unexpected_message));
+  EXPECT_EQ(session_.state(), Session::State::active);
+  session_.on_datagram(std::vector<std::uint8_t>(40, 1), now_ns_);
+  EXPECT_THAT(goodbyes(), testing::ElementsAre(wire::GoodbyeReason::protocol_error));
+}
+
 TEST_F(SessionTest, refuses_a_second_hello_and_continues) {
   hello();
   hello();

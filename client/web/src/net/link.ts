@@ -2,6 +2,7 @@ import { checkOptions } from "../hair/checkOptions";
 import { HairnetError, type ErrorCode } from "../hair/hairnetError";
 import { explainFailure } from "./connectionFailure";
 import type { LinkEvent } from "./events";
+import { FallbackSocket, type TransportChoice, type TransportMemory } from "./fallbackSocket";
 import { isFinal } from "./finalGoodbye";
 import { LinkCore } from "./linkCore";
 import { kDefaultOptions, type LinkCounters, type LinkCoreOptions } from "./linkCoreOptions";
@@ -13,6 +14,9 @@ const kBufferedWaitMs = 10;
 // Timers' own limit is 2^31 ms.
 const kTimerMsMax = 3_600_000;
 
+/** How packets travel. */
+export type Transport = "webtransport" | "websocket";
+
 /** What a `Link` needs of a WebSocket: browsers' own, or another's for tests and Node. */
 export interface WebSocketLike {
   binaryType: string;
@@ -23,10 +27,16 @@ export interface WebSocketLike {
   onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null;
   send(bytes: Uint8Array): void;
   close(): void;
+  /** absent: a WebSocket */
+  readonly transport?: Transport;
+  /** Sends a packet that may get lost or overtake others. False: it was not taken; absent: there are no datagrams. */
+  sendDatagram?(bytes: Uint8Array): boolean;
 }
 
 export interface LinkOptions extends Partial<LinkCoreOptions> {
-  /** makes sockets; by default the platform's WebSocket with the subprotocol "hairnet" */
+  /** "auto" by default: WebTransport where browser, server and network have it, else a WebSocket */
+  readonly transport?: TransportChoice;
+  /** makes sockets; by default the platform's WebTransport, or its WebSocket with the subprotocol "hairnet" */
   readonly makeSocket?: (url: string) => WebSocketLike;
   /** this client's monotonic clock, ns; by default performance.now() */
   readonly nowNs?: () => number;
@@ -49,7 +59,7 @@ export function webSocketUrl(server: string): string {
 }
 
 /**
- * A client's conversation with a server over a WebSocket: a `LinkCore` (see there for what its calls do, by `core`), and
+ * A client's conversation with a server over WebTransport or a WebSocket: a `LinkCore` (see there for what its calls do, by `core`), and
  * what drives it. It connects, comes back after a lost connection, and says what happened as events, which the caller
  * takes with `poll()`, once a picture for example. Nothing here throws but `HairnetError`, for arguments.
  */
@@ -57,6 +67,8 @@ export class Link {
   readonly core: LinkCore;
   readonly #url: string;
   readonly #makeSocket: (url: string) => WebSocketLike;
+  readonly #isPlatforms: boolean;
+  readonly #memory: TransportMemory = { isBlocked: false };
   readonly #now: () => number;
   #socket: WebSocketLike | null = null;
   #isOpen = false;
@@ -68,9 +80,10 @@ export class Link {
 
   constructor(server: string, options: LinkOptions = {}) {
     checkLinkOptions(options, kLinkOptions);
-    const { makeSocket, nowNs, ...linkOptions } = options;
+    const { makeSocket, nowNs, transport = "auto", ...linkOptions } = options;
     this.#url = webSocketUrl(server);
-    this.#makeSocket = makeSocket ?? makeWebSocket;
+    this.#makeSocket = makeSocket ?? ((url) => makePlatformSocket(url, transport, this.#memory));
+    this.#isPlatforms = !makeSocket;
     this.#now = nowNs ?? monotonicNs;
     this.core = new LinkCore(linkOptions);
   }
@@ -124,6 +137,11 @@ export class Link {
     return this.core.counters;
   }
 
+  /** How the open connection's packets travel; null: none is open. */
+  get transport(): Transport | null {
+    return this.#isOpen ? (this.#socket?.transport ?? "websocket") : null;
+  }
+
   /** Says goodbye. */
   close(): void {
     this.core.leave(this.#now());
@@ -145,7 +163,7 @@ export class Link {
     while (socket && this.#isOpen && socket.bufferedAmount < kBufferedBytesMax) {
       const packet = this.core.takePacket(this.#now());
       if (!packet) return;
-      socket.send(packet);
+      if (!this.core.takenMayBeLost || !socket.sendDatagram?.(packet)) socket.send(packet);
     }
   }
 
@@ -162,7 +180,7 @@ export class Link {
     try {
       socket = this.#makeSocket(this.#url);
     } catch (error) {
-      this.core.onClosed(`no WebSocket at ${this.#url}: ${String(error)}`, this.#now());
+      this.core.onClosed(`no socket for ${this.#url}: ${String(error)}`, this.#now());
       return;
     }
     this.#socket = socket;
@@ -180,7 +198,7 @@ export class Link {
     socket.onerror = () => {}; // onclose reports it; Node's ws needs a listener
     socket.onclose = ({ code, reason }) => {
       // The first attempt's failure is for people; later ones are temporary.
-      if (!this.#isOpen && !this.core.welcome && this.#makeSocket === makeWebSocket) return this.#explain(socket);
+      if (!this.#isOpen && !this.core.welcome && this.#isPlatforms) return this.#explain(socket);
       const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
       const what = this.#isOpen ? "the connection broke" : `no server answers at ${this.#url}`;
       this.#end(why ? `${what}: ${why}` : what);
@@ -234,9 +252,12 @@ export class Link {
   }
 }
 
+const kTransportChoices: readonly string[] = ["auto", "webtransport", "websocket"] satisfies TransportChoice[];
+
 /** @internal The defaults. */
 export const kLinkOptions: Readonly<Record<keyof LinkOptions, unknown>> = {
   ...kDefaultOptions,
+  transport: "auto",
   makeSocket: makeWebSocket,
   nowNs: monotonicNs,
 };
@@ -248,7 +269,17 @@ export function checkLinkOptions<T extends object>(options: T, known: Readonly<R
     const wanted = typeof known[name as keyof T];
     if (value !== undefined && typeof value !== wanted)
       throw new HairnetError("invalid", `connect: the option '${name}' is a ${wanted}, not ${String(value)}`);
+    if (name === "transport" && value !== undefined && !kTransportChoices.includes(String(value)))
+      throw new HairnetError("invalid", `connect: the option 'transport' is one of ${kTransportChoices.join(", ")}`);
   }
+}
+
+function makePlatformSocket(url: string, choice: TransportChoice, memory: TransportMemory): WebSocketLike {
+  const hasWebTransport = typeof WebTransport !== "undefined";
+  if (choice === "webtransport" && !hasWebTransport)
+    throw new HairnetError("unsupported", "this platform, or a page that is not secure, has no WebTransport");
+  if (choice === "websocket" || !hasWebTransport || (choice === "auto" && memory.isBlocked)) return makeWebSocket(url);
+  return new FallbackSocket(url, choice === "auto" ? makeWebSocket : null, memory);
 }
 
 function makeWebSocket(url: string): WebSocketLike {

@@ -58,6 +58,7 @@ export class LinkCore {
   /** from onOpening() to onClosed() */
   #connection = false;
   #goodbyeTaken = false;
+  #takenMayBeLost = false;
   /** of the state */
   #deadlineNs = Infinity;
   /** while reconnecting */
@@ -284,12 +285,18 @@ export class LinkCore {
     const message = isChunk ? this.#uploads.nextChunk() : this.#queue.pop();
     if (!message) return null;
     this.#goodbyeTaken = message.type === "goodbye";
+    this.#takenMayBeLost = mayBeLost(message);
     this.#sentNs = nowNs;
     const packet = encodePacket(nowNs, message);
     if (isChunk) this.#uploadScheduler.sentBulk();
     else this.#uploadScheduler.sentSoon(packet.length, this.#uploads.isWaiting);
     this.#counters.bytesSent += packet.length;
     return packet;
+  }
+
+  /** Whether newer packets replace the last one taken: it may travel where packets get lost or overtake others. */
+  get takenMayBeLost(): boolean {
+    return this.#takenMayBeLost;
   }
 
   /** Takes exactly one packet, size prefix included. A malformed packet ends the connection; nothing is thrown. */
@@ -592,6 +599,11 @@ export class LinkCore {
 }
 
 const kClosedHere = "closed by this client";
+
+/** Poses, but for those that mark a jump, and for an empty batch, which is a sign of life. */
+function mayBeLost(message: m.ClientMessage): boolean {
+  return message.type === "poseBatch" && message.poses.length > 0 && message.poses.every((pose) => !pose.teleport);
+}
 
 /** A refusal of a whole groom; a chunk alone may have come where none was asked for. */
 function endsUpload(error: m.ErrorMessage): boolean {

@@ -136,7 +136,12 @@ export class Members {
   /** After a frame that cannot be decoded, the character still has the one before. */
   decodeMemberFrame(frame: CodedFrame, tick: number, timeNs: number, nowNs: number): DecodedFrame {
     const member = this.#members.get(frame.member);
-    if (!member || tick <= member.lastTick) return kUnknown;
+    if (!member) return kUnknown;
+    if (tick <= member.lastTick) {
+      // A newer frame has overtaken it: the next one is discontinuous in its place.
+      member.discontinuityPending ||= frame.discontinuous && tick < member.lastTick;
+      return kUnknown;
+    }
     member.lastTick = tick;
     const isRigid = frame.level === LevelIndex.rigid;
     const shared = {

@@ -1,0 +1,185 @@
+import { HairnetError } from "../hair/hairnetError";
+import type { WebSocketLike } from "./link";
+import { PacketSplitter } from "./packetSplitter";
+
+/** A datagram that fits every browser's and every server's limit has at most so many bytes. */
+export const kDatagramBytesMax = 1024;
+// A tick brings one datagram for every few people, all at once.
+const kIncomingDatagramsMax = 1024;
+// More poses than that are outdated before they leave.
+const kOutgoingDatagramsMax = 16;
+const kPrefixBytes = 4;
+const kHashBytes = 32;
+const kGoodbyeMs = 1000;
+
+/** What `GET /wt.json` of a server says. */
+export interface WebTransportPage {
+  readonly port: number;
+  readonly path: string;
+  /** SHA-256 of the certificates that it may show; none: they are signed by an authority that browsers trust */
+  readonly hashes: readonly Uint8Array[];
+}
+
+/** The address of that page, of a server's WebSocket address. */
+export function webTransportPageUrl(webSocketUrl: string): string {
+  const { protocol, host } = new URL(webSocketUrl);
+  return `${protocol === "wss:" ? "https" : "http"}://${host}/wt.json`;
+}
+
+/** Throws `HairnetError` for a text that is none. */
+export function readWebTransportPage(text: string): WebTransportPage {
+  try {
+    const { port, path, hashes } = JSON.parse(text);
+    const isSound =
+      Number.isInteger(port) && port > 0 && port < 65_536 && typeof path === "string" && path.startsWith("/");
+    if (!isSound || !Array.isArray(hashes)) throw new TypeError("its values are not those of a page");
+    const bytes = hashes.map((hash) => Uint8Array.from(atob(hash), (letter) => letter.charCodeAt(0)));
+    if (bytes.some((hash) => hash.length !== kHashBytes)) throw new TypeError("a hash has another length");
+    return { port, path, hashes: bytes };
+  } catch (error) {
+    throw new HairnetError("malformed", `the server's page about WebTransport is damaged: ${String(error)}`);
+  }
+}
+
+/** The address to connect to. Servers of the loopback listen on IPv4, which "localhost" may not mean. */
+export function webTransportUrl(webSocketUrl: string, page: WebTransportPage): string {
+  const { hostname } = new URL(webSocketUrl);
+  return `https://${hostname === "localhost" ? "127.0.0.1" : hostname}:${page.port}${page.path}`;
+}
+
+/**
+ * A WebTransport session that looks like a WebSocket: packets in order travel on one stream, each after its size, and
+ * packets that may be lost in datagrams. `open()` makes it; it is then open.
+ */
+export class WebTransportSocket implements WebSocketLike {
+  readonly transport = "webtransport";
+  binaryType = "arraybuffer";
+  onopen: ((event: never) => unknown) | null = null;
+  onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
+  onerror: ((event: never) => unknown) | null = null;
+  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
+  #bufferedAmount = 0;
+  #datagramsWaiting = 0;
+  #isClosed = false;
+  readonly #session: WebTransport;
+  readonly #stream: WritableStreamDefaultWriter<Uint8Array>;
+  readonly #datagrams: WritableStreamDefaultWriter<Uint8Array>;
+
+  private constructor(session: WebTransport, channel: WebTransportBidirectionalStream) {
+    this.#session = session;
+    this.#stream = channel.writable.getWriter();
+    this.#datagrams = session.datagrams.writable.getWriter();
+    session.datagrams.incomingHighWaterMark = kIncomingDatagramsMax;
+    void session.closed.then(
+      ({ reason }) => this.#end(reason ?? ""),
+      (error) => this.#end(String(error)),
+    );
+    void this.#readStream(channel.readable);
+    void this.#readDatagrams(session.datagrams.readable);
+  }
+
+  /** Rejects when no session opens; `signal` ends the attempt. */
+  static async open(webSocketUrl: string, page: WebTransportPage, signal: AbortSignal): Promise<WebTransportSocket> {
+    const serverCertificateHashes = page.hashes.map((value) => ({
+      algorithm: "sha-256",
+      value: value as BufferSource,
+    }));
+    const session = new WebTransport(webTransportUrl(webSocketUrl, page), {
+      ...(serverCertificateHashes.length > 0 ? { serverCertificateHashes } : {}),
+      congestionControl: "low-latency",
+    });
+    session.closed.catch(() => {});
+    const stop = () => session.close();
+    signal.addEventListener("abort", stop);
+    try {
+      await session.ready;
+      const channel = await session.createBidirectionalStream();
+      signal.throwIfAborted();
+      return new WebTransportSocket(session, channel);
+    } catch (error) {
+      stop();
+      throw error;
+    } finally {
+      signal.removeEventListener("abort", stop);
+    }
+  }
+
+  get bufferedAmount(): number {
+    return this.#bufferedAmount;
+  }
+
+  send(bytes: Uint8Array): void {
+    this.#bufferedAmount += bytes.length;
+    const done = () => (this.#bufferedAmount -= bytes.length);
+    this.#stream.write(bytes).then(done, done);
+  }
+
+  sendDatagram(bytes: Uint8Array): boolean {
+    const { maxDatagramSize } = this.#session.datagrams;
+    if (bytes.length > Math.min(kDatagramBytesMax, maxDatagramSize)) return false;
+    if (this.#datagramsWaiting >= kOutgoingDatagramsMax) return true; // it is lost here
+    ++this.#datagramsWaiting;
+    const done = () => --this.#datagramsWaiting;
+    this.#datagrams.write(bytes).then(done, done);
+    return true;
+  }
+
+  /** What was sent before still arrives, unless that takes too long. */
+  close(): void {
+    if (this.#isClosed) return;
+    this.#isClosed = true;
+    const end = () => {
+      try {
+        this.#session.close();
+      } catch {
+        // it was closed by the other end
+      }
+    };
+    const timer = setTimeout(end, kGoodbyeMs);
+    const endNow = () => {
+      clearTimeout(timer);
+      end();
+    };
+    this.#stream.close().then(endNow, endNow);
+  }
+
+  async #readStream(readable: ReadableStream<Uint8Array>): Promise<void> {
+    const splitter = new PacketSplitter();
+    const reader = readable.getReader();
+    try {
+      for (let read = await reader.read(); !read.done; read = await reader.read()) {
+        const isSound = splitter.feed(read.value, (packet) => this.onmessage?.({ data: packet.buffer }));
+        if (!isSound) return this.#fail("the server sent a size that no packet has");
+      }
+      this.#end("");
+    } catch (error) {
+      this.#end(String(error));
+    }
+  }
+
+  async #readDatagrams(readable: ReadableStream<Uint8Array>): Promise<void> {
+    const reader = readable.getReader();
+    try {
+      for (let read = await reader.read(); !read.done; read = await reader.read()) {
+        const bytes = read.value.slice();
+        const isWhole =
+          bytes.length > kPrefixBytes && new DataView(bytes.buffer).getUint32(0, true) + kPrefixBytes === bytes.length;
+        if (!isWhole) return this.#fail("the server sent a datagram that is no packet");
+        this.onmessage?.({ data: bytes.buffer });
+      }
+    } catch {
+      // the session's end is told by `closed`
+    }
+  }
+
+  #fail(reason: string): void {
+    this.#end(reason);
+    this.close();
+  }
+
+  #end(reason: string): void {
+    const tell = this.onclose;
+    this.onclose = this.onmessage = null;
+    tell?.({ code: 1006, reason });
+  }
+}

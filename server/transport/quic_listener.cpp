@@ -1,0 +1,225 @@
+#include "server/transport/quic_listener.hpp"
+
+#include <openssl/evp.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <limits>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "server/telemetry/log_text.hpp"
+#include "server/transport/io_loop.hpp"
+#include "server/transport/peer_address.hpp"
+#include "server/transport/webtransport_connection.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::chrono::minutes kRenewalInterval{10};
+constexpr std::chrono::hours kTimerMax{1};  // a timer that is due later is set again
+
+asio::ip::tcp::endpoint endpoint_of(const quic::Address& address) {
+  asio::ip::tcp::endpoint endpoint;
+  endpoint.resize(address.bytes);
+  std::memcpy(endpoint.data(), &address.any, address.bytes);
+  return endpoint;
+}
+
+std::string base64(const quic::CertificateHash& hash) {
+  std::array<unsigned char, 4 * (sizeof(hash) + 2) / 3 + 4> text{};
+  const int bytes = EVP_EncodeBlock(text.data(), hash.data(), static_cast<int>(hash.size()));
+  return {reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(bytes)};
+}
+
+quic::EndpointOptions endpoint_options(const TransportOptions& options) {
+  const auto ns = [](std::chrono::milliseconds time) { return std::chrono::nanoseconds(time).count(); };
+  quic::EndpointOptions made;
+  made.connection.handshake_timeout_ns = made.connection.opening_timeout_ns = ns(options.opening_timeout);
+  made.connection.keep_alive_ns = ns(options.ping_after);
+  made.connection.idle_timeout_ns = 2 * ns(options.ping_after);
+  made.unverified_max = std::max<std::size_t>(1, options.admission.arrivals_max / 4);
+  return made;
+}
+
+}  // namespace
+
+QuicListener::QuicListener(SerialExecutor executor, std::shared_ptr<ConnectionRouter> router, std::uint16_t tcp_port)
+    : executor_(executor), router_(std::move(router)), tcp_port_(tcp_port), timer_(executor), renewal_(executor) {}
+
+Result<std::shared_ptr<QuicListener>> QuicListener::create(SerialExecutor executor,
+                                                           std::shared_ptr<ConnectionRouter> router,
+                                                           std::uint16_t udp_port, std::uint16_t tcp_port) {
+  std::shared_ptr<QuicListener> made(new QuicListener(executor, std::move(router), tcp_port));
+  if (auto opened = made->open(udp_port); !opened) return Refusal(std::move(opened.error()));
+  return made;
+}
+
+Result<void> QuicListener::open(std::uint16_t udp_port) {
+  const TransportOptions& options = router_->options;
+  for (const std::string& address : options.addresses) {
+    auto socket =
+        UdpSocket::open(executor_, asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address), udp_port);
+    if (!socket)
+      return Refusal("cannot listen on UDP port " + std::to_string(udp_port) + " of " + address + ": " +
+                     socket.error());
+    udp_port = (*socket)->port();
+    sockets_.push_back(std::move(*socket));
+  }
+  std::shared_ptr<const quic::Credentials> credentials;
+  if (!options.tls.certificate.empty()) {
+    auto loaded = quic::Credentials::load(options.tls.certificate, options.tls.key);
+    if (!loaded) return Refusal(std::move(loaded.error()));
+    credentials = std::move(*loaded);
+  } else {
+    auto own = quic::OwnCertificates::make(std::time(nullptr));
+    if (!own) return Refusal(std::move(own.error()));
+    credentials = own->current();
+    own_ = std::move(*own);
+  }
+  quic::Gate& gate = *this;
+  endpoint_ = std::make_unique<quic::Endpoint>(
+      endpoint_options(options), std::move(credentials), gate, router_->counters->quic,
+      [this](std::span<const quic::Burst> bursts) { send(bursts); }, channel::monotonic_ns());
+  return {};
+}
+
+void QuicListener::start() {
+  const auto self = shared_from_this();
+  for (const auto& socket : sockets_)
+    asio::co_spawn(
+        executor_, [self, socket] { return self->receive(socket); }, asio::detached);
+  if (own_)
+    asio::co_spawn(
+        executor_, [self] { return self->renew_certificates(); }, asio::detached);
+}
+
+void QuicListener::shut() {
+  endpoint_ = nullptr;
+  timer_.cancel();
+  renewal_.cancel();
+  boost::system::error_code ignored;
+  for (const auto& socket : sockets_) socket->native().close(ignored);
+}
+
+asio::awaitable<void> QuicListener::receive(std::shared_ptr<UdpSocket> socket) {
+  while (endpoint_) {
+    const auto [error] = co_await socket->native().async_wait(asio::ip::udp::socket::wait_read, kAwaitable);
+    if (error || !endpoint_) co_return;
+    const std::int64_t now_ns = channel::monotonic_ns();
+    bool may_have_more = true;
+    while (may_have_more && endpoint_) {
+      may_have_more =
+          socket->receive([&](const quic::Path& path, std::uint8_t ecn, std::span<const std::uint8_t> bytes) {
+            if (endpoint_) endpoint_->receive(path, ecn, bytes, now_ns);
+          });
+      if (endpoint_) flush();
+      if (may_have_more) co_await asio::post(executor_, kAwaitable);
+    }
+  }
+}
+
+asio::awaitable<void> QuicListener::renew_certificates() {
+  while (endpoint_) {
+    renewal_.expires_after(kRenewalInterval);
+    co_await renewal_.async_wait(kAwaitable);
+    if (!endpoint_) co_return;
+    if (const auto done = own_->poll(std::time(nullptr)); !done)
+      spdlog::warn("event=certificate_failed detail={}", log_text(done.error()));
+    endpoint_->set_credentials(own_->current());
+  }
+}
+
+void QuicListener::want_flush() {
+  if (std::exchange(flush_wanted_, true)) return;
+  asio::post(executor_, [self = shared_from_this()] {
+    self->flush_wanted_ = false;
+    if (self->endpoint_) self->flush();
+  });
+}
+
+void QuicListener::flush() {
+  const std::int64_t now_ns = channel::monotonic_ns();
+  endpoint_->flush(now_ns);
+  if (endpoint_->has_work()) want_flush();
+  const std::int64_t due_ns = endpoint_->due_ns();
+  timer_.expires_after(std::min<std::chrono::nanoseconds>(
+      kTimerMax, std::chrono::nanoseconds(std::max<std::int64_t>(0, due_ns - now_ns))));
+  timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+    const auto self = weak.lock();
+    if (!error && self && self->endpoint_) self->flush();
+  });
+}
+
+void QuicListener::send(std::span<const quic::Burst> bursts) {
+  // Usually one socket has them all.
+  for (std::size_t begin = 0; begin < bursts.size();) {
+    const auto is_of = [&](const auto& socket) { return socket->is_of(bursts[begin].path.local); };
+    const auto socket = std::ranges::find_if(sockets_, is_of);
+    std::size_t end = begin + 1;
+    while (end < bursts.size() && socket != sockets_.end() && (*socket)->is_of(bursts[end].path.local)) ++end;
+    if (socket != sockets_.end())
+      router_->counters->quic.dropped_unsent.add((*socket)->send(bursts.subspan(begin, end - begin)));
+    begin = end;
+  }
+}
+
+bool QuicListener::may_begin(std::int64_t now_ns) {
+  return router_->admission->may_accept(now_ns);
+}
+
+std::shared_ptr<void> QuicListener::admit(const quic::Address& remote, std::int64_t now_ns) {
+  const asio::ip::tcp::endpoint peer = endpoint_of(remote);
+  Admission::Ticket ticket;
+  const auto verdict = router_->admission->enter(router_->limited_address(peer.address()), now_ns, ticket);
+  if (verdict == Admission::Verdict::admitted)
+    return std::make_shared<QuicTicket>(std::move(ticket), *router_->counters);
+  router_->count_refusal(verdict, peer);
+  return nullptr;
+}
+
+int QuicListener::on_request(const quic::Address& remote, const http3::Request& request) {
+  if (request.path != WebTransportConnection::kPath) return 404;
+  if (router_->is_closed) return 503;
+  // The page has come from the TCP port.
+  std::string authority = request.authority;
+  const std::string udp = ":" + std::to_string(port());
+  if (port() != tcp_port_ && authority.ends_with(udp))
+    authority.replace(authority.size() - udp.size(), udp.size(), ":" + std::to_string(tcp_port_));
+  const std::string peer = shown(endpoint_of(remote));
+  if (router_->refuses_host(authority, !request.origin.empty(), peer)) return 421;
+  return router_->refuses_origin(request.origin, authority, peer) ? 403 : 200;
+}
+
+std::shared_ptr<quic::SessionSink> QuicListener::on_session(quic::Connection& quic, std::int64_t now_ns) {
+  auto ticket = std::static_pointer_cast<QuicTicket>(quic.ticket());
+  HAIRNET_ASSERT(ticket);
+  ticket->ticket.move_to(Admission::Place::session);
+  router_->counters->connections_opened_webtransport.add();
+  const asio::ip::tcp::endpoint peer = endpoint_of(quic.remote());
+  auto connection = std::make_shared<WebTransportConnection>(
+      quic, shown(peer), ticket->ticket.has_address() ? network_of(peer.address()) : std::string(), ticket,
+      *router_->counters, [weak = weak_from_this()] {
+        if (const auto self = weak.lock()) self->want_flush();
+      });
+  PacketSink* sink = router_->open_session(connection, now_ns);
+  connection->start(sink);
+  return sink ? connection : nullptr;
+}
+
+std::string QuicListener::page() const {
+  std::string hashes;
+  if (own_) {
+    for (const quic::CertificateHash& hash : own_->hashes()) {
+      if (!hashes.empty()) hashes += ',';
+      hashes.append("\"").append(base64(hash)).append("\"");
+    }
+  }
+  return "{\"port\":" + std::to_string(port()) + ",\"path\":\"" + std::string(WebTransportConnection::kPath) +
+         "\",\"hashes\":[" + hashes + "]}\n";
+}
+
+}  // namespace hairnet::server

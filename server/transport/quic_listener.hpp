@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "server/quic/endpoint.hpp"
+#include "server/quic/own_certificates.hpp"
+#include "server/transport/connection_router.hpp"
+#include "server/transport/udp_socket.hpp"
+
+namespace hairnet::server {
+
+// WebTransport on the UDP port beside a TCP port: sockets, time and certificates around a QUIC endpoint. It admits
+// connections and opens sessions by the rules of the port's router. Runs on the loop's serial executor.
+class QuicListener final : public std::enable_shared_from_this<QuicListener>, private quic::Gate {
+ public:
+  // Binds `udp_port` at the router's addresses, or returns one line. `tcp_port` is that of the router's pages.
+  static Result<std::shared_ptr<QuicListener>> create(SerialExecutor executor, std::shared_ptr<ConnectionRouter> router,
+                                                      std::uint16_t udp_port, std::uint16_t tcp_port);
+  void start();
+  void refuse_new() {
+    if (endpoint_) endpoint_->refuse_new();
+  }
+  void shut();  // closes the sockets, and ends all sessions at once
+  // JSON that a page needs to connect: the port, the path, and the hashes of the certificates if no authority has
+  // signed them.
+  [[nodiscard]] std::string page() const;
+  [[nodiscard]] std::uint16_t port() const { return sockets_.front()->port(); }
+
+ private:
+  QuicListener(SerialExecutor executor, std::shared_ptr<ConnectionRouter> router, std::uint16_t tcp_port);
+  Result<void> open(std::uint16_t udp_port);
+  asio::awaitable<void> receive(std::shared_ptr<UdpSocket> socket);
+  asio::awaitable<void> renew_certificates();
+  void want_flush();
+  void flush();
+  void send(std::span<const quic::Burst> bursts);
+
+  bool may_begin(std::int64_t now_ns) override;
+  std::shared_ptr<void> admit(const quic::Address& remote, std::int64_t now_ns) override;
+  int on_request(const quic::Address& remote, const http3::Request& request) override;
+  std::shared_ptr<quic::SessionSink> on_session(quic::Connection& connection, std::int64_t now_ns) override;
+
+  SerialExecutor executor_;
+  std::shared_ptr<ConnectionRouter> router_;
+  std::uint16_t tcp_port_;
+  std::vector<std::shared_ptr<UdpSocket>> sockets_;
+  std::optional<quic::OwnCertificates> own_;  // none: the configured certificate
+  std::unique_ptr<quic::Endpoint> endpoint_;  // null once shut
+  asio::steady_timer timer_, renewal_;
+  bool flush_wanted_ = false;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "core/result.hpp"
+#include "server/quic/outgoing.hpp"
+#include "server/transport/asio.hpp"
+
+namespace hairnet::server {
+
+// A UDP socket that takes and sends many packets with each system call, and knows to which of its addresses each came.
+class UdpSocket {
+ public:
+  using OnPacket = std::function<void(const quic::Path&, std::uint8_t ecn, std::span<const std::uint8_t>)>;
+
+  // Binds it; or returns one line. `address` as for Listener.
+  static Result<std::unique_ptr<UdpSocket>> open(SerialExecutor executor, const asio::ip::address& address,
+                                                 std::uint16_t port);
+
+  ~UdpSocket();
+
+  // Takes up to some hundred packets that have come. False when none is left.
+  bool receive(const OnPacket& on_packet);
+  // Returns the number of packets that the system did not take.
+  std::size_t send(std::span<const quic::Burst> bursts);
+  [[nodiscard]] std::uint16_t port() const { return local_.port(); }
+  [[nodiscard]] bool is_of(const quic::Address& local) const;
+  // Whether the system cuts bursts into packets (UDP_SEGMENT).
+  [[nodiscard]] bool has_segments() const { return has_segments_; }
+  asio::ip::udp::socket& native() { return socket_; }
+
+ private:
+  explicit UdpSocket(SerialExecutor executor);
+  void set_options(bool is_v6);
+
+  struct Batch;  // memory of system calls
+  asio::ip::udp::socket socket_;
+  asio::ip::udp::endpoint local_;
+  std::unique_ptr<Batch> batch_;
+  bool has_segments_ = false;
+};
+
+}  // namespace hairnet::server

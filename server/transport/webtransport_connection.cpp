@@ -1,0 +1,95 @@
+#include "server/transport/webtransport_connection.hpp"
+
+#include <utility>
+
+#include "core/assert.hpp"
+#include "schema/limits.hpp"
+#include "server/transport/io_loop.hpp"
+
+namespace hairnet::server {
+
+WebTransportConnection::WebTransportConnection(quic::Connection& quic, std::string peer, std::string network,
+                                               std::shared_ptr<QuicTicket> ticket, TransportCounters& counters,
+                                               std::function<void()> on_work)
+    : quic_(&quic),
+      peer_(std::move(peer)),
+      network_(std::move(network)),
+      ticket_(std::move(ticket)),
+      counters_(&counters),
+      on_work_(std::move(on_work)),
+      splitter_(kHelloPacketBytesMax) {}
+
+void WebTransportConnection::mark_joined() {
+  is_joined_ = true;
+  splitter_.allow(wire::kPacketBytesMax);
+  if (quic_) quic_->widen();
+}
+
+void WebTransportConnection::send(std::vector<std::uint8_t> packet) {
+  HAIRNET_ASSERT(!packet.empty());
+  if (!quic_) return;
+  counters_->sent_packets_webtransport.add();
+  quic_->send(std::move(packet));
+  on_work_();
+}
+
+std::size_t WebTransportConnection::datagram_bytes_max() const {
+  return quic_ ? quic_->datagram_bytes_max() : 0;
+}
+
+void WebTransportConnection::send_datagram(std::vector<std::uint8_t> packet) {
+  HAIRNET_ASSERT(!packet.empty());
+  if (!quic_) return;
+  counters_->sent_packets_webtransport.add();
+  quic_->send_datagram(std::move(packet));
+  on_work_();
+}
+
+void WebTransportConnection::close(std::string_view reason) {
+  sink_ = nullptr;
+  quic::Connection* quic = std::exchange(quic_, nullptr);
+  if (!quic) return;
+  const std::int64_t now_ns = channel::monotonic_ns();
+  if (!is_joined_ && !ticket_->ticket.move_to(Admission::Place::leaving)) {
+    counters_->connections_cut_leaving.add();
+    quic->cut(now_ns);
+  } else {
+    quic->close(reason, now_ns);
+  }
+  ticket_ = nullptr;
+  on_work_();
+}
+
+void WebTransportConnection::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
+  counters_->bytes_read.add(bytes.size());
+  counters_->received_bytes_webtransport.add(bytes.size());
+  const bool is_sound = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
+    counters_->received_packets_webtransport.add();
+    if (sink_) sink_->on_packet(packet, now_ns);
+  });
+  if (!is_sound && sink_) sink_->on_broken_stream(now_ns);
+}
+
+void WebTransportConnection::on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
+  counters_->bytes_read.add(bytes.size());
+  counters_->received_bytes_webtransport.add(bytes.size());
+  counters_->received_packets_webtransport.add();
+  if (sink_) sink_->on_datagram(bytes, now_ns);
+}
+
+void WebTransportConnection::on_writable(std::int64_t now_ns) {
+  if (sink_) sink_->on_writable(now_ns);
+}
+
+void WebTransportConnection::on_sent(std::size_t bytes) {
+  counters_->bytes_written.add(bytes);
+  counters_->sent_bytes_webtransport.add(bytes);
+}
+
+void WebTransportConnection::on_closed(std::string_view why, std::int64_t now_ns) {
+  quic_ = nullptr;
+  ticket_ = nullptr;
+  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(why, now_ns);
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "schema/channel/packet_splitter.hpp"
+#include "server/quic/connection.hpp"
+#include "server/session/connection.hpp"
+#include "server/transport/admission.hpp"
+#include "server/transport/transport_counters.hpp"
+
+namespace hairnet::server {
+
+// Counts a QUIC connection as one of the port's for as long as it lives.
+struct QuicTicket {
+  explicit QuicTicket(Admission::Ticket entered, TransportCounters& to) : ticket(std::move(entered)), counters(&to) {
+    counters->connections_accepted.add();
+  }
+  QuicTicket(const QuicTicket&) = delete;
+  QuicTicket& operator=(const QuicTicket&) = delete;
+  ~QuicTicket() { counters->connections_closed.add(); }
+
+  Admission::Ticket ticket;
+  TransportCounters* counters;
+};
+
+// A WebTransport session as sessions see it: size-prefixed packets on the channel, as over TCP, and a packet in each
+// datagram.
+class WebTransportConnection final : public Connection, public quic::SessionSink {
+ public:
+  static constexpr std::string_view kPath = "/wt";
+
+  // `network`: see Connection. `on_work`: the endpoint has something to send.
+  WebTransportConnection(quic::Connection& quic, std::string peer, std::string network,
+                         std::shared_ptr<QuicTicket> ticket, TransportCounters& counters,
+                         std::function<void()> on_work);
+
+  void start(PacketSink* sink) { sink_ = sink; }  // null: the connection was refused and has been closed
+
+  void mark_joined() override;
+  void send(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] std::size_t datagram_bytes_max() const override;
+  void send_datagram(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] bool writable() const override { return quic_ && quic_->is_writable(); }
+  void close(std::string_view reason) override;
+  [[nodiscard]] std::string_view peer() const override { return peer_; }
+  [[nodiscard]] std::string_view network() const override { return network_; }
+  [[nodiscard]] std::string_view transport() const override { return "wt"; }
+
+  void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override;
+  void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override;
+  void on_writable(std::int64_t now_ns) override;
+  void on_sent(std::size_t bytes) override;
+  void on_closed(std::string_view why, std::int64_t now_ns) override;
+
+ private:
+  quic::Connection* quic_;  // null once closed
+  std::string peer_, network_;
+  std::shared_ptr<QuicTicket> ticket_;  // null once closed: the QUIC connection may last a little longer
+  TransportCounters* counters_;
+  std::function<void()> on_work_;
+  channel::PacketSplitter splitter_;
+  PacketSink* sink_ = nullptr;  // null once closed
+  bool is_joined_ = false;
+};
+
+}  // namespace hairnet::server
