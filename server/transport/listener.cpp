@@ -21,6 +21,8 @@ using asio::ip::tcp;
 
 // After a failed accept (for example without free file descriptors) the next try waits, so that the loop does not spin.
 constexpr std::chrono::milliseconds kRetry{100};
+// Port 0 says so: a page that is not there would be an error in the browser's log.
+constexpr std::string_view kNoWebTransport = "{\"port\":0,\"path\":\"\",\"hashes\":[]}\n";
 constexpr std::chrono::milliseconds kPause{10};  // while too many connections arrive
 
 std::string shown(const std::string& address, std::uint16_t port) {
@@ -127,6 +129,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     router.is_local = router.is_local && local.address().is_loopback();
     impl->acceptors.push_back(std::move(acceptor));
   }
+  if (router.open_session) router.webtransport_page = [] { return std::string(kNoWebTransport); };
   if (options.webtransport && router.open_session) {
     auto quic =
         QuicListener::create(loop.core().serial, impl->router, options.udp_port ? options.udp_port : port, port);
@@ -137,7 +140,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
       impl->quic->start();
       router.webtransport_page = [weak = std::weak_ptr(impl->quic)] {
         const auto listener = weak.lock();
-        return listener ? listener->page() : std::string();
+        return listener ? listener->page() : std::string(kNoWebTransport);
       };
     } else {
       spdlog::warn("event=webtransport_unavailable detail={}", log_text(quic.error()));

@@ -9,8 +9,8 @@ export class Browser {
   #profile = "";
   #context: BrowserContext | null = null;
 
-  /** `flags` are more of Chromium's. */
-  async start(size = { width: 960, height: 600 }, flags: readonly string[] = []): Promise<void> {
+  /** `flags` are more of Chromium's. Without QUIC there is no WebTransport. */
+  async start(size = { width: 960, height: 600 }, flags: readonly string[] = [], withQuic = false): Promise<void> {
     this.#profile = mkdtempSync(join(tmpdir(), "hairnet-chromium-"));
     this.#context = await chromium.launchPersistentContext(this.#profile, {
       executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -21,7 +21,7 @@ export class Browser {
         "--no-sandbox",
         "--use-angle=swiftshader",
         "--enable-unsafe-swiftshader",
-        "--disable-quic",
+        ...(withQuic ? [] : ["--disable-quic"]),
         "--no-first-run",
         "--disable-background-networking",
         "--disable-component-update",
@@ -43,6 +43,12 @@ export class Browser {
     page.on("pageerror", (error) => this.faults.push(String(error)));
     await page.goto(address, { waitUntil: "load", timeout: 120_000 });
     return page;
+  }
+
+  /** Pages get this JSON from such an address, instead of what the server says; null: they get that again. */
+  async answer(address: string, json: object | null): Promise<void> {
+    if (json === null) await this.#context!.unroute(address);
+    else await this.#context!.route(address, (route) => route.fulfill({ json }));
   }
 
   /** A page that continues to draw slows all others down. */

@@ -75,8 +75,9 @@ export class FallbackSocket implements WebSocketLike {
   async #openWebTransport(signal: AbortSignal): Promise<WebTransportSocket> {
     const options: RequestInit = { cache: "no-store", credentials: "omit", signal };
     const response = await fetch(webTransportPageUrl(this.url), options);
-    if (!response.ok) throw new HairnetError("unsupported", "the server has none");
+    if (!response.ok) throw new HairnetError("unsupported", "the server does not know it");
     const page = readWebTransportPage(await response.text());
+    if (!page) throw new HairnetError("unsupported", "the server has none");
     try {
       return await WebTransportSocket.open(this.url, page, signal);
     } catch (error) {

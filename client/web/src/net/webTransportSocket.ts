@@ -26,13 +26,14 @@ export function webTransportPageUrl(webSocketUrl: string): string {
   return `${protocol === "wss:" ? "https" : "http"}://${host}/wt.json`;
 }
 
-/** Throws `HairnetError` for a text that is none. */
-export function readWebTransportPage(text: string): WebTransportPage {
+/** Throws `HairnetError` for a text that is none. Null: the server has no WebTransport. */
+export function readWebTransportPage(text: string): WebTransportPage | null {
   try {
     const { port, path, hashes } = JSON.parse(text);
-    const isSound =
-      Number.isInteger(port) && port > 0 && port < 65_536 && typeof path === "string" && path.startsWith("/");
-    if (!isSound || !Array.isArray(hashes)) throw new TypeError("its values are not those of a page");
+    if (port === 0) return null;
+    const isSound = Number.isInteger(port) && port > 0 && port < 65_536;
+    if (!isSound || typeof path !== "string" || !path.startsWith("/") || !Array.isArray(hashes))
+      throw new TypeError("a value is missing, or out of range");
     const bytes = hashes.map((hash) => Uint8Array.from(atob(hash), (letter) => letter.charCodeAt(0)));
     if (bytes.some((hash) => hash.length !== kHashBytes)) throw new TypeError("a hash has another length");
     return { port, path, hashes: bytes };

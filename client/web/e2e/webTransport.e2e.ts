@@ -1,0 +1,133 @@
+import { createSocket } from "node:dgram";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { PageViewer } from "../page/viewer";
+import { Actor, makeGroomFile } from "./actor";
+import { Browser } from "./browser";
+import { HairnetServer } from "./hairnetServer";
+
+const kWaitMs = 60_000;
+
+const browser = new Browser();
+const { bytes: groom } = makeGroomFile("bob", 300);
+
+interface Globals {
+  hairnet: PageViewer;
+}
+
+beforeAll(() => browser.start({ width: 480, height: 320 }, [], true));
+afterAll(() => browser.dispose());
+
+/** A number that counts /metrics. */
+async function counter(server: HairnetServer, name: string): Promise<number> {
+  const text = await (await fetch(`${server.address}/metrics`)).text();
+  const line = text.split("\n").find((each) => each.startsWith(`${name} `));
+  return Number(line?.split(" ")[1] ?? 0);
+}
+
+/** Opens the page, joins with hair on, and returns what it knows of another person while that one turns. */
+async function watch(server: HairnetServer, actor: Actor) {
+  const page = await browser.open(`${server.address}/?room=wt`);
+  await page.waitForFunction(() => (window as unknown as Globals).hairnet?.room?.state === "connected", null, {
+    timeout: kWaitMs,
+  });
+  const connectedMs = await page.evaluate(() => performance.now());
+  await page.waitForFunction(
+    () => {
+      const { hairnet } = window as unknown as Globals;
+      const [other] = [...hairnet.room!.members.values()].filter((member) => !member.own);
+      return other?.pose && hairnet.hair?.characters.get(other.member)?.isReady;
+    },
+    null,
+    { timeout: kWaitMs, polling: 200 },
+  );
+  const look = () =>
+    page.evaluate(() => {
+      const { hairnet } = window as unknown as Globals;
+      const room = hairnet.room!;
+      const [other] = [...room.members.values()].filter((member) => !member.own);
+      const { framesReceived, framesUndecodable } = room.counters;
+      return { transport: room.link.transport, yaw: other.pose![1], framesReceived, framesUndecodable };
+    });
+  const before = await look();
+  await actor.turnTo(0.6, 3);
+  const after = await look();
+  await actor.turnTo(0, 0.5);
+  return { page, before, after: { ...after, connectedMs } };
+}
+
+test("hair moves over WebTransport, poses and frames as datagrams", async () => {
+  const server = new HairnetServer([]);
+  await server.start();
+  const actor = await Actor.join(server.address, "wt", groom);
+  try {
+    const { page, before, after } = await watch(server, actor);
+    expect(after.transport).toBe("webtransport");
+    expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
+    expect(after.framesUndecodable).toBe(0);
+    expect(Math.abs(after.yaw - before.yaw)).toBeGreaterThan(0.1);
+    expect(await counter(server, 'hairnet_connections_opened_total{transport="webtransport"}')).toBe(1);
+    expect(await counter(server, "hairnet_quic_datagrams_sent_total")).toBeGreaterThan(20);
+    await page.locator("#join-button").click();
+    await expect
+      .poll(() => counter(server, "hairnet_quic_datagrams_received_total"), { timeout: kWaitMs })
+      .toBeGreaterThan(20);
+    expect(await page.locator("#figures").textContent()).toContain("WebTransport");
+    // The server says goodbye, and comes back: so does the page.
+    await server.kill();
+    await server.start();
+    await page.waitForFunction(
+      () => (window as unknown as Globals).hairnet.room?.link.transport === "webtransport",
+      null,
+      {
+        timeout: kWaitMs,
+      },
+    );
+  } finally {
+    actor.leave();
+    await browser.closePages();
+    await server.dispose();
+    browser.takeFaults();
+  }
+});
+
+test("falls back to a WebSocket where UDP is dropped", async () => {
+  // A UDP port that swallows everything, as a network that drops UDP.
+  const silent = createSocket("udp4");
+  await new Promise<void>((done) => silent.bind(0, "127.0.0.1", done));
+  const server = new HairnetServer([]);
+  await server.start();
+  const actor = await Actor.join(server.address, "wt", groom);
+  try {
+    const told = await (await fetch(`${server.address}/wt.json`)).json();
+    await browser.answer("**/wt.json", { ...told, port: silent.address().port });
+    const { page, before, after } = await watch(server, actor);
+    expect(after.transport).toBe("websocket");
+    expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
+    expect(Math.abs(after.yaw - before.yaw)).toBeGreaterThan(0.1);
+    expect(after.connectedMs).toBeGreaterThan(2900);
+    expect(await page.locator("#figures").textContent()).toContain("WebSocket");
+  } finally {
+    await browser.answer("**/wt.json", null);
+    actor.leave();
+    await browser.closePages();
+    await server.dispose();
+    silent.close();
+    browser.takeFaults();
+  }
+});
+
+test("uses a WebSocket at once where the server has no WebTransport", async () => {
+  const server = new HairnetServer();
+  await server.start();
+  const actor = await Actor.join(server.address, "wt", groom);
+  try {
+    const { after } = await watch(server, actor);
+    expect(after.transport).toBe("websocket");
+    expect(browser.takeFaults()).toEqual([]);
+  } finally {
+    actor.leave();
+    await browser.closePages();
+    await server.dispose();
+    browser.takeFaults();
+  }
+});

@@ -1,0 +1,189 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { rigidPose } from "../../src/hair/pose";
+import { HairnetError } from "../../src/hair/hairnetError";
+import { Link } from "../../src/net/link";
+import { decodePacket } from "../../src/net/packet";
+import { readWebTransportPage, webTransportPageUrl, webTransportUrl } from "../../src/net/webTransportSocket";
+import { FakeSocket } from "../support/fakeSocket";
+import { FakeWebTransport } from "../support/fakeWebTransport";
+import { addCharacter, LinkCoreDriver } from "../support/linkCoreDriver";
+import { serverPacket } from "../support/serverPacket";
+import { until } from "../support/until";
+
+const kHash = btoa(String.fromCharCode(...Array(32).fill(7)));
+const kPage = JSON.stringify({ port: 7421, path: "/wt", hashes: [kHash] });
+const welcome = serverPacket(1, new LinkCoreDriver().welcome());
+
+describe("page about WebTransport", () => {
+  it("is beside the WebSocket, and says where to connect", () => {
+    expect(webTransportPageUrl("ws://localhost:7420/ws")).toBe("http://localhost:7420/wt.json");
+    expect(webTransportPageUrl("wss://a.example/ws")).toBe("https://a.example/wt.json");
+    const page = readWebTransportPage(kPage)!;
+    expect(page.hashes[0]).toEqual(new Uint8Array(32).fill(7));
+    expect(webTransportUrl("ws://localhost:7420/ws", page)).toBe("https://127.0.0.1:7421/wt");
+    expect(webTransportUrl("wss://[::1]:7420/ws", page)).toBe("https://[::1]:7421/wt");
+    expect(readWebTransportPage('{"port":0,"path":"","hashes":[]}')).toBeNull();
+  });
+
+  it("is refused when it is damaged", () => {
+    for (const text of [
+      "",
+      "null",
+      "<html>",
+      '{"port":70000,"path":"/wt","hashes":[]}',
+      '{"port":7420,"path":"wt","hashes":[]}',
+      '{"port":7420,"path":"/wt"}',
+      '{"port":7420,"path":"/wt","hashes":["AAAA"]}',
+      '{"port":7420,"path":"/wt","hashes":["%"]}',
+    ])
+      expect(() => readWebTransportPage(text), text).toThrow(HairnetError);
+  });
+});
+
+describe("link over WebTransport", () => {
+  const sockets: FakeSocket[] = [];
+  let page: string | null = kPage;
+  beforeEach(() => {
+    sockets.length = 0;
+    FakeWebTransport.made = [];
+    FakeWebTransport.fate = "open";
+    page = kPage;
+    vi.stubGlobal("WebTransport", FakeWebTransport);
+    vi.stubGlobal(
+      "WebSocket",
+      class extends FakeSocket {
+        constructor() {
+          super();
+          sockets.push(this);
+        }
+      },
+    );
+    vi.stubGlobal("fetch", async () => ({ ok: page !== null, text: async () => page ?? "" }));
+  });
+  afterEach(() => {
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
+
+  async function connected(): Promise<[Link, FakeWebTransport]> {
+    const link = new Link("localhost:7420");
+    const answer = link.connect();
+    await until("it says hello", () => FakeWebTransport.made[0]?.sent.length > 0);
+    const [session] = FakeWebTransport.made;
+    session.tell(welcome);
+    await answer;
+    return [link, session];
+  }
+  const types = (packets: readonly Uint8Array[]) => packets.map((packet) => decodePacket(packet).message.type);
+
+  it("is welcomed on the stream, whose packets come in any pieces", async () => {
+    const link = new Link("localhost:7420");
+    const answer = link.connect();
+    await until("it says hello", () => FakeWebTransport.made[0]?.sent.length > 0);
+    const [session] = FakeWebTransport.made;
+    expect(session.url).toBe("https://127.0.0.1:7421/wt");
+    expect(session.options.serverCertificateHashes).toEqual([
+      { algorithm: "sha-256", value: new Uint8Array(32).fill(7) },
+    ]);
+    for (const byte of welcome) session.tell(Uint8Array.of(byte));
+    await expect(answer).resolves.toMatchObject({ type: "welcome" });
+    expect(link.transport).toBe("webtransport");
+    expect(sockets).toEqual([]);
+    link.close();
+    await until("its goodbye has left", () => session.isClosed);
+    expect(types(session.sent)).toEqual(["hello", "goodbye"]);
+    expect(session.streamEnded).toBe(true);
+  });
+
+  it("sends poses as datagrams, but for jumps, signs of life and what is too large", async () => {
+    const [link, session] = await connected();
+    const pose = (character: number, teleport: boolean) => ({
+      character,
+      sequence: 1,
+      captureTimeNs: link.nowNs(),
+      teleport,
+      pose: rigidPose([0, 0, 0, 1]),
+    });
+    link.send(addCharacter(1, "00".repeat(32)));
+    link.use((core) => core.pushPoses([pose(1, false)]));
+    link.use((core) => core.pushPoses([pose(1, true)]));
+    link.use((core) => core.pushPoses([]));
+    link.use((core) => core.pushPoses(Array.from({ length: 20 }, (_, c) => pose(c + 1, false))));
+    await until("all have left", () => session.sent.length >= 4);
+    expect(types(session.datagramsSent)).toEqual(["poseBatch"]);
+    expect(types(session.sent).slice(0, 2)).toEqual(["hello", "addCharacter"]);
+    expect(session.datagramsSent[0].length).toBeLessThanOrEqual(1024);
+  });
+
+  it("takes packets of datagrams, and ends at one that is none", async () => {
+    const [link, session] = await connected();
+    session.tellDatagram(serverPacket(2, { type: "memberLeft", member: 9 }));
+    session.tellDatagram(new Uint8Array(40));
+    await until("it has ended", () => session.isClosed);
+    link.close();
+  });
+
+  it("comes back after the session has ended", async () => {
+    const [link, session] = await connected();
+    session.end("the server stops");
+    await until("it connects again", () => {
+      link.poll();
+      return FakeWebTransport.made.length === 2;
+    });
+    link.close();
+  });
+
+  it("falls back to a WebSocket where sessions fail, and remembers that", async () => {
+    FakeWebTransport.fate = "fail";
+    const link = new Link("localhost:7420");
+    const answer = link.connect();
+    await until("a WebSocket is tried", () => sockets.length === 1);
+    sockets[0].open();
+    sockets[0].tell(welcome);
+    await answer;
+    expect(link.transport).toBe("websocket");
+    expect(FakeWebTransport.made[0].isClosed).toBe(true);
+    sockets[0].onclose?.({ code: 1006, reason: "" });
+    await until("it comes back", () => {
+      link.poll();
+      return sockets.length === 2;
+    });
+    expect(FakeWebTransport.made.length).toBe(1);
+    link.close();
+  });
+
+  it("falls back within 3 s where nothing answers", async () => {
+    vi.useFakeTimers();
+    FakeWebTransport.fate = "silence";
+    const link = new Link("localhost:7420", { connectTimeoutS: 10 });
+    void link.connect().catch(() => {});
+    await vi.advanceTimersByTimeAsync(2900);
+    expect(FakeWebTransport.made.length).toBe(1);
+    expect(sockets.length).toBe(0);
+    await vi.advanceTimersByTimeAsync(200);
+    expect(sockets.length).toBe(1);
+    link.close();
+  });
+
+  it("uses a WebSocket at once where the server or the option says so", async () => {
+    page = '{"port":0,"path":"","hashes":[]}';
+    const link = new Link("localhost:7420");
+    void link.connect().catch(() => {});
+    await until("a WebSocket is tried", () => sockets.length === 1);
+    link.close();
+    page = kPage;
+    const other = new Link("localhost:7420", { transport: "websocket" });
+    void other.connect().catch(() => {});
+    expect(sockets.length).toBe(2);
+    other.close();
+    expect(FakeWebTransport.made).toEqual([]);
+  });
+
+  it("does without a WebSocket when asked for WebTransport alone", async () => {
+    FakeWebTransport.fate = "fail";
+    const link = new Link("localhost:7420", { transport: "webtransport", reconnect: false });
+    await expect(link.connect()).rejects.toThrow(HairnetError);
+    expect(sockets).toEqual([]);
+    expect(() => new Link("localhost:7420", { transport: "pigeon" as never })).toThrow(/one of auto/);
+  });
+});

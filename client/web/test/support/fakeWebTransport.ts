@@ -1,0 +1,65 @@
+/** The other end of a WebTransport session is the test. Put it in the place of the platform's `WebTransport`. */
+export class FakeWebTransport {
+  static made: FakeWebTransport[] = [];
+  /** what becomes of new sessions: they open, fail, or nothing happens */
+  static fate: "open" | "fail" | "silence" = "open";
+
+  readonly ready: Promise<void>;
+  readonly closed: Promise<{ closeCode: number; reason: string }>;
+  readonly sent: Uint8Array[] = [];
+  readonly datagramsSent: Uint8Array[] = [];
+  isClosed = false;
+  streamEnded = false;
+  readonly datagrams;
+  #end!: (info: { closeCode: number; reason: string }) => void;
+  #refuse!: (error: Error) => void;
+  #stream!: ReadableStreamDefaultController<Uint8Array>;
+  #incoming!: ReadableStreamDefaultController<Uint8Array>;
+
+  constructor(
+    readonly url: string,
+    readonly options: { serverCertificateHashes?: { algorithm: string; value: Uint8Array }[] },
+  ) {
+    FakeWebTransport.made.push(this);
+    this.ready = new Promise((resolve, reject) => {
+      this.#refuse = reject;
+      if (FakeWebTransport.fate === "open") resolve();
+      if (FakeWebTransport.fate === "fail") reject(new Error("refused"));
+    });
+    this.ready.catch(() => {});
+    this.closed = new Promise((resolve) => {
+      this.#end = resolve;
+    });
+    this.datagrams = {
+      maxDatagramSize: 1200,
+      incomingHighWaterMark: 1,
+      readable: new ReadableStream<Uint8Array>({ start: (controller) => void (this.#incoming = controller) }),
+      writable: new WritableStream<Uint8Array>({ write: (bytes) => void this.datagramsSent.push(bytes) }),
+    };
+  }
+
+  async createBidirectionalStream() {
+    return {
+      readable: new ReadableStream<Uint8Array>({ start: (controller) => void (this.#stream = controller) }),
+      writable: new WritableStream<Uint8Array>({
+        write: (bytes) => void this.sent.push(bytes),
+        close: () => void (this.streamEnded = true),
+      }),
+    };
+  }
+
+  close(): void {
+    this.isClosed = true;
+    this.#refuse(new Error("closed"));
+  }
+
+  tell(bytes: Uint8Array): void {
+    this.#stream.enqueue(bytes);
+  }
+  tellDatagram(bytes: Uint8Array): void {
+    this.#incoming.enqueue(bytes);
+  }
+  end(reason: string): void {
+    this.#end({ closeCode: 0, reason });
+  }
+}
