@@ -1,6 +1,7 @@
 #include "server/room/pose_inbox.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/assert.hpp"
 
@@ -38,8 +39,11 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
   if (sample.capture_time_ns < now_ns - kAgeMax_ns) return Put::stale;
   if (!poses_.empty()) {
     const wire::PoseSample& newest = poses_.back().sample;
-    if (!is_newer(sample.sequence, newest.sequence) || sample.capture_time_ns <= newest.capture_time_ns)
+    if (!is_newer(sample.sequence, newest.sequence) || sample.capture_time_ns <= newest.capture_time_ns) {
+      // A newer pose has overtaken it on the way.
+      if (sample.teleport && is_newer(newest.sequence, sample.sequence)) has_late_teleport_ = true;
       return Put::out_of_order;
+    }
   }
   if (poses_.size() == kPosesMax) {
     // The dropped pose's teleport moves to the next pose, so that it is not lost.
@@ -48,6 +52,7 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
     poses_.erase(poses_.begin());
   }
   poses_.push_back({sample});
+  if (std::exchange(has_late_teleport_, false)) poses_.back().sample.teleport = true;
   check_invariants();
   return Put::accepted;
 }

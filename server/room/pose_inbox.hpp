@@ -19,7 +19,8 @@ class PoseInbox {
   static constexpr std::int64_t kHistory_ns = 100'000'000;  // age up to which poses are stored, for extrapolation
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
-  // The capture time is on the server's clock, as `now_ns` is.
+  // The capture time is on the server's clock, as `now_ns` is. The teleport of a pose that comes after a newer one
+  // passes to the next pose.
   Put put(const wire::PoseSample& sample, std::int64_t now_ns);
 
   enum class Kind : std::uint8_t { none, interpolated, extrapolated, stale, clamped };
@@ -50,6 +51,7 @@ class PoseInbox {
   void check_invariants() const;
 
   std::vector<Entry> poses_;  // capture_time_ns and sequence rise
+  bool has_late_teleport_ = false;
 };
 
 }  // namespace hairnet::server

@@ -162,6 +162,19 @@ TEST_F(PoseInboxTest, a_teleport_that_arrives_late_is_still_reported) {
   EXPECT_TRUE(sample(42).teleport);
 }
 
+TEST_F(PoseInboxTest, the_teleport_of_an_overtaken_pose_passes_to_the_next_one) {
+  put(timed(1, 0, 0));
+  put(timed(3, 20, 5));
+  EXPECT_EQ(put(timed(2, 10, 5, true)), Put::out_of_order);
+  put(timed(4, 30, 5));
+  EXPECT_TRUE(sample(30).teleport);
+  put(timed(5, 40, 5));
+  EXPECT_FALSE(sample(40).teleport) << "once";
+  EXPECT_EQ(put(timed(5, 40, 5, true)), Put::out_of_order) << "the same pose again says nothing new";
+  put(timed(6, 50, 5));
+  EXPECT_FALSE(sample(50).teleport);
+}
+
 TEST_F(PoseInboxTest, a_teleport_is_not_lost_in_a_burst_of_poses) {
   put(timed(1, 0, 0));
   sample(1);
