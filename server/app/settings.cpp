@@ -269,8 +269,9 @@ void add_transport(List& list, Config& c) {
                "seconds for a whole request, including the wait for it");
   list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600,
                "seconds for a client to read each 64 KiB of a page");
-  list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
-               "seconds after which a silent WebSocket or WebTransport is pinged; after twice this it is closed");
+  list.seconds(
+      t.ping_after, "ping_after_s", 0.1, 600,
+      "seconds after which a silent WebSocket is pinged; after twice this it is closed (WebTransport: 5 at most)");
 }
 
 void add_grooms(List& list, Config& c) {

@@ -110,7 +110,7 @@ class Connection final : private http3::Owner {
   void widen();  // the peer is no stranger any more: it may send more before it is read
   // Sends what waits on the channel, for up to linger_ns, then ends the session and the connection. `reason`: one line.
   void close(std::string_view reason, std::int64_t now_ns);
-  void cut(std::int64_t now_ns);  // at once
+  void cut(std::int64_t now_ns);                        // at once
   void abandon() { end("the server stops", now_ns_); }  // tells the sink; nothing is sent
   [[nodiscard]] const Address& remote() const { return remote_; }
   [[nodiscard]] std::size_t unsent_bytes() const;

@@ -43,6 +43,11 @@ Endpoint::Endpoint(const EndpointOptions& options, std::shared_ptr<const Credent
   HAIRNET_ASSERT(credentials_);
   gnutls_rnd(GNUTLS_RND_KEY, token_secret_.data(), token_secret_.size());
   gnutls_rnd(GNUTLS_RND_KEY, reset_secret_.data(), reset_secret_.size());
+  if (options_.identity.empty()) return;
+  constexpr std::string_view kUse = "hairnet stateless reset";
+  const int error = gnutls_hmac_fast(GNUTLS_MAC_SHA256, options_.identity.data(), options_.identity.size(), kUse.data(),
+                                     kUse.size(), reset_secret_.data());
+  HAIRNET_ASSERT(error == 0);
 }
 
 Endpoint::~Endpoint() {

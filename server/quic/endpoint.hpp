@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct EndpointOptions {
   // Connections whose peer has not answered at its address: when there are so many, a newcomer has to come again with a
   // token that only its address gets (Retry).
   std::size_t unverified_max = 64;
+  // What is secret, and the same at the server's next start: clients of a server that died then learn so from the next
+  // one, at their first packet. Empty: they wait for their idle time-out.
+  std::string identity;
 };
 
 // Who decides about connections and sessions: what surrounds the endpoint.

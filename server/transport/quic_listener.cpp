@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstring>
 #include <ctime>
+#include <fstream>
 #include <limits>
 #include <utility>
 
@@ -20,6 +22,7 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::chrono::minutes kRenewalInterval{10};
+constexpr std::chrono::seconds kKeepAliveMax{5};
 constexpr std::chrono::hours kTimerMax{1};  // a timer that is due later is set again
 
 asio::ip::tcp::endpoint endpoint_of(const quic::Address& address) {
@@ -35,12 +38,22 @@ std::string base64(const quic::CertificateHash& hash) {
   return {reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(bytes)};
 }
 
-quic::EndpointOptions endpoint_options(const TransportOptions& options) {
-  const auto ns = [](std::chrono::milliseconds time) { return std::chrono::nanoseconds(time).count(); };
+// The machine's secret name and the port: what the next server of this port has too. Empty: the machine has none.
+std::string identity_of(std::uint16_t port) {
+  std::ifstream file("/etc/machine-id");
+  std::string name;
+  if (!(file >> name) || name.size() < 32) return {};
+  return name + ":" + std::to_string(port);
+}
+
+quic::EndpointOptions endpoint_options(const TransportOptions& options, std::uint16_t port) {
+  const auto ns = [](std::chrono::nanoseconds time) { return std::int64_t{time.count()}; };
   quic::EndpointOptions made;
   made.connection.handshake_timeout_ns = made.connection.opening_timeout_ns = ns(options.opening_timeout);
-  made.connection.keep_alive_ns = ns(options.ping_after);
-  made.connection.idle_timeout_ns = 2 * ns(options.ping_after);
+  // A dead server's clients notice by silence alone.
+  made.connection.keep_alive_ns = std::min(ns(options.ping_after), ns(kKeepAliveMax));
+  made.connection.idle_timeout_ns = 2 * made.connection.keep_alive_ns;
+  made.identity = identity_of(port);
   made.unverified_max = std::max<std::size_t>(1, options.admission.arrivals_max / 4);
   return made;
 }
@@ -82,7 +95,7 @@ Result<void> QuicListener::open(std::uint16_t udp_port) {
   }
   quic::Gate& gate = *this;
   endpoint_ = std::make_unique<quic::Endpoint>(
-      endpoint_options(options), std::move(credentials), gate, router_->counters->quic,
+      endpoint_options(options, port()), std::move(credentials), gate, router_->counters->quic,
       [this](std::span<const quic::Burst> bursts) { send(bursts); }, channel::monotonic_ns());
   return {};
 }

@@ -258,6 +258,21 @@ TEST(QuicEndpoint, resets_a_connection_that_it_does_not_know) {
   EXPECT_EQ(restarted.counters.resets_sent.value(), 1u);
 }
 
+TEST(QuicEndpoint, of_the_same_identity_tells_the_clients_of_a_dead_one_at_once) {
+  EndpointOptions options;
+  options.identity = "machine:7420";
+  QuicNetwork network(options), restarted(options), other;
+  auto [client, channel] = network.join();
+  for (QuicNetwork* next : {&other, &restarted}) {
+    client.send(channel, Bytes(100, 1));
+    for (const Bytes& packet : client.write(network.now_ns))
+      next->endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
+    next->endpoint.flush(network.now_ns);
+    for (auto& [to, packet] : std::exchange(next->in_flight, {})) client.receive(packet, network.now_ns);
+    EXPECT_EQ(client.was_reset, next == &restarted);
+  }
+}
+
 TEST(QuicEndpoint, follows_a_client_to_another_address) {
   QuicNetwork network;
   auto [client, channel] = network.join();
