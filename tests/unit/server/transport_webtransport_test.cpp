@@ -195,6 +195,28 @@ TEST_F(CrowdedWebTransportTest, connections_of_one_address_count_together_with_i
   EXPECT_GE(join(other, here()), 0);
 }
 
+class EverywhereWebTransportTest : public WebTransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made;
+    made.port = 0;
+    made.addresses = {"::"};
+    return made;
+  }
+};
+
+TEST_F(EverywhereWebTransportTest, one_socket_serves_ipv4_and_answers_from_the_address_that_was_asked) {
+  for (const char* from : {"127.0.0.1", "127.0.0.3"}) {
+    UdpPeer peer(listener_->port(), from);
+    const std::int64_t channel = join(peer, here());
+    ASSERT_GE(channel, 0) << from;
+    const auto sent = packet(20'000, 7);
+    peer.client->send(channel, sent);
+    EXPECT_TRUE(run_peer(peer, [&] { return peer.client->received[channel].size() == sent.size(); }));
+    EXPECT_THAT(std::string(echoes_.back()->connection->peer()), StartsWith(std::string(from) + ":"));
+  }
+}
+
 class BusyUdpTest : public TransportTest {
  protected:
   TransportOptions options() override {

@@ -286,6 +286,36 @@ describe("link: frames", () => {
     expect(driver.core.counters.framesUndecodable).toBe(1);
   });
 
+  it("carries a jump over from a frame that a newer one has overtaken", () => {
+    const driver = joinedDriver();
+    driver.tell(batch(3));
+    driver.tell(batch(2, { discontinuous: true }));
+    driver.tell(batch(4));
+    driver.tell(batch(5));
+    expect(framesOf(driver.events()).map((frame) => frame.discontinuous)).toEqual([false, true, false]);
+    expect(driver.core.counters.framesUnknown).toBe(1);
+  });
+
+  it("says which packets may be lost: poses that others follow", () => {
+    const driver = joinedDriver();
+    const { core } = driver;
+    const pose = {
+      character: 1,
+      sequence: 1,
+      captureTimeNs: driver.nowNs,
+      teleport: false,
+      pose: rigidPose([0, 0, 0, 1]),
+    };
+    const taken: boolean[] = [];
+    driver.sent();
+    core.send(addCharacter(1, groom));
+    core.pushPoses([pose]);
+    core.pushPoses([{ ...pose, sequence: 2, teleport: true }]);
+    core.pushPoses([]);
+    while (core.takePacket(driver.nowNs)) taken.push(core.takenMayBeLost);
+    expect(taken).toEqual([false, true, false]); // an empty batch is not sent
+  });
+
   it("refuses spoilt contents without harm to those that follow", () => {
     const driver = joinedDriver();
     driver.tell(batch(0, { content: Uint8Array.of(...fromHex(sequence.contents[0]), 1) }));
