@@ -10,8 +10,7 @@ function packet(bytes: number, fill: number): Uint8Array {
 describe("packet splitter", () => {
   it("gives the same packets however the bytes arrive", () => {
     const packets = [packet(16, 1), packet(5000, 2), packet(16, 3), packet(20_000, 4)];
-    const stream = new Uint8Array(packets.reduce((sum, each) => sum + each.length, 0));
-    packets.reduce((at, each) => (stream.set(each, at), at + each.length), 0);
+    const stream = Uint8Array.from(packets.flatMap((each) => [...each]));
     for (const piece of [1, 3, 16, 999, 4096, stream.length]) {
       const splitter = new PacketSplitter();
       const found: Uint8Array[] = [];

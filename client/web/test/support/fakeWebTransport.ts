@@ -33,19 +33,29 @@ export class FakeWebTransport {
     this.datagrams = {
       maxDatagramSize: 1200,
       incomingHighWaterMark: 1,
-      readable: new ReadableStream<Uint8Array>({ start: (controller) => void (this.#incoming = controller) }),
+      readable: new ReadableStream<Uint8Array>({
+        start: (controller) => {
+          this.#incoming = controller;
+        },
+      }),
       writable: new WritableStream<Uint8Array>({ write: (bytes) => void this.datagramsSent.push(bytes) }),
     };
   }
 
-  async createBidirectionalStream() {
-    return {
-      readable: new ReadableStream<Uint8Array>({ start: (controller) => void (this.#stream = controller) }),
+  createBidirectionalStream() {
+    return Promise.resolve({
+      readable: new ReadableStream<Uint8Array>({
+        start: (controller) => {
+          this.#stream = controller;
+        },
+      }),
       writable: new WritableStream<Uint8Array>({
         write: (bytes) => void this.sent.push(bytes),
-        close: () => void (this.streamEnded = true),
+        close: () => {
+          this.streamEnded = true;
+        },
       }),
-    };
+    });
   }
 
   close(): void {
