@@ -90,8 +90,8 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
   if (check == TokenCheck::none && unverified_count_ >= options_.unverified_max)
     return send_retry(path, initial, now_ns);
   opening.is_verified = check == TokenCheck::verified;
-  std::shared_ptr<void> ticket;
-  if (opening.is_verified && !(ticket = gate_->admit(path.remote, now_ns))) {
+  const std::shared_ptr<void> ticket = opening.is_verified ? gate_->admit(path.remote, now_ns) : nullptr;
+  if (opening.is_verified && !ticket) {
     counters_->refused_admission.add();
     return send_refusal(path, initial, NGTCP2_CONNECTION_REFUSED);
   }
@@ -99,7 +99,7 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
   if (!made) return counters_->dropped_unknown.add();
   Connection& connection = *made;
   unverified_count_ += opening.is_verified ? 0 : 1;
-  connection.set_ticket(std::move(ticket));
+  connection.set_ticket(ticket);
   const std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
   connections_.emplace(&connection, std::pair(std::move(made), never_ns));
   timers_.emplace(never_ns, &connection);
