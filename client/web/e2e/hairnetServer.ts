@@ -16,8 +16,7 @@ export function program(name: string): string {
 
 /** A server with its own port that serves the built page. */
 export class HairnetServer extends Server {
-  /** By default without WebTransport: browsers start without QUIC, and lines of tests carry TCP. */
-  constructor(flags: readonly string[] = ["--webtransport", "off"]) {
+  constructor(flags: readonly string[] = []) {
     super(program("hairnet-server"), ["--web-root", kPage, "--workers", "1", ...flags]);
   }
 

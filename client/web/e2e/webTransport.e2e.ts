@@ -56,7 +56,7 @@ async function watch(server: HairnetServer, actor: Actor) {
 }
 
 test("hair moves over WebTransport, poses and frames as datagrams", async () => {
-  const server = new HairnetServer([]);
+  const server = new HairnetServer(["--webtransport", "on"]);
   await server.start();
   const actor = await Actor.join(server.address, "wt", groom);
   try {
@@ -97,7 +97,7 @@ test("falls back to a WebSocket where UDP is dropped", async () => {
   // A UDP port that swallows everything, as a network that drops UDP.
   const silent = createSocket("udp4");
   await new Promise<void>((done) => silent.bind(0, "127.0.0.1", done));
-  const server = new HairnetServer([]);
+  const server = new HairnetServer(["--webtransport", "on"]);
   await server.start();
   const actor = await Actor.join(server.address, "wt", groom);
   try {

@@ -50,6 +50,11 @@ class UdpPeer {
 
 class WebTransportTest : public TransportTest {
  protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.webtransport = true;
+    return made;
+  }
   template <class Done>
   bool run_peer(UdpPeer& peer, Done done) {
     return run_until([&] {
@@ -176,8 +181,7 @@ TEST_F(WebTransportTest, takes_garbage_and_closes_while_a_session_is_open) {
 class CrowdedWebTransportTest : public WebTransportTest {
  protected:
   TransportOptions options() override {
-    TransportOptions made;
-    made.port = 0;
+    TransportOptions made = WebTransportTest::options();
     made.exempt_addresses = {};
     made.admission.connections_per_address_max = 2;
     return made;
@@ -198,8 +202,7 @@ TEST_F(CrowdedWebTransportTest, connections_of_one_address_count_together_with_i
 class EverywhereWebTransportTest : public WebTransportTest {
  protected:
   TransportOptions options() override {
-    TransportOptions made;
-    made.port = 0;
+    TransportOptions made = WebTransportTest::options();
     made.addresses = {"::"};
     return made;
   }
@@ -228,6 +231,7 @@ class BusyUdpTest : public TransportTest {
     socklen_t bytes = sizeof(address);
     ::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &bytes);
     TransportOptions made;
+    made.webtransport = true;
     made.port = ntohs(address.sin_port);
     return made;
   }
@@ -239,6 +243,7 @@ TEST_F(BusyUdpTest, without_its_udp_port_the_server_tells_pages_port_0_and_goes_
   Peer peer(listener_->port());
   EXPECT_THAT(answer_to(peer, "GET /wt.json HTTP/1.0\r\n\r\n"), HasSubstr("{\"port\":0,"));
   TransportOptions asked;
+  asked.webtransport = true;
   asked.port = 0;
   asked.udp_port = listener_->port();
   TransportCounters counters;
