@@ -101,7 +101,11 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return decoded;
   Member& member = found->second;
-  if (member.last_tick && tick <= *member.last_tick) return decoded;
+  if (member.last_tick && tick <= *member.last_tick) {
+    // A newer frame has overtaken it: the next one is discontinuous in its place.
+    if (frame.discontinuous && tick < *member.last_tick) member.discontinuity_pending = true;
+    return decoded;
+  }
   member.last_tick = tick;
   decoded.character = member.own ? member.character : 0;
   decoded.discontinuous = frame.discontinuous || member.discontinuity_pending;
@@ -112,11 +116,12 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
   const bool is_rigid = frame.level == LevelIndex::rigid;
   if (!is_rigid) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
   const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
+  const std::shared_ptr<const KnownBasis> basis_before = member.newest.basis;
   if (!decode(member, frame, tick, sample_time_ns, basis, decoded)) {
     member.discontinuity_pending = decoded.discontinuous;
     return decoded;
   }
-  follow_learnt(member, frame, now_ns, decoded);
+  follow_learnt(member, basis_before, frame, now_ns, decoded);
   member.discontinuity_pending = false;
   member.waiting.reset();
   if (!is_rigid && !basis && frame.asleep) {
@@ -127,13 +132,14 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint6
   return decoded;
 }
 
-void Members::follow_learnt(Member& member, const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded) {
+void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBasis>& basis_before,
+                            const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded) {
   const auto& [newest, before] = std::tie(member.newest, member.before);
   if (!newest.basis) {
     member.learnt = {};
     return;
   }
-  if (before.basis && before.basis != newest.basis) member.learnt = {};
+  if (basis_before && basis_before != newest.basis) member.learnt = {};
   if (frame.level != LevelIndex::learnt && member.learnt.is_idle()) return;
   LearntFrame learnt{.to = &newest.decoded.pose,
                      .is_learnt = frame.level == LevelIndex::learnt,
@@ -147,7 +153,7 @@ void Members::follow_learnt(Member& member, const wire::Frame& frame, std::int64
   std::shared_ptr<const LearntHair> hair = learnt_.of(member.groom);
   if (!hair && learnt.evaluated) {
     decoded.lacks_learnt = true;
-    if (before.basis == newest.basis) member.newest.decoded.coefficients = before.decoded.coefficients;
+    if (basis_before == newest.basis) member.newest.decoded.coefficients = before.decoded.coefficients;
     member.learnt = {};
     return;
   }

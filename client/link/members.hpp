@@ -106,7 +106,7 @@ class Members {
     std::string tag;
     std::optional<wire::Appearance> appearance;
     bool own = false, confirmed = true;
-    bool discontinuity_pending = false;  // an undecodable frame was discontinuous
+    bool discontinuity_pending = false;  // a frame that could not be shown was discontinuous
     std::optional<std::uint64_t> last_tick;
     Moment newest, before;
     LearntTrack learnt;
@@ -120,7 +120,9 @@ class Members {
   };
   static bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                      const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded);
-  void follow_learnt(Member& member, const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded);
+  // `basis_before`: of the frame before.
+  void follow_learnt(Member& member, const std::shared_ptr<const KnownBasis>& basis_before, const wire::Frame& frame,
+                     std::int64_t now_ns, DecodedFrame& decoded);
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;
 

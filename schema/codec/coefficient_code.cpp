@@ -64,9 +64,10 @@ unsigned CoefficientCode::parameter(std::size_t k, unsigned step, unsigned calm)
 Detail detail_for(const CoefficientCode& code, std::span<const float> coefficients, float tolerance_m) {
   HAIRNET_ASSERT(coefficients.size() <= code.mode_count());
   HAIRNET_ASSERT(tolerance_m >= 0);
-  const float square_m2 = tolerance_m * tolerance_m;
-  float all_m2 = 0;
-  for (const float c : coefficients) all_m2 += c * c;
+  // In double: what is left out is a small difference of large sums.
+  const double square_m2 = static_cast<double>(tolerance_m) * static_cast<double>(tolerance_m);
+  double all_m2 = 0;
+  for (const float c : coefficients) all_m2 += static_cast<double>(c * c);
   if (all_m2 <= square_m2) return {0, kStepCount - 1};
   Detail best{coefficients.size(), 0};
   std::size_t least_bits = std::numeric_limits<std::size_t>::max();
@@ -74,13 +75,13 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
     const float step_m = kFinestStep_m * static_cast<float>(1u << step);
     if (step > 0 && step_m > kCoarseStep * tolerance_m) break;
     if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) continue;
-    float error_m2 = all_m2;
+    double error_m2 = all_m2;
     std::size_t bits = 0, count = 0;
     for (; count < coefficients.size() && error_m2 > square_m2; ++count) {
       const float c = coefficients[count];
       const std::int32_t integer = nearest(c, 1 / step_m);
       const float off = c - step_m * static_cast<float>(integer);
-      error_m2 += off * off - c * c;
+      error_m2 += static_cast<double>(off * off) - static_cast<double>(c * c);
       bits += bits_of(zigzag(integer), code.parameter(count, step, 0));
     }
     if (error_m2 <= square_m2 && bits < least_bits) {

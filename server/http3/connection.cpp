@@ -241,6 +241,9 @@ void Connection::on_stop(StreamId id) {
     fail(ErrorCode::closed_critical_stream, "the control stream is not read");
   } else if (id == session_ || id == channel_) {
     end_session();
+  } else if (const auto found = streams_.find(id); found != streams_.end() && found->second.kind != Kind::ignored) {
+    // It can no longer become the session or the channel: nothing could be sent there.
+    reject(id, found->second, ErrorCode::request_rejected);
   }
 }
 

@@ -36,15 +36,21 @@ void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std
                          std::int64_t now_ns) {
   if (state_ == State::over) return;
   if (state_ == State::closing) {
-    is_close_due_ = !close_packet_.empty();  // the peer has not read it yet
+    // The peer has not read it yet. A stranger's address gets no more bytes than came from there.
+    closing_bytes_ += packet.size();
+    if (close_packet_.empty() || closing_bytes_ < close_packet_.size()) return;
+    closing_bytes_ = 0;
+    is_close_due_ = true;
     return;
   }
   now_ns_ = now_ns;
   Path copy = path;
   const ngtcp2_path native{copy.local.native(), copy.remote.native(), nullptr};
   const ngtcp2_pkt_info info{ecn};
+  is_in_quic_ = true;
   const int error =
       ngtcp2_conn_read_pkt(quic_, &native, &info, packet.data(), packet.size(), static_cast<ngtcp2_tstamp>(now_ns));
+  is_in_quic_ = false;
   if (error != 0) return end_with_error(error, now_ns);
   advance_finish(now_ns);
 }
@@ -146,7 +152,7 @@ void Connection::stop_reading(http3::StreamId stream, http3::ErrorCode code) {
 }
 
 void Connection::reset(http3::StreamId stream, http3::ErrorCode code) {
-  streams_[stream].clear();
+  streams_[stream].reset();
   ngtcp2_conn_shutdown_stream_write(quic_, stream, value_of(code));
   touch();
 }
@@ -204,6 +210,7 @@ void Connection::send(std::vector<std::uint8_t> bytes) {
   SendBuffer* buffer = channel();
   if (!buffer || state_ != State::open) return;
   buffer->push(std::move(bytes));
+  was_full_ = was_full_ || !is_writable();
   touch();
 }
 
@@ -212,6 +219,7 @@ void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
   if (state_ != State::open) return;
   datagram_bytes_ += bytes.size();
   datagrams_.push_back(std::move(bytes));
+  was_full_ = was_full_ || !is_writable();
   touch();
 }
 
@@ -248,6 +256,13 @@ void Connection::close(std::string_view reason, std::int64_t now_ns) {
 
 void Connection::cut(std::int64_t now_ns) {
   if (state_ == State::closing || state_ == State::over) return;
+  if (is_in_quic_) {
+    // ngtcp2 must not be closed from within its own calls: the next poll() does it.
+    state_ = State::finishing;
+    deadline_ns_ = now_ns;
+    end("closed", now_ns);
+    return touch();
+  }
   ngtcp2_connection_close_error error;
   ngtcp2_connection_close_error_default(&error);
   ngtcp2_connection_close_error_set_application_error(&error, value_of(http3::ErrorCode::no_error), nullptr, 0);
@@ -277,6 +292,7 @@ void Connection::end(std::string_view why, std::int64_t now_ns) {
 }
 
 void Connection::end_with_error(int ngtcp2_error, std::int64_t now_ns) {
+  if (state_ == State::closing || state_ == State::over) return;
   ngtcp2_connection_close_error error;
   ngtcp2_connection_close_error_default(&error);
   const auto leave = [&](server::Counter& counter, std::string_view why) {
@@ -423,8 +439,11 @@ bool Connection::write_packet(Outgoing& out, std::int64_t now_ns) {
         continue;
       }
       if (has_stream && (bytes == NGTCP2_ERR_STREAM_SHUT_WR || bytes == NGTCP2_ERR_STREAM_NOT_FOUND)) {
-        next->second.clear();
-        continue;
+        // The peer has stopped reading; ngtcp2 has no other way to tell.
+        next->second.reset();
+        http3_.on_stop(next->first);
+        if (failure_ == Failure::none) continue;
+        bytes = NGTCP2_ERR_CALLBACK_FAILURE;
       }
     }
     if (bytes < 0) {

@@ -169,7 +169,8 @@ class Connection final : private http3::Owner {
   std::size_t datagram_bytes_ = 0;
   std::vector<std::uint8_t> datagram_prefix_;
   std::vector<std::uint8_t> close_packet_;
-  bool is_close_due_ = false;  // close_packet_ is to be sent (again)
+  bool is_close_due_ = false;      // close_packet_ is to be sent (again)
+  std::size_t closing_bytes_ = 0;  // that came since close_packet_ was sent
   State state_ = State::open;
   Failure failure_ = Failure::none;
   http3::ErrorCode http3_error_ = http3::ErrorCode::no_error;
@@ -178,6 +179,7 @@ class Connection final : private http3::Owner {
   bool is_session_closed_ = false;  // while finishing: the close capsule has been queued
   std::int64_t now_ns_ = 0;         // of the current call
   std::int64_t deadline_ns_ = 0;    // of opening, finishing or closing; 0: none
+  bool is_in_quic_ = false;         // ngtcp2 calls us
   bool is_verified_ = false, was_full_ = false, has_peer_ended_ = false;
 };
 

@@ -63,9 +63,6 @@ struct ConnectionCallbacks {
   static int stream_reset(ngtcp2_conn*, std::int64_t stream, std::uint64_t, std::uint64_t, void* user, void*) {
     return guard(user, [&](Connection& c) { c.http3_.on_reset(stream); });
   }
-  static int stream_stop_sending(ngtcp2_conn*, std::int64_t stream, std::uint64_t, void* user, void*) {
-    return guard(user, [&](Connection& c) { c.http3_.on_stop(stream); });
-  }
   static int recv_datagram(ngtcp2_conn*, std::uint32_t, const std::uint8_t* bytes, std::size_t count, void* user) {
     return guard(user, [&](Connection& c) { c.on_quic_datagram({bytes, count}); });
   }
@@ -109,7 +106,6 @@ struct ConnectionCallbacks {
       made.stream_open = stream_open;
       made.stream_close = stream_close;
       made.stream_reset = stream_reset;
-      made.stream_stop_sending = stream_stop_sending;
       made.recv_datagram = recv_datagram;
       made.lost_datagram = lost_datagram;
       made.get_new_connection_id = get_new_connection_id;

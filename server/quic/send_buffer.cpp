@@ -7,8 +7,7 @@
 namespace hairnet::quic {
 
 void SendBuffer::push(std::vector<std::uint8_t> bytes) {
-  HAIRNET_ASSERT(!is_ended_);
-  if (bytes.empty()) return;
+  if (is_ended_ || bytes.empty()) return;
   end_ += bytes.size();
   chunks_.push_back(std::move(bytes));
 }
@@ -47,11 +46,15 @@ void SendBuffer::acknowledge(std::uint64_t offset) {
   }
 }
 
-void SendBuffer::clear() {
-  chunks_.clear();
-  begin_ = next_ = end_;
-  next_chunk_ = next_in_chunk_ = 0;
-  is_ended_ = is_end_sent_ = true;
+void SendBuffer::reset() {
+  chunks_.resize(next_chunk_ + (next_in_chunk_ > 0 ? 1 : 0));
+  if (next_in_chunk_ > 0) {
+    chunks_.back().resize(next_in_chunk_);  // its bytes stay in their place
+    ++next_chunk_;
+    next_in_chunk_ = 0;
+  }
+  end_ = next_;
+  is_ended_ = is_end_sent_ = is_reset_ = true;
 }
 
 }  // namespace hairnet::quic

@@ -14,7 +14,7 @@ namespace hairnet::quic {
 // memory, since QUIC sends them again from there.
 class SendBuffer {
  public:
-  void push(std::vector<std::uint8_t> bytes);
+  void push(std::vector<std::uint8_t> bytes);  // nothing happens after the end
   void end() { is_ended_ = true; }
 
   // The next unsent bytes, in `into`; returns how many pieces. More may follow.
@@ -24,12 +24,14 @@ class SendBuffer {
   void mark_sent(std::size_t bytes, bool with_end);
   // The peer has all bytes before `offset`. Frees them.
   void acknowledge(std::uint64_t offset);
-  void clear();  // the stream was reset
+  // Nothing more is sent. What was sent stays until it is acknowledged or the stream is closed: QUIC may send it again.
+  void reset();
 
   [[nodiscard]] bool has_unsent() const { return next_ < end_ || (is_ended_ && !is_end_sent_); }
   [[nodiscard]] std::size_t unsent_bytes() const { return static_cast<std::size_t>(end_ - next_); }
-  [[nodiscard]] std::size_t kept_bytes() const { return static_cast<std::size_t>(end_ - begin_); }
-  [[nodiscard]] bool is_done() const { return is_ended_ && is_end_sent_ && begin_ == end_; }
+  // Not counting those of a stream that was reset, which nobody waits for.
+  [[nodiscard]] std::size_t kept_bytes() const { return is_reset_ ? 0 : static_cast<std::size_t>(end_ - begin_); }
+  [[nodiscard]] bool is_done() const { return is_reset_ || (is_ended_ && is_end_sent_ && begin_ == end_); }
 
  private:
   std::deque<std::vector<std::uint8_t>> chunks_;
@@ -37,7 +39,7 @@ class SendBuffer {
   std::uint64_t next_ = 0;   // of the first unsent byte
   std::uint64_t end_ = 0;    // behind the last byte
   std::size_t next_chunk_ = 0, next_in_chunk_ = 0;
-  bool is_ended_ = false, is_end_sent_ = false;
+  bool is_ended_ = false, is_end_sent_ = false, is_reset_ = false;
 };
 
 }  // namespace hairnet::quic

@@ -122,9 +122,9 @@ asio::awaitable<void> QuicListener::receive(std::shared_ptr<UdpSocket> socket) {
   while (endpoint_) {
     const auto [error] = co_await socket->native().async_wait(asio::ip::udp::socket::wait_read, kAwaitable);
     if (error || !endpoint_) co_return;
-    const std::int64_t now_ns = channel::monotonic_ns();
     bool may_have_more = true;
     while (may_have_more && endpoint_) {
+      const std::int64_t now_ns = channel::monotonic_ns();
       may_have_more =
           socket->receive([&](const quic::Path& path, std::uint8_t ecn, std::span<const std::uint8_t> bytes) {
             if (endpoint_) endpoint_->receive(path, ecn, bytes, now_ns);

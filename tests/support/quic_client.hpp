@@ -48,6 +48,7 @@ class QuicClient {
 
   std::int64_t open_stream(bool one_way = false);
   void send(std::int64_t stream, const Bytes& bytes, bool is_last = false);
+  void stop(std::int64_t stream) { ngtcp2_conn_shutdown_stream_read(quic_, stream, 0); }  // its bytes are not wanted
   void send_datagram(Bytes bytes) { datagrams_.push_back(std::move(bytes)); }
   // Control stream, CONNECT, channel; what they are is in http3_client.hpp. The channel's number is returned.
   std::int64_t open_session(std::string_view authority = "localhost:7420", std::string_view path = "/ws",

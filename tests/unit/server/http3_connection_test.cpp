@@ -250,6 +250,28 @@ TEST_F(Http3Connection, drops_datagrams_of_no_session_and_fails_on_malformed_one
   EXPECT_TRUE(owner.datagrams.empty());
 }
 
+// Nothing can be sent there any more.
+TEST_F(Http3Connection, makes_no_session_or_channel_of_a_stream_that_is_not_read) {
+  connection.start(kOurControl);
+  connection.on_bytes(kControl, control_stream(), false);
+  const Bytes request = connect_request();
+  connection.on_bytes(kRequest, std::span(request).first(3), false);
+  connection.on_stop(kRequest);
+  connection.on_bytes(kRequest, std::span(request).subspan(3), false);
+  EXPECT_TRUE(owner.requests.empty());
+  EXPECT_TRUE(owner.resets.contains(kRequest));
+  connection.on_bytes(kSecond, request, false);
+  ASSERT_EQ(owner.requests.size(), 1u);
+  const Bytes begin = channel_begin(kSecond);
+  connection.on_bytes(kChannel, std::span(begin).first(1), false);
+  connection.on_stop(kChannel);
+  connection.on_bytes(kChannel, std::span(begin).subspan(1), false);
+  EXPECT_FALSE(owner.channel);
+  EXPECT_TRUE(owner.resets.contains(kChannel));
+  EXPECT_FALSE(owner.failure);
+  EXPECT_EQ(owner.ends, 0);
+}
+
 TEST_F(Http3Connection, forgets_closed_streams) {
   open_channel();
   for (StreamId id = kSecond; id < 4000; id += 4) {

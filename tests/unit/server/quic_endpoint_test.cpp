@@ -320,6 +320,35 @@ TEST(QuicEndpoint, closes_after_the_peer_has_all_that_was_sent) {
   EXPECT_EQ(network.endpoint.connection_count(), 0u);
 }
 
+TEST(QuicEndpoint, may_be_cut_from_within_the_packet_that_ends_the_session) {
+  QuicNetwork network;
+  auto [client, channel] = network.join();
+  network.sinks[0]->take = [&] { network.connections[0]->cut(network.now_ns); };
+  client.send(channel, Bytes{1});
+  client.send_datagram(Bytes{0xff});  // wrong HTTP/3, in the same packet
+  network.run(2);
+  EXPECT_EQ(network.sinks[0]->closed.size(), 1u);
+  EXPECT_NE(client.error(), 0);
+  EXPECT_EQ(network.endpoint.connection_count(), 0u);
+}
+
+TEST(QuicEndpoint, ends_a_session_whose_channel_the_peer_stops_reading_while_bytes_are_on_their_way) {
+  for (const bool loses : {false, true}) {
+    QuicNetwork network;
+    auto [client, channel] = network.join();
+    std::mt19937 random(5);
+    if (loses) network.loses = [&] { return random() % 3 == 0; };
+    network.connections[0]->send(Bytes(200'000, 3));
+    network.run(0.01);
+    client.stop(channel);
+    network.run(0.002);
+    network.connections[0]->send(Bytes(100, 4));
+    network.run(5);
+    EXPECT_EQ(network.sinks[0]->closed.size(), 1u) << loses;
+    EXPECT_EQ(network.endpoint.connection_count(), 0u) << loses;
+  }
+}
+
 TEST(QuicEndpoint, gives_up_closing_when_the_peer_reads_nothing) {
   QuicNetwork network;
   auto [client, channel] = network.join();

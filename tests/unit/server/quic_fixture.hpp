@@ -21,6 +21,7 @@ class RecordingSink final : public SessionSink {
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t) override {
     received.insert(received.end(), bytes.begin(), bytes.end());
     if (throws) throw std::bad_alloc();
+    if (take) take();
   }
   void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t) override {
     datagrams.emplace_back(bytes.begin(), bytes.end());
@@ -35,7 +36,7 @@ class RecordingSink final : public SessionSink {
   Bytes received;
   std::vector<Bytes> datagrams;
   std::vector<std::string> closed;
-  std::function<void()> send_more;
+  std::function<void()> send_more, take;
   int writable = 0;
   std::size_t sent_bytes = 0;
   bool throws = false;

@@ -94,6 +94,27 @@ TEST(QuicSendBuffer, gives_each_byte_once_and_keeps_it_until_it_is_acknowledged)
   EXPECT_TRUE(buffer.is_done());
 }
 
+TEST(QuicSendBuffer, of_a_stream_that_was_reset_keeps_what_was_sent_in_its_place) {
+  SendBuffer buffer;
+  buffer.push(Bytes(10, 1));
+  buffer.push(Bytes(10, 2));
+  buffer.push(Bytes(10, 3));
+  std::array<ngtcp2_vec, 3> pieces{};
+  ASSERT_EQ(buffer.peek(pieces), 3u);
+  buffer.mark_sent(15, false);
+  buffer.reset();
+  EXPECT_FALSE(buffer.has_unsent());
+  EXPECT_EQ(buffer.unsent_bytes(), 0u);
+  EXPECT_TRUE(buffer.is_done());
+  EXPECT_EQ(pieces[0].base[9], 1);
+  EXPECT_EQ(pieces[1].base[4], 2);
+  buffer.push(Bytes(10, 4));
+  buffer.end();
+  EXPECT_FALSE(buffer.has_unsent());
+  buffer.acknowledge(15);
+  EXPECT_EQ(buffer.kept_bytes(), 0u);
+}
+
 TEST(QuicSendBuffer, sends_an_end_without_bytes) {
   SendBuffer buffer;
   EXPECT_FALSE(buffer.has_unsent());

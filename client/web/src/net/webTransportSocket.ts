@@ -48,6 +48,8 @@ export function webTransportUrl(webSocketUrl: string, page: WebTransportPage): s
   return `https://${hostname === "localhost" ? "127.0.0.1" : hostname}:${page.port}${page.path}`;
 }
 
+type CloseListener = (event: { readonly code: number; readonly reason: string }) => unknown;
+
 /**
  * A WebTransport session that looks like a WebSocket: packets in order travel on one stream, each after its size, and
  * packets that may be lost in datagrams. `open()` makes it; it is then open.
@@ -58,7 +60,9 @@ export class WebTransportSocket implements WebSocketLike {
   onopen: ((event: never) => unknown) | null = null;
   onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
   onerror: ((event: never) => unknown) | null = null;
-  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
+  #onclose: CloseListener | null = null;
+  /** null: the session goes on */
+  #endReason: string | null = null;
   #bufferedAmount = 0;
   #datagramsWaiting = 0;
   #isClosed = false;
@@ -107,6 +111,16 @@ export class WebTransportSocket implements WebSocketLike {
 
   get bufferedAmount(): number {
     return this.#bufferedAmount;
+  }
+
+  /** Is told of an end that came before, too. */
+  set onclose(tell: CloseListener | null) {
+    this.#onclose = tell;
+    const reason = this.#endReason;
+    if (tell && reason !== null) queueMicrotask(() => tell({ code: 1006, reason }));
+  }
+  get onclose(): CloseListener | null {
+    return this.#onclose;
   }
 
   send(bytes: Uint8Array): void {
@@ -179,8 +193,10 @@ export class WebTransportSocket implements WebSocketLike {
   }
 
   #end(reason: string): void {
-    const tell = this.onclose;
-    this.onclose = this.onmessage = null;
+    if (this.#endReason !== null) return;
+    this.#endReason = reason;
+    const tell = this.#onclose;
+    this.#onclose = this.onmessage = null;
     tell?.({ code: 1006, reason });
   }
 }
