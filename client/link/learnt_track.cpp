@@ -10,12 +10,11 @@ namespace hairnet::link {
 namespace {
 
 constexpr float kResidualKept = 0.85f;  // a tick: it is halved every 0.14 s
+constexpr float kNothing_m = 1e-5f;     // nobody sees a smaller step of the hair
 
 float at(const std::vector<float>& numbers, std::size_t k) {
   return k < numbers.size() ? numbers[k] : 0;
 }
-
-constexpr float kNothing_m = 1e-5f;  // nobody sees a smaller step of the hair
 
 void fade(std::vector<float>& numbers, float share) {
   for (float& x : numbers) x *= share;

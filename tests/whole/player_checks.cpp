@@ -16,18 +16,16 @@ using wire::GoodbyeReason;
 // From the run of a tick to the arrival of its frame at a steady client, without the network's own delay.
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
-// Within what the client has asked for, of a head of any size. `may_lose`: its connection may lose frames, so that the
-// server sends coarser ones.
-bool is_near(std::span<const float> got, std::span<const float> wanted, float error_m, bool may_lose) {
-  constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f, kThrottled = 8;
+// Within what the client has asked for, of a head of any size, or coarser where its connection is throttled.
+bool is_near(std::span<const float> got, std::span<const float> wanted, float error_m, int coarser_octaves) {
+  constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f;
   float squares = 0;
   for (std::size_t k = 0; k < std::max(got.size(), wanted.size()); ++k) {
     const float apart = (k < got.size() ? got[k] : 0) - (k < wanted.size() ? wanted[k] : 0);
     squares += apart * apart;
   }
-  const float most_m = may_lose ? kThrottled * std::max(error_m, kFinest_m) / kSmallestHeight
-                                : std::max(error_m / kSmallestHeight, kFinest_m);
-  return std::sqrt(squares) <= most_m;
+  if (coarser_octaves > 0) error_m = std::ldexp(std::max(error_m, kFinest_m), coarser_octaves);
+  return std::sqrt(squares) <= std::max(error_m / kSmallestHeight, kFinest_m);
 }
 
 }  // namespace
@@ -219,8 +217,9 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
         break;
       }
     }
+    const int octaves = host_->coarser_octaves(life, batch.tick, static_cast<server::SessionId>(session()));
     if (level != LevelIndex::rigid && frame.basis &&
-        !is_near(frame.coefficients, truth->coefficients, coarsest_m_, !plan_.steady))
+        !is_near(frame.coefficients, truth->coefficients, coarsest_m_, octaves))
       fault(what + "has other hair than in the World");
   }
   // Out of a client's view one may wake and sleep again: only who sees all can tell.

@@ -147,6 +147,9 @@ void ServerHost::note_tick() {
   for (std::uint64_t n = number; n-- > 0 && !before;) {
     if (life.ticks[n].ran_ns >= 0) before = &life.ticks[n];
   }
+  for (const auto& [session, observer] : server_->scheduler().rooms().observers()) {
+    if (const int octaves = observer.throttle.coarser_octaves(); octaves > 0) tick.coarser_octaves[session] = octaves;
+  }
   const server::Simulation& simulation = server_->scheduler().simulation();
   for (const auto& [key, character] : server_->scheduler().rooms().characters()) {
     if (!simulation.contains(key)) continue;
@@ -309,6 +312,21 @@ const GroundTruth* ServerHost::truth(int life, std::uint64_t tick, server::Chara
   if (tick >= ticks.size() || ticks[tick].ran_ns < 0) return nullptr;
   const auto found = ticks[tick].characters.find(character);
   return found == ticks[tick].characters.end() ? nullptr : &found->second;
+}
+
+// A loss is noted before the frames of a tick, a window of bytes ends behind them.
+int ServerHost::coarser_octaves(int life, std::uint64_t tick, server::SessionId session) const {
+  const auto& ticks = lives_.at(static_cast<std::size_t>(life)).ticks;
+  int most = 0;
+  for (int noted = 0; noted < 2 && tick < ticks.size(); --tick) {
+    if (ticks[tick].ran_ns >= 0) {
+      ++noted;
+      const auto found = ticks[tick].coarser_octaves.find(session);
+      if (found != ticks[tick].coarser_octaves.end()) most = std::max(most, found->second);
+    }
+    if (tick == 0) break;
+  }
+  return most;
 }
 
 std::int64_t ServerHost::ran_ns(int life, std::uint64_t tick) const {

@@ -50,6 +50,8 @@ class ServerHost final : public Host {
 
   // The state in that life; null when that tick never ran or did not have the character.
   [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
+  // By how many octaves the hair in that tick's frames for a session may be coarser than it has asked for, at most.
+  [[nodiscard]] int coarser_octaves(int life, std::uint64_t tick, server::SessionId session) const;
   // The time at which a tick ran, on the timeline; negative: it was skipped.
   [[nodiscard]] std::int64_t ran_ns(int life, std::uint64_t tick) const;
 
@@ -57,6 +59,7 @@ class ServerHost final : public Host {
   struct Tick {
     std::int64_t ran_ns = -1;
     std::map<server::CharacterKey, GroundTruth> characters;
+    std::map<server::SessionId, int> coarser_octaves;  // of observers after it that are throttled
   };
   struct Life {
     std::unique_ptr<server::Metrics> metrics;
