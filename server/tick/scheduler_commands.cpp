@@ -1,0 +1,254 @@
+#include <algorithm>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "server/tick/scheduler.hpp"
+
+// What commands change in rooms, and what sessions are told of it.
+namespace hairnet::server {
+namespace {
+
+// Members that one tick announces to a session that has joined or resumed, and to all such sessions together; the
+// others follow at later ticks. A room's 4096 members are announced within a second also at 10 Hz.
+constexpr std::size_t kAnnouncementsMax = 512, kAnnouncementsOfAllMax = 4096;
+// Messages about characters that come and go which one tick sends to all sessions; later commands wait for the next
+// tick.
+constexpr std::int64_t kCharacterMessagesMax = 32'768;
+constexpr std::uint32_t kAppearanceChangesPer_s = 4;  // of one character
+
+wire::MemberJoined joined_message(const Character& c) {
+  return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance};
+}
+
+}  // namespace
+
+struct Scheduler::CommandHandler {
+  Scheduler& scheduler;
+  std::int64_t now_ns;
+
+  void operator()(OpenSession& c) const {
+    Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
+    if (!observer) {
+      observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
+      observer->subject = c.subject;
+    } else {
+      observer->sink = std::move(c.sink);
+      observer->bases_sent.clear();
+      observer->learnt_told.clear();
+      observer->forget_sent();
+    }
+    if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_told, now_ns);
+    const bool is_waiting = observer->unannounced_from.has_value();
+    observer->unannounced_from = 0;
+    scheduler.announce_members(*observer, now_ns);
+    if (observer->unannounced_from && !is_waiting) scheduler.announcements_.push_back(c.session);
+  }
+  void operator()(const DetachSession& c) const {
+    if (Observer* observer = scheduler.rooms_.observer(c.session)) observer->sink = nullptr;
+  }
+  void operator()(const CloseSession& c) const {
+    auto& characters = scheduler.rooms_.characters();
+    const auto first = characters.lower_bound(character_key(c.session, 0));
+    std::vector<CharacterKey> keys;
+    for (auto it = first; it != characters.end() && session_of(it->first) == c.session; ++it) keys.push_back(it->first);
+    for (const CharacterKey key : keys) {
+      if (scheduler.character_messages_left_ <= 0) return;  // the command stays
+      scheduler.remove(key, now_ns);
+    }
+    scheduler.rooms_.close(c.session, now_ns);
+  }
+  void operator()(FromClient& c) const {
+    std::visit([&](auto& message) { handle(c.session, message); }, c.message);
+  }
+  void handle(SessionId, const auto&) const {}  // sessions act on all other messages themselves
+  void handle(SessionId session, wire::AddCharacter& add) const {
+    Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
+    if (!character) return;
+    if (add.state) scheduler.store_hair_state(*character, std::move(*add.state), now_ns);
+    character->tag = std::move(add.tag);
+    character->appearance = add.appearance;
+    character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
+    Room& room = scheduler.rooms_.room(character->room);
+    scheduler.character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
+    for (Observer* observer : room.observers) {
+      observer->observe_changed = true;
+      if (observer->knows(character->slot)) announce(*observer, *character, now_ns);
+    }
+  }
+  void handle(SessionId session, const wire::RemoveCharacter& remove) const {
+    scheduler.remove(character_key(session, remove.character), now_ns);
+    const Observer* observer = scheduler.rooms_.observer(session);
+    if (observer && observer->sink) observer->sink->push(wire::CharacterRemoved{remove.character}, now_ns);
+  }
+  void handle(SessionId session, const wire::SetLevel& set) const {
+    Character* character = scheduler.rooms_.find(character_key(session, set.character));
+    if (!character) return;
+    character->requested_level = set.level;
+    if (set.level == LevelIndex::rigid) scheduler.forget_hair_state(*character);
+  }
+  void handle(SessionId session, wire::SetAppearance& set) const {
+    Character* character = scheduler.rooms_.find(character_key(session, set.character));
+    if (!character || (character->tag == set.tag && character->appearance == set.appearance)) return;
+    character->tag = std::move(set.tag);
+    character->appearance = set.appearance;
+    character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
+    scheduler.appearances_changed_.insert(character->key);
+  }
+  void handle(SessionId session, const wire::SetMaterial& set) const {
+    Character* character = scheduler.rooms_.find(character_key(session, set.character));
+    if (!character || character->material == set.scale) return;
+    character->material = set.scale;
+    scheduler.materials_changed_.insert(character->key);
+  }
+  void handle(SessionId session, const wire::SetWind& set) const {
+    const Observer* observer = scheduler.rooms_.observer(session);
+    if (!observer) return;
+    Room& room = scheduler.rooms_.room(observer->room);
+    room.wind = set.wind;
+    room.wind_session = session;
+  }
+  void handle(SessionId session, wire::Observe& observe) const {
+    Observer* observer = scheduler.rooms_.observer(session);
+    if (!observer) return;
+    observer->observe = std::move(observe);
+    observer->observe_changed = true;
+  }
+  void handle(SessionId session, const wire::ReportImportance& report) const {
+    Observer* observer = scheduler.rooms_.observer(session);
+    if (!observer) return;
+    const Room& room = scheduler.rooms_.room(observer->room);
+    observer->views.resize(room.slots.size());
+    for (const wire::MemberImportance& m : report.members) {
+      // A member that has left meanwhile is not an error.
+      if (m.member == 0 || m.member > room.slots.size() || !room.slots[m.member - 1].character) continue;
+      View& view = Scheduler::view_of(*observer, room, m.member - 1);
+      view.screen_height = m.screen_height;
+      view.in_view = m.in_view;
+    }
+  }
+  void handle(SessionId session, const wire::EvaluateLearnt& evaluate) const {
+    Observer* observer = scheduler.rooms_.observer(session);
+    if (!observer) return;
+    const auto told = observer->learnt_told.find(evaluate.groom);
+    if (told != observer->learnt_told.end() && told->second.file == evaluate.learnt) {
+      if (!told->second.evaluated_since) told->second.evaluated_since = scheduler.inputs_.tick;
+      return;
+    }
+    scheduler.counters_->evaluations_refused.add();
+    if (observer->sink)
+      observer->sink->push(wire::Error{wire::ErrorReason::groom_unavailable, 0, evaluate.learnt,
+                                       "no groom has that learnt hair, or it was not announced to this session"},
+                           now_ns);
+  }
+  void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
+  void operator()(GroomReady& c) const {
+    if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
+    if (c.learnt) scheduler.publisher_.put_learnt(c.groom, *c.learnt);
+    if (scheduler.recorder_ && c.levels->learnt) scheduler.unrecorded_learnt_[c.groom] = c.levels->learnt;
+    scheduler.simulation_.put_levels(c.groom, std::move(c.levels));
+    if (scheduler.recorder_ && c.bytes) scheduler.unrecorded_[c.groom] = std::move(c.bytes);
+  }
+  void operator()(const ForgetGroom& c) const {
+    scheduler.simulation_.forget_levels(c.groom);
+    scheduler.publisher_.forget_groom(c.groom);
+    for (auto& [session, observer] : scheduler.rooms_.observers()) observer.forget_files(c.groom);
+    scheduler.unrecorded_.erase(c.groom);
+    scheduler.unrecorded_learnt_.erase(c.groom);
+  }
+};
+
+// Tells other sessions the newest tag and appearance of each character that has changed, a few times a second at most.
+void Scheduler::tell_appearances(std::int64_t now_ns) {
+  std::erase_if(appearances_changed_, [&](CharacterKey key) {
+    Character* const character = rooms_.find(key);
+    if (!character) return true;
+    if (inputs_.tick < character->appearance_told_next || character_messages_left_ <= 0) return false;
+    character->appearance_told_next = inputs_.tick + std::max(1u, def_.tick_rate_hz / kAppearanceChangesPer_s);
+    const Room& room = rooms_.room(character->room);
+    character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
+    const wire::MemberChanged changed{member_of(*character), character->tag, character->appearance};
+    const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, changed});
+    for (const Observer* observer : room.observers) {
+      if (observer->sink && observer->session != session_of(key) && observer->knows(character->slot))
+        observer->sink->push_encoded(changed, packet, now_ns);
+    }
+    return true;
+  });
+}
+
+// Continues what earlier ticks have begun, in turn.
+void Scheduler::announce_members(std::int64_t now_ns) {
+  announcement_count_left_ = kAnnouncementsOfAllMax;
+  for (std::size_t waiting = announcements_.size(); waiting > 0 && announcement_count_left_ > 0; --waiting) {
+    const SessionId session = announcements_.front();
+    announcements_.pop_front();
+    Observer* const observer = rooms_.observer(session);
+    if (!observer || !observer->unannounced_from) continue;
+    announce_members(*observer, now_ns);
+    if (observer->unannounced_from) announcements_.push_back(session);
+  }
+  counters_->gauges.announcements_waiting.set(static_cast<double>(announcements_.size()));
+}
+
+void Scheduler::announce_members(Observer& observer, std::int64_t now_ns) {
+  HAIRNET_ASSERT(observer.unannounced_from);
+  const std::vector<Room::Slot>& slots = rooms_.room(observer.room).slots;
+  std::size_t count = std::min(kAnnouncementsMax, announcement_count_left_);
+  std::uint32_t& slot = *observer.unannounced_from;
+  for (; slot < slots.size(); ++slot) {
+    const Character* const character = slots[slot].character;
+    if (!character) continue;
+    if (count == 0) return;
+    --count;
+    --announcement_count_left_;
+    counters_->members_announced.add();
+    announce(observer, *character, now_ns);
+  }
+  observer.unannounced_from.reset();
+}
+
+void Scheduler::announce(const Observer& observer, const Character& c, std::int64_t now_ns) {
+  if (!observer.sink) return;
+  if (session_of(c.key) == observer.session)
+    observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c)}, now_ns);
+  else
+    observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
+}
+
+// What earlier ticks have left comes first, so the order of commands is kept.
+void Scheduler::take_commands(std::int64_t now_ns) {
+  counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
+  character_messages_left_ = kCharacterMessagesMax;
+  run_commands(now_ns);
+  if (next_command_ == taken_.size()) {
+    commands_->take_all(taken_);
+    next_command_ = 0;
+    run_commands(now_ns);
+  }
+  counters_->gauges.commands_deferred.set(static_cast<double>(taken_.size() - next_command_));
+}
+
+void Scheduler::run_commands(std::int64_t now_ns) {
+  for (; next_command_ < taken_.size() && character_messages_left_ > 0; ++next_command_) {
+    std::visit(CommandHandler{*this, now_ns}, taken_[next_command_]);
+    const auto* close = std::get_if<CloseSession>(&taken_[next_command_]);
+    if (close && rooms_.observer(close->session)) return;  // some of its characters are left
+  }
+}
+
+void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
+  Character* character = rooms_.find(key);
+  if (!character) return;
+  forget_hair_state(*character);
+  if (character->in_world) inputs_.removed.push_back(key);
+  character_messages_left_ -= static_cast<std::int64_t>(rooms_.room(character->room).observers.size());
+  const wire::MemberLeft left{member_of(*character)};
+  const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, left});
+  for (Observer* observer : rooms_.room(character->room).observers) {
+    if (observer->sink && observer->session != session_of(key) && observer->knows(character->slot))
+      observer->sink->push_encoded(left, packet, now_ns);
+  }
+  rooms_.remove(key, now_ns);
+}
+
+}  // namespace hairnet::server
