@@ -32,14 +32,16 @@ struct Options {
   std::string json;
 };
 
-// The hair of one character that only poses move.
+// The hair of one character that only poses move; it begins as World and clients do.
 class LearntCharacter {
  public:
   LearntCharacter(const LearntHair& hair, const Basis& basis) : hair_(hair), basis_(basis), c_(basis.mode_count()) {}
   void step(const Pose& pose) {
-    LearntMember member{&state_, &pose, c_};
-    step_learnt(hair_, {&member, 1});
-    covered_ = member.is_covered;
+    LearntMotion motion{.state = &state_, .from = &pose, .to = &pose, .begins = !has_begun_, .coefficients = c_};
+    if (motion.begins) motion.ticks = 0;
+    step_learnt(hair_, {&motion, 1});
+    covered_ = motion.is_covered;
+    has_begun_ = true;
   }
   void displacements(std::vector<Vec3f>& out) const { displacements_of(basis_, c_, out); }
   [[nodiscard]] std::span<const float> coefficients() const { return c_; }
@@ -50,7 +52,7 @@ class LearntCharacter {
   const Basis& basis_;
   LearntState state_;
   std::vector<float> c_;
-  bool covered_ = true;
+  bool has_begun_ = false, covered_ = true;
 };
 
 double distance_m2(std::span<const float> a, std::span<const float> b) {
