@@ -1,10 +1,20 @@
 #include "core/modes/mode_map.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
 
 #include "core/assert.hpp"
 
 namespace hairnet {
+namespace {
+
+// So many columns at once stay in the nearest cache, for all rows.
+constexpr std::size_t kNodesAtOnce = 32;
+// For fewer characters, one by one is faster: the kernel always computes kModeMapWidth.
+constexpr std::size_t kWorthwhile = 4;
+
+}  // namespace
 
 void ModeMap::coefficients_of(std::span<const Vec3f> displacements, std::span<float> out) const {
   HAIRNET_ASSERT(static_cast<Eigen::Index>(3 * displacements.size()) == matrix_.cols());
@@ -12,6 +22,36 @@ void ModeMap::coefficients_of(std::span<const Vec3f> displacements, std::span<fl
   const auto count = static_cast<Eigen::Index>(out.size());
   Eigen::Map<Eigen::VectorXf>(out.data(), count).noalias() =
       matrix_.topRows(count) * Eigen::Map<const Eigen::VectorXf>(displacements.data()->data(), matrix_.cols());
+}
+
+void ModeMap::coefficients_of(std::span<const std::span<const Vec3f>> displacements,
+                              std::span<const std::span<float>> out) const {
+  HAIRNET_ASSERT(displacements.size() == out.size());
+  HAIRNET_ASSERT(displacements.size() <= kModeMapWidth);
+  if (displacements.size() < kWorthwhile) {
+    for (std::size_t i = 0; i < out.size(); ++i) coefficients_of(displacements[i], out[i]);
+    return;
+  }
+  const std::size_t rows = out.front().size(), nodes = displacements.front().size();
+  HAIRNET_ASSERT(static_cast<Eigen::Index>(rows) <= matrix_.rows());
+  HAIRNET_ASSERT(rows <= kModeCountMax);
+  HAIRNET_ASSERT(static_cast<Eigen::Index>(3 * nodes) == matrix_.cols());
+  HAIRNET_ASSERT(std::ranges::all_of(displacements, [&](const auto& one) { return one.size() == nodes; }));
+  HAIRNET_ASSERT(std::ranges::all_of(out, [&](const auto& one) { return one.size() == rows; }));
+  // [number][character]
+  alignas(64) std::array<float, 3 * kNodesAtOnce * kModeMapWidth> numbers{};
+  alignas(64) std::array<float, kModeCountMax * kModeMapWidth> sums;
+  std::fill_n(sums.begin(), rows * kModeMapWidth, 0.0f);
+  for (std::size_t first = 0; first < nodes; first += kNodesAtOnce) {
+    const std::size_t count = std::min(kNodesAtOnce, nodes - first);
+    for (std::size_t i = 0; i < displacements.size(); ++i) {
+      const float* const from = displacements[i][first].data();
+      for (std::size_t k = 0; k < 3 * count; ++k) numbers[k * kModeMapWidth + i] = from[k];
+    }
+    mode_map_kernel(matrix_.data() + 3 * first, 3 * nodes, rows, 3 * count, numbers.data(), sums.data());
+  }
+  for (std::size_t i = 0; i < out.size(); ++i)
+    for (std::size_t k = 0; k < rows; ++k) out[i][k] = sums[k * kModeMapWidth + i];
 }
 
 ModeMap make_projection(const Basis& basis, const Eigen::MatrixXf& metric) {

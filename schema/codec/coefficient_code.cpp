@@ -30,13 +30,15 @@ unsigned bits_of(std::uint32_t z, unsigned parameter) {
   return zeros < kUnaryMax ? zeros + 1 + parameter : kUnaryMax + 1 + kWholeBits;
 }
 
-// The integer nearest to c * per_step, the even one of two. Above 1.5 * 2^23 floats are the integers, and their bits
-// count up; std::nearbyint is a call where SSE4.1 is not certain.
-std::int32_t nearest(float c, float per_step) {
+// The integer nearest to c * per_step, the even one of two, above kIntegers. From 2^23 to 2^24 floats are the integers,
+// and their bits count up; std::nearbyint is a call where SSE4.1 is not certain.
+constexpr float kIntegers = 0x1.8p23f;
+float shifted_nearest(float c, float per_step) {
   constexpr auto kMost = static_cast<float>(kIntegerMax);
-  constexpr float kIntegers = 0x1.8p23f;
-  const float x = std::clamp(c * per_step, -kMost, kMost);
-  return std::bit_cast<std::int32_t>(x + kIntegers) - std::bit_cast<std::int32_t>(kIntegers);
+  return std::max(std::min(c * per_step, kMost), -kMost) + kIntegers;
+}
+std::int32_t integer_of(float shifted) {
+  return std::bit_cast<std::int32_t>(shifted) - std::bit_cast<std::int32_t>(kIntegers);
 }
 
 // The best step lies between these, over the tolerance: finer ones waste bits even where 256 coefficients are rounded,
@@ -72,17 +74,16 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
   Detail best{coefficients.size(), 0};
   std::size_t least_bits = std::numeric_limits<std::size_t>::max();
   for (unsigned step = 0; step < kStepCount; ++step) {
-    const float step_m = kFinestStep_m * static_cast<float>(1u << step);
+    const float step_m = kFinestStep_m * static_cast<float>(1u << step), per_step = 1 / step_m;
     if (step > 0 && step_m > kCoarseStep * tolerance_m) break;
     if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) continue;
     double error_m2 = all_m2;
     std::size_t bits = 0, count = 0;
-    for (; count < coefficients.size() && error_m2 > square_m2; ++count) {
+    for (; count < coefficients.size() && error_m2 > square_m2 && bits < least_bits; ++count) {
       const float c = coefficients[count];
-      const std::int32_t integer = nearest(c, 1 / step_m);
-      const float off = c - step_m * static_cast<float>(integer);
-      error_m2 += static_cast<double>(off * off) - static_cast<double>(c * c);
-      bits += bits_of(zigzag(integer), code.parameter(count, step, 0));
+      const float shifted = shifted_nearest(c, per_step), off = c - step_m * (shifted - kIntegers);
+      error_m2 += static_cast<double>(off * off - c * c);
+      bits += bits_of(zigzag(integer_of(shifted)), code.parameter(count, step, 0));
     }
     if (error_m2 <= square_m2 && bits < least_bits) {
       least_bits = bits;
@@ -97,15 +98,14 @@ void encode_coefficients(const CoefficientCode& code, std::span<const float> coe
   HAIRNET_ASSERT(coefficients.size() <= code.mode_count());
   HAIRNET_ASSERT(step < kStepCount);
   const float per_step = 1 / (kFinestStep_m * static_cast<float>(1u << step));
-  std::vector<std::uint32_t> integers;
-  integers.reserve(coefficients.size());
+  ends.clear();  // the integers, until their ends are known
   for (const float c : coefficients) {
     HAIRNET_ASSERT(std::isfinite(c));
-    integers.push_back(zigzag(nearest(c, per_step)));
+    ends.push_back(zigzag(integer_of(shifted_nearest(c, per_step))));
   }
   const auto bits_if = [&](unsigned calm) {
     std::size_t bits = 0;
-    for (std::size_t k = 0; k < integers.size(); ++k) bits += bits_of(integers[k], code.parameter(k, step, calm));
+    for (std::size_t k = 0; k < ends.size(); ++k) bits += bits_of(ends[k], code.parameter(k, step, calm));
     return bits;
   };
   unsigned calm = 0;
@@ -116,10 +116,9 @@ void encode_coefficients(const CoefficientCode& code, std::span<const float> coe
   }
   writer.put(step, kStepBits);
   writer.put(calm, kCalmBits);
-  ends.clear();
   std::uint32_t end = kCoefficientHeaderBits;
-  for (std::size_t k = 0; k < integers.size(); ++k) {
-    const std::uint32_t z = integers[k];
+  for (std::size_t k = 0; k < ends.size(); ++k) {
+    const std::uint32_t z = ends[k];
     const unsigned parameter = code.parameter(k, step, calm);
     const std::uint32_t zeros = std::min(z >> parameter, kUnaryMax);
     writer.put(std::uint64_t{1} << zeros, zeros + 1);
@@ -128,7 +127,7 @@ void encode_coefficients(const CoefficientCode& code, std::span<const float> coe
     } else {
       writer.put(z, kWholeBits);
     }
-    ends.push_back(end += bits_of(z, parameter));
+    ends[k] = end += bits_of(z, parameter);
   }
 }
 

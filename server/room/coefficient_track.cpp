@@ -21,9 +21,8 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   HAIRNET_ASSERT(is_first || tick >= last_.tick);
   std::vector<float>& next = next_;
   next.assign(mode_count, 0);
-  if (motion.map) motion.map->coefficients_of(motion.displacement, next);
-  const bool is_learnt = !motion.learnt.empty();
-  std::ranges::copy(motion.learnt.first(std::min(motion.learnt.size(), mode_count)), next.begin());
+  const bool is_learnt = !motion.map && !motion.coefficients.empty();
+  std::ranges::copy(motion.coefficients.first(std::min(motion.coefficients.size(), mode_count)), next.begin());
   if (is_first || discontinuous || tick - last_.tick > kGapMax_ticks) {
     fading_.clear();
     before_.coefficients.clear();

@@ -8,11 +8,10 @@
 
 namespace hairnet::server {
 
-// What the World says about the hair of a character. Nothing: the hair is at rest.
+// The hair of a character on its level. Nothing: it is at rest.
 struct HairMotion {
-  const ModeMap* map = nullptr;              // of the lattice's level; or none
-  std::span<const Vec3f> displacement = {};  // of the lattice's nodes, head space, m
-  std::span<const float> learnt = {};        // coefficients, m, instead of a lattice
+  const ModeMap* map = nullptr;              // of the lattice's level, where the coefficients are from; none: a network
+  std::span<const float> coefficients = {};  // of the groom's basis, the first, m; the others are 0
 };
 
 // The coefficients of one character's hair from tick to tick. When the level changes, they come from elsewhere: the

@@ -56,7 +56,7 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   }
   const auto begin_frame_of = [&](std::size_t i) { begin_frame(terms, *everyone[i]); };
   const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
-  const auto encode_one = [&](std::size_t i) { encode(terms, *everyone[i]); };
+  const auto encode_batch = [&](std::size_t i) { encode(terms, batches_[i]); };
   const auto send_to = [&](std::size_t i) {
     Observer& observer = *observers_[i];
     send(terms, observer);
@@ -64,7 +64,8 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   };
   run_loop(parallel_for, everyone.size(), begin_frame_of);
   run_loop(parallel_for, rooms.rooms().size(), request_for);
-  run_loop(parallel_for, everyone.size(), encode_one);
+  gather_batches(everyone);
+  run_loop(parallel_for, batches_.size(), encode_batch);
   run_loop(parallel_for, observers_.size(), send_to);
 }
 
@@ -186,17 +187,54 @@ bool Publisher::note_learnt(const Terms& terms, const Character& character, Obse
   return tick - std::max(*view.learnt_since, *told.evaluated_since) >= kLearntSettled_ticks;
 }
 
-void Publisher::encode(const Terms& terms, Character& character) const {
-  const std::span variants(character.variants.data(), character.variant_count);
-  if (variants.empty()) return;
+void Publisher::gather_batches(std::span<Character* const> everyone) {
+  batches_.clear();
+  std::map<std::pair<const KnownBasis*, const ModeMap*>, std::size_t> unfilled;
+  for (Character* character : everyone) {
+    if (character->variant_count == 0) continue;
+    const KnownBasis* const basis = basis_of(*character);
+    const LatticeView& lattice = character->lattice;
+    const ModeMap* const map = basis && lattice.model ? &basis->modes->map(lattice.level) : nullptr;
+    const auto [found, is_new] = unfilled.try_emplace({basis, map}, batches_.size());
+    if (is_new || batches_[found->second].count == kModeMapWidth) {
+      found->second = batches_.size();
+      batches_.push_back({basis, map});
+    }
+    Batch& batch = batches_[found->second];
+    batch.characters[batch.count++] = character;
+  }
+}
+
+void Publisher::encode(const Terms& terms, const Batch& batch) const {
   const std::int64_t begun_ns = clock_ns();
+  const std::span characters(batch.characters.data(), batch.count);
+  std::array<std::array<float, kModeCountMax>, kModeMapWidth> computed;
+  if (batch.map) {
+    std::array<std::span<const Vec3f>, kModeMapWidth> displacements;
+    std::array<std::span<float>, kModeMapWidth> out;
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      displacements[i] = characters[i]->lattice.displacement;
+      out[i] = std::span(computed[i]).first(batch.basis->modes->basis.mode_count());
+    }
+    batch.map->coefficients_of(std::span(displacements).first(batch.count), std::span(out).first(batch.count));
+  }
+  const std::int64_t map_ns = clock_ns() - begun_ns;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    Character& character = *characters[i];
+    const std::int64_t encode_begun_ns = clock_ns();
+    const std::span<const float> own = computed[i];
+    encode(terms, character, batch.basis, {batch.map, batch.map ? own : character.lattice.coefficients});
+    character.encode_ns = clock_ns() - encode_begun_ns + map_ns / static_cast<std::int64_t>(batch.count);
+  }
+}
+
+void Publisher::encode(const Terms& terms, Character& character, const KnownBasis* basis,
+                       const HairMotion& motion) const {
+  const std::span variants(character.variants.data(), character.variant_count);
   const LatticeView& lattice = character.lattice;
   HAIRNET_ASSERT(lattice.pose);
-  const KnownBasis* const basis = basis_of(character);
   std::span<const float> coefficients;
   if (basis) {
-    const HairMotion motion{lattice.model ? &basis->modes->map(lattice.level) : nullptr, lattice.displacement,
-                            lattice.coefficients};
     // Also when only poses are sent: a fade begins from there, and what a network gives is merely copied.
     coefficients = character.coefficients.at(terms.tick.tick, def_.tick_s, motion, basis->modes->basis.mode_count(),
                                              character.discontinuous);
@@ -221,7 +259,6 @@ void Publisher::encode(const Terms& terms, Character& character) const {
     }
   }
   counters_->frames_encoded.add(variants.size());
-  character.encode_ns = clock_ns() - begun_ns;
 }
 
 // Gathers frames into packets of at most `bytes_max` bytes of frames, or of one frame.

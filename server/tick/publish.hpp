@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/assert.hpp"
@@ -47,6 +49,14 @@ class Publisher {
     codec::CoefficientCode code;
   };
 
+  // Characters whose coefficients one map computes at once. No map: there is nothing to compute.
+  struct Batch {
+    const KnownBasis* basis = nullptr;  // null: only poses are sent
+    const ModeMap* map = nullptr;
+    std::size_t count = 0;
+    std::array<Character*, kModeMapWidth> characters{};
+  };
+
   class Packer;
   struct Terms {
     Rooms& rooms;
@@ -58,7 +68,9 @@ class Publisher {
   void request(const Terms& terms, Room& room) const;
   // the stride at which frames are sent to it
   int request(const Terms& terms, const Room& room, Observer& observer) const;
-  void encode(const Terms& terms, Character& character) const;
+  void gather_batches(std::span<Character* const> everyone);
+  void encode(const Terms& terms, const Batch& batch) const;
+  void encode(const Terms& terms, Character& character, const KnownBasis* basis, const HairMotion& motion) const;
   void announce_basis(const Terms& terms, const Character& character, Observer& observer) const;
   // Whether the observer evaluates the hair of this frame itself. Announces learnt hair to an observer that sees it.
   bool note_learnt(const Terms& terms, const Character& character, Observer& observer, View& view) const;
@@ -71,7 +83,8 @@ class Publisher {
   TickCounters* counters_;
   std::map<wire::GroomHash, KnownBasis> bases_;        // by groom
   std::map<wire::GroomHash, wire::GroomHash> learnt_;  // the hash of its file, by groom
-  std::vector<Observer*> observers_;
+  std::vector<Observer*> observers_;                   // this and the next: of this tick
+  std::vector<Batch> batches_;
 };
 
 }  // namespace hairnet::server

@@ -110,6 +110,26 @@ TEST_F(HairModes, need_no_other_coefficients_to_find_the_first) {
   for (std::size_t k = 0; k < first.size(); ++k) EXPECT_NEAR(first[k], all[k], 1e-6) << k;
 }
 
+TEST_F(HairModes, give_characters_at_once_what_they_give_each) {
+  const std::size_t count = modes_->basis.mode_count();
+  for (const std::size_t wanted : {count, count - 3}) {
+    for (const std::size_t characters : {1u, 3u, 5u, 16u}) {
+      std::vector<std::vector<Vec3f>> nodes;
+      std::vector<std::vector<float>> found(characters, std::vector<float>(wanted));
+      for (unsigned i = 0; i < characters; ++i) nodes.push_back(displacements(some_coefficients(20 + i)));
+      const std::vector<std::span<const Vec3f>> in(nodes.begin(), nodes.end());
+      const std::vector<std::span<float>> out(found.begin(), found.end());
+      modes_->map(LevelIndex::high).coefficients_of(in, out);
+      for (std::size_t i = 0; i < characters; ++i) {
+        std::vector<float> own(wanted);
+        modes_->map(LevelIndex::high).coefficients_of(nodes[i], own);
+        for (std::size_t k = 0; k < wanted; ++k)
+          ASSERT_NEAR(found[i][k], own[k], 1e-6) << i << " of " << characters << ", " << k;
+      }
+    }
+  }
+}
+
 TEST_F(HairModes, of_hair_at_rest_are_zero_on_every_level) {
   for (std::size_t i = 0; i < 4; ++i) {
     std::vector<float> c(modes_->basis.mode_count(), 1);

@@ -22,7 +22,9 @@ class CoefficientTrackTest : public testing::Test {
     return {Vec3f(swing, 0.5f * swing, 0.02f), Vec3f::Zero()};
   }
   std::vector<float> at(std::uint64_t tick, const ModeMap* map, bool discontinuous = false) {
-    const std::span<const float> c = track_.at(tick, kTickLength_s, {map, hair(tick), {}}, 3, discontinuous);
+    std::vector<float> own(map ? 3 : 0);
+    if (map) map->coefficients_of(hair(tick), own);
+    const std::span<const float> c = track_.at(tick, kTickLength_s, {map, own}, 3, discontinuous);
     return {c.begin(), c.end()};
   }
   const ModeMap fine_ = scaled(1), coarse_ = scaled(0.5f);
@@ -77,7 +79,7 @@ TEST_F(CoefficientTrackTest, fade_to_rest_when_the_lattice_goes) {
 TEST_F(CoefficientTrackTest, fade_to_those_of_a_network_and_back) {
   const std::vector<float> learnt{0.03f, -0.02f};  // it drives two of three
   const auto at_learnt = [&](std::uint64_t tick) {
-    const std::span<const float> c = track_.at(tick, kTickLength_s, {.learnt = learnt}, 3, false);
+    const std::span<const float> c = track_.at(tick, kTickLength_s, {nullptr, learnt}, 3, false);
     return std::vector<float>(c.begin(), c.end());
   };
   at(4, &fine_);
