@@ -3,7 +3,7 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { PageViewer } from "../page/viewer";
 import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
-import { HairnetServer } from "./hairnetServer";
+import { HairnetServer, until } from "./hairnetServer";
 import { FirstSeen } from "./firstSeen";
 import { SlowLine } from "./slowLine";
 
@@ -38,6 +38,12 @@ beforeAll(async () => {
     const { bytes } = makeGroomFile(style, kStrands);
     actors.push(await Actor.join(server.address, "five", bytes, [0.6 * (n - kCentral), 1.6, 0]));
   }
+  await until("the server has built all levels", async () => {
+    const [grooms, waiting] = await Promise.all(
+      ["hairnet_grooms", "hairnet_grooms_waiting"].map((each) => server.metric(each)),
+    );
+    return grooms === kStyles.length && waiting === 0;
+  });
   await browser.start({ width: 1280, height: 720 });
 }, 240_000);
 afterAll(async () => {

@@ -23,4 +23,11 @@ export class HairnetServer extends Server {
   get address(): string {
     return `http://127.0.0.1:${this.port}`;
   }
+
+  /** A number of /metrics; 0: it is not there. */
+  async metric(name: string): Promise<number> {
+    const text = await (await fetch(`${this.address}/metrics`)).text();
+    const line = text.split("\n").find((each) => each.startsWith(`${name} `));
+    return Number(line?.split(" ")[1] ?? 0);
+  }
 }

@@ -17,13 +17,6 @@ interface Globals {
 beforeAll(() => browser.start({ width: 480, height: 320 }, [], true));
 afterAll(() => browser.dispose());
 
-/** A number that counts /metrics. */
-async function counter(server: HairnetServer, name: string): Promise<number> {
-  const text = await (await fetch(`${server.address}/metrics`)).text();
-  const line = text.split("\n").find((each) => each.startsWith(`${name} `));
-  return Number(line?.split(" ")[1] ?? 0);
-}
-
 /** Opens the page, joins with hair on, and returns what it knows of another person while that one turns. */
 async function watch(server: HairnetServer, actor: Actor) {
   const page = await browser.open(`${server.address}/?room=wt`);
@@ -65,11 +58,11 @@ test("hair moves over WebTransport, poses and frames as datagrams", async () => 
     expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
     expect(after.framesUndecodable).toBe(0);
     expect(Math.abs(after.yaw - before.yaw)).toBeGreaterThan(0.1);
-    expect(await counter(server, 'hairnet_connections_opened_total{transport="webtransport"}')).toBe(1);
-    expect(await counter(server, "hairnet_quic_datagrams_sent_total")).toBeGreaterThan(20);
+    expect(await server.metric('hairnet_connections_opened_total{transport="webtransport"}')).toBe(1);
+    expect(await server.metric("hairnet_quic_datagrams_sent_total")).toBeGreaterThan(20);
     await page.locator("#join-button").click();
     await expect
-      .poll(() => counter(server, "hairnet_quic_datagrams_received_total"), { timeout: kWaitMs })
+      .poll(() => server.metric("hairnet_quic_datagrams_received_total"), { timeout: kWaitMs })
       .toBeGreaterThan(20);
     expect(await page.locator("#figures").textContent()).toContain("WebTransport");
     // The next server on the port tells the page at once that its session is gone; it comes back by itself.

@@ -170,6 +170,14 @@ export class LinkCore {
     this.#sink = sink;
   }
 
+  /**
+   * Bases and learnt hair are then downloaded of the grooms only for which `isOfUse` returns true: hair that cannot be
+   * drawn yet needs none.
+   */
+  downloadHairOf(isOfUse: (groom: GroomHash) => boolean): void {
+    this.#members.isOfUse = isOfUse;
+  }
+
   /** Says goodbye; `hasEnded` follows. */
   leave(nowNs: number): void {
     if (this.#state === "leaving" || this.hasEnded) return;

@@ -88,6 +88,8 @@ const kUnknown: DecodedFrame = {
 export class Members {
   readonly bases = newBases();
   readonly learnt = new GroomFiles(decodeLearnt);
+  /** whether the groom's hair is of use now: its basis and learnt hair are asked for then */
+  isOfUse: (groom: GroomHash) => boolean = () => true;
   /** grooms whose hair the server knows this client to evaluate */
   readonly #learntTold = new Set<GroomHash>();
   readonly #members = new Map<number, Member>();
@@ -145,7 +147,7 @@ export class Members {
     member.lastTick = tick;
     const isRigid = frame.level === LevelIndex.rigid;
     const shared = {
-      wantsBasis: isRigid ? null : this.bases.wanted(member.groom, nowNs),
+      wantsBasis: isRigid ? null : this.#wanted(this.bases, member.groom, nowNs),
       discontinuous: frame.discontinuous || member.discontinuityPending,
       character: member.isOwn ? member.character : 0,
     };
@@ -180,7 +182,7 @@ export class Members {
     const isLearnt = frame.level === LevelIndex.learnt;
     if (!isLearnt && member.learnt.isIdle) return decoded;
     const hair = this.learnt.of(groom);
-    const wantsLearnt = isLearnt ? this.learnt.wanted(groom, nowNs) : null;
+    const wantsLearnt = isLearnt ? this.#wanted(this.learnt, groom, nowNs) : null;
     const shownBefore = before?.basis === newest.basis ? before.coefficients : null;
     if (!hair && frame.evaluated) {
       member.learnt = new LearntTrack();
@@ -226,7 +228,11 @@ export class Members {
   /** The files of bases that such frames still lack and that are to be asked for again. */
   wantedAgain(nowNs: number): GroomHash[] {
     const waiting = [...this.#members.values()].filter((member) => member.waiting);
-    return waiting.map((member) => this.bases.wanted(member.groom, nowNs)).filter((file) => file !== null);
+    return waiting.map((member) => this.#wanted(this.bases, member.groom, nowNs)).filter((file) => file !== null);
+  }
+
+  #wanted<Known extends object>(files: GroomFiles<Known>, groom: GroomHash, nowNs: number): GroomHash | null {
+    return this.isOfUse(groom) ? files.wanted(groom, nowNs) : null;
   }
 
   /** The hair of an own character's last decoded frame; null unless it had coefficients of the groom's newest basis. */

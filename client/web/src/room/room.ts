@@ -110,6 +110,7 @@ export class Room implements HairSource {
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
       });
+      core.downloadHairOf((groom) => this.#grooms.has(groom));
       core.send({ ...kObserveAll, errorM });
     });
   }

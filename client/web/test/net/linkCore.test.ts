@@ -240,6 +240,20 @@ describe("link: frames", () => {
     expect(driver.core.counters.framesUndecodable).toBe(0);
   });
 
+  it("asks for no basis of hair that is of no use yet, also of one that sleeps", () => {
+    const driver = new LinkCoreDriver();
+    let isOfUse = false;
+    driver.core.downloadHairOf((hash) => hash === announced.groom && isOfUse);
+    driver.join();
+    driver.tell(joined);
+    driver.tell(announced);
+    driver.tell(batch(1, { asleep: true }));
+    expect(driver.sent()).toEqual([]);
+    isOfUse = true;
+    driver.pass(1e9);
+    expect(driver.sent()).toMatchObject([{ type: "groomRequest", hash: announced.basis }]);
+  });
+
   it("shows a sleeping character, of which no other frame comes, once its basis is here", () => {
     const driver = new LinkCoreDriver();
     driver.join();
