@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "server/http3/capsule.hpp"
-#include "server/http3/field_section.hpp"
-#include "server/http3/settings.hpp"
-#include "server/http3/stream_type.hpp"
+#include "schema/http3/capsule.hpp"
+#include "schema/http3/field_section.hpp"
+#include "schema/http3/settings.hpp"
+#include "schema/http3/stream_type.hpp"
 
 namespace hairnet::http3 {
 namespace {
@@ -124,7 +124,7 @@ bool Connection::take_control(Stream& stream, const FrameReader::Piece& piece) {
     if (piece.length > kSettingsBytesMax) return fail(ErrorCode::excessive_load, "too many settings");
     stream.begin.insert(stream.begin.end(), piece.bytes.begin(), piece.bytes.end());
     if (!piece.is_last) return true;
-    if (!are_valid_settings(stream.begin)) return fail(ErrorCode::settings_error, "the settings are not valid");
+    if (!read_settings(stream.begin)) return fail(ErrorCode::settings_error, "the settings are not valid");
     stream.begin = {};
     return stream.has_settings = true;
   }

@@ -6,10 +6,10 @@
 #include <span>
 #include <string_view>
 
-#include "server/http3/error_code.hpp"
-#include "server/http3/frame_reader.hpp"
+#include "schema/http3/error_code.hpp"
+#include "schema/http3/frame_reader.hpp"
+#include "schema/http3/varint.hpp"
 #include "server/http3/request.hpp"
-#include "server/http3/varint.hpp"
 
 namespace hairnet::http3 {
 

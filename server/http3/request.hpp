@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "core/result.hpp"
-#include "server/http3/field_section.hpp"
+#include "schema/http3/field_section.hpp"
 
 namespace hairnet::http3 {
 

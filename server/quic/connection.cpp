@@ -9,7 +9,6 @@
 namespace hairnet::quic {
 namespace {
 
-constexpr std::size_t kPiecesMax = 16;
 constexpr std::int64_t kClosing_ns_max = 1'000'000'000;
 
 constexpr std::uint64_t value_of(http3::ErrorCode code) {
@@ -117,7 +116,7 @@ void Connection::on_stream_bytes(http3::StreamId stream, std::span<const std::ui
 
 void Connection::on_stream_closed(http3::StreamId stream) {
   http3_.on_stream_closed(stream);
-  streams_.erase(stream);
+  queues_.erase(stream);
   if (ngtcp2_conn_is_local_stream(quic_, stream)) return;
   if (ngtcp2_is_bidi_stream(stream))
     ngtcp2_conn_extend_max_streams_bidi(quic_, 1);
@@ -140,7 +139,7 @@ void Connection::on_quic_datagram(std::span<const std::uint8_t> bytes) {
 // What HTTP/3 asks for and tells.
 
 void Connection::send(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
-  SendBuffer& buffer = streams_[stream];
+  SendBuffer& buffer = queues_.stream(stream);
   buffer.push({bytes.begin(), bytes.end()});
   if (is_last) buffer.end();
   touch();
@@ -152,7 +151,7 @@ void Connection::stop_reading(http3::StreamId stream, http3::ErrorCode code) {
 }
 
 void Connection::reset(http3::StreamId stream, http3::ErrorCode code) {
-  streams_[stream].reset();
+  queues_.stream(stream).reset();
   ngtcp2_conn_shutdown_stream_write(quic_, stream, value_of(code));
   touch();
 }
@@ -171,9 +170,9 @@ int Connection::on_request(const http3::Request& request) {
 
 void Connection::on_channel_open(http3::StreamId stream) {
   HAIRNET_ASSERT(!sink_);
-  streams_[stream];
+  queues_.stream(stream);
   if (state_ != State::open) return;
-  datagram_prefix_ = http3_.datagram_prefix();
+  queues_.set_datagram_prefix(http3_.datagram_prefix());
   deadline_ns_ = 0;
   sink_ = host_->on_session(*this, now_ns_);
   if (!sink_ && state_ == State::open) failure_ = Failure::refused;
@@ -201,9 +200,7 @@ void Connection::on_session_end() {
 
 SendBuffer* Connection::channel() {
   const auto id = http3_.channel();
-  if (!id) return nullptr;
-  const auto found = streams_.find(*id);
-  return found == streams_.end() ? nullptr : &found->second;
+  return id ? queues_.find(*id) : nullptr;
 }
 
 void Connection::send(std::vector<std::uint8_t> bytes) {
@@ -217,22 +214,13 @@ void Connection::send(std::vector<std::uint8_t> bytes) {
 void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
   HAIRNET_ASSERT(bytes.size() <= datagram_bytes_max());
   if (state_ != State::open) return;
-  datagram_bytes_ += bytes.size();
-  datagrams_.push_back(std::move(bytes));
+  queues_.push_datagram(std::move(bytes));
   was_full_ = was_full_ || !is_writable();
   touch();
 }
 
-std::size_t Connection::unsent_bytes() const {
-  std::size_t bytes = datagram_bytes_;
-  for (const auto& [id, buffer] : streams_) bytes += buffer.unsent_bytes();
-  return bytes;
-}
-
 bool Connection::is_writable() const {
-  std::size_t kept = 0;
-  for (const auto& [id, buffer] : streams_) kept += buffer.kept_bytes();
-  return state_ == State::open && unsent_bytes() < kUnsentBytesMax && kept < kKeptBytesMax;
+  return state_ == State::open && unsent_bytes() < kUnsentBytesMax && queues_.kept_bytes() < kKeptBytesMax;
 }
 
 std::size_t Connection::datagram_bytes_max() const {
@@ -247,8 +235,7 @@ void Connection::close(std::string_view reason, std::int64_t now_ns) {
   if (state_ != State::open) return;
   state_ = State::finishing;
   close_reason_ = reason;
-  datagrams_.clear();
-  datagram_bytes_ = 0;
+  queues_.drop_datagrams();
   deadline_ns_ = now_ns + options_.linger_ns;
   if (SendBuffer* buffer = channel()) buffer->end();
   touch();
@@ -280,9 +267,7 @@ void Connection::advance_finish(std::int64_t now_ns) {
     http3_.close_session(0, close_reason_);
     touch();
   }
-  const bool is_all_done =
-      std::ranges::none_of(streams_, [](const auto& entry) { return entry.second.kept_bytes() > 0; });
-  if (is_all_done) cut(now_ns);
+  if (queues_.kept_bytes() == 0) cut(now_ns);
 }
 
 // How it ends.
@@ -356,9 +341,7 @@ void Connection::begin_closing(const ngtcp2_connection_close_error& error, std::
   state_ = is_close_due_ ? State::closing : State::over;
   const auto pto_ns = static_cast<std::int64_t>(ngtcp2_conn_get_pto(quic_));
   deadline_ns_ = now_ns + std::min(3 * pto_ns, kClosing_ns_max);
-  streams_.clear();
-  datagrams_.clear();
-  datagram_bytes_ = 0;
+  queues_.clear();
   ticket_ = nullptr;
   touch();
 }
@@ -393,69 +376,30 @@ void Connection::tell_writable() {
 }
 
 bool Connection::write_packet(Outgoing& out, std::int64_t now_ns) {
-  const std::span<std::uint8_t> room = out.room();
   ngtcp2_path_storage path;
   ngtcp2_path_storage_zero(&path);
   ngtcp2_pkt_info info{};
-  const auto time = static_cast<ngtcp2_tstamp>(now_ns);
-  std::vector<http3::StreamId> blocked;
-  while (true) {
-    ngtcp2_ssize bytes = 0;
-    if (!datagrams_.empty() && ngtcp2_conn_get_handshake_completed(quic_)) {
-      std::vector<std::uint8_t>& first = datagrams_.front();
-      const std::array<ngtcp2_vec, 2> pieces{
-          {{datagram_prefix_.data(), datagram_prefix_.size()}, {first.data(), first.size()}}};
-      int is_taken = 0;
-      bytes = ngtcp2_conn_writev_datagram(quic_, &path.path, &info, room.data(), room.size(), &is_taken,
-                                          NGTCP2_WRITE_DATAGRAM_FLAG_MORE, 0, pieces.data(), pieces.size(), time);
-      const bool is_unusable = bytes == NGTCP2_ERR_INVALID_ARGUMENT || bytes == NGTCP2_ERR_INVALID_STATE;
-      if (is_taken || is_unusable) {
-        (is_taken ? counters_->datagrams_sent : counters_->datagrams_dropped_unsent).add();
-        if (sink_ && is_taken) sink_->on_sent(first.size());
-        datagram_bytes_ -= first.size();
-        datagrams_.pop_front();
-      }
-      if (bytes == NGTCP2_ERR_WRITE_MORE || is_unusable) continue;
-    } else {
-      const auto next = std::ranges::find_if(streams_, [&](const auto& entry) {
-        return entry.second.has_unsent() && std::ranges::count(blocked, entry.first) == 0;
-      });
-      const bool has_stream = next != streams_.end();
-      std::array<ngtcp2_vec, kPiecesMax> pieces{};
-      const std::size_t count = has_stream ? next->second.peek(pieces) : 0;
-      const bool with_end = has_stream && next->second.reaches_end(std::span(pieces).first(count));
-      std::uint32_t flags = has_stream ? NGTCP2_WRITE_STREAM_FLAG_MORE : NGTCP2_WRITE_STREAM_FLAG_NONE;
-      if (with_end) flags |= NGTCP2_WRITE_STREAM_FLAG_FIN;
-      ngtcp2_ssize taken = -1;
-      bytes = ngtcp2_conn_writev_stream(quic_, &path.path, &info, room.data(), room.size(), &taken, flags,
-                                        has_stream ? next->first : -1, pieces.data(), count, time);
-      if (has_stream && taken >= 0) {
-        if (sink_ && http3_.channel() == next->first) sink_->on_sent(static_cast<std::size_t>(taken));
-        next->second.mark_sent(static_cast<std::size_t>(taken), with_end);
-      }
-      if (bytes == NGTCP2_ERR_WRITE_MORE) continue;
-      if (has_stream && bytes == NGTCP2_ERR_STREAM_DATA_BLOCKED) {
-        blocked.push_back(next->first);
-        continue;
-      }
-      if (has_stream && (bytes == NGTCP2_ERR_STREAM_SHUT_WR || bytes == NGTCP2_ERR_STREAM_NOT_FOUND)) {
-        // The peer has stopped reading; ngtcp2 has no other way to tell.
-        next->second.reset();
-        http3_.on_stop(next->first);
-        if (failure_ == Failure::none) continue;
-        bytes = NGTCP2_ERR_CALLBACK_FAILURE;
-      }
-    }
-    if (bytes < 0) {
-      end_with_error(static_cast<int>(bytes), now_ns);
-      return false;
-    }
-    if (bytes == 0) return false;
-    const ngtcp2_path& used = path.path;
-    out.add({Address::of(used.local.addr, used.local.addrlen), Address::of(used.remote.addr, used.remote.addrlen)},
-            static_cast<std::size_t>(bytes), static_cast<std::uint8_t>(info.ecn));
-    return true;
-  }
+  const ngtcp2_ssize bytes = queues_.write(quic_, path.path, info, out.room(), now_ns, *this);
+  if (bytes < 0) end_with_error(static_cast<int>(bytes), now_ns);
+  if (bytes <= 0) return false;
+  const ngtcp2_path& used = path.path;
+  out.add({Address::of(used.local.addr, used.local.addrlen), Address::of(used.remote.addr, used.remote.addrlen)},
+          static_cast<std::size_t>(bytes), static_cast<std::uint8_t>(info.ecn));
+  return true;
+}
+
+void Connection::on_stream_sent(http3::StreamId stream, std::size_t bytes) {
+  if (sink_ && http3_.channel() == stream) sink_->on_sent(bytes);
+}
+
+void Connection::on_datagram_sent(std::size_t bytes, bool is_sent) {
+  (is_sent ? counters_->datagrams_sent : counters_->datagrams_dropped_unsent).add();
+  if (sink_ && is_sent) sink_->on_sent(bytes);
+}
+
+bool Connection::on_stopped(http3::StreamId stream) {
+  http3_.on_stop(stream);
+  return failure_ == Failure::none;
 }
 
 void Connection::widen() {

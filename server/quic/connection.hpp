@@ -4,10 +4,7 @@
 #include <ngtcp2/ngtcp2.h>
 #include <ngtcp2/ngtcp2_crypto.h>
 
-#include <array>
 #include <cstdint>
-#include <deque>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,17 +12,15 @@
 #include <string_view>
 #include <vector>
 
+#include "schema/quic/address.hpp"
+#include "schema/quic/parameters.hpp"
+#include "schema/quic/send_queues.hpp"
 #include "server/http3/connection.hpp"
-#include "server/quic/address.hpp"
 #include "server/quic/credentials.hpp"
 #include "server/quic/outgoing.hpp"
 #include "server/quic/quic_counters.hpp"
-#include "server/quic/send_buffer.hpp"
 
 namespace hairnet::quic {
-
-// A payload of a datagram has at most so many bytes: some browsers take no more.
-inline constexpr std::size_t kDatagramBytesMax = 1024;
 
 struct ConnectionOptions {
   std::int64_t handshake_timeout_ns = 5'000'000'000;
@@ -66,7 +61,7 @@ class ConnectionHost {
 };
 
 // One QUIC connection of the server's side, its HTTP/3 and its session. No I/O: packets in, packets out.
-class Connection final : private http3::Owner {
+class Connection final : private http3::Owner, private SendObserver {
  public:
   // Bytes that may wait to be sent before is_writable() is false; more would only delay a slow peer's frames.
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
@@ -113,7 +108,7 @@ class Connection final : private http3::Owner {
   void cut(std::int64_t now_ns);                        // at once
   void abandon() { end("the server stops", now_ns_); }  // tells the sink; nothing is sent
   [[nodiscard]] const Address& remote() const { return remote_; }
-  [[nodiscard]] std::size_t unsent_bytes() const;
+  [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] ngtcp2_conn_stat statistics() const;
 
  private:
@@ -134,6 +129,11 @@ class Connection final : private http3::Owner {
   void on_channel_bytes(std::span<const std::uint8_t> bytes) override;
   void on_datagram(std::span<const std::uint8_t> bytes) override;
   void on_session_end() override;
+
+  // SendObserver
+  void on_stream_sent(http3::StreamId stream, std::size_t bytes) override;
+  void on_datagram_sent(std::size_t bytes, bool is_sent) override;
+  bool on_stopped(http3::StreamId stream) override;
 
   // Within ngtcp2's calls.
   bool on_handshake_done();
@@ -164,10 +164,7 @@ class Connection final : private http3::Owner {
   std::shared_ptr<void> ticket_;
   std::vector<ngtcp2_cid> ids_;
   Address remote_;  // at first
-  std::map<http3::StreamId, SendBuffer> streams_;
-  std::deque<std::vector<std::uint8_t>> datagrams_;
-  std::size_t datagram_bytes_ = 0;
-  std::vector<std::uint8_t> datagram_prefix_;
+  SendQueues queues_;
   std::vector<std::uint8_t> close_packet_;
   bool is_close_due_ = false;      // close_packet_ is to be sent (again)
   std::size_t closing_bytes_ = 0;  // that came since close_packet_ was sent

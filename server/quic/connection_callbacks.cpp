@@ -5,19 +5,15 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/quic/parameters.hpp"
 #include "server/quic/connection.hpp"
 
 namespace hairnet::quic {
 namespace {
 
-// TLS 1.3 alone, and the ciphers that QUIC has.
-constexpr const char* kPriorities =
-    "NORMAL:-VERS-ALL:+VERS-TLS1.3:-CIPHER-ALL:+AES-128-GCM:+AES-256-GCM:+CHACHA20-POLY1305:-GROUP-ALL:+GROUP-X25519:"
-    "+GROUP-SECP256R1:+GROUP-SECP384R1:%DISABLE_TLS13_COMPAT_MODE";
 constexpr std::uint64_t kStreamBytesMax = std::uint64_t{64} << 10, kConnectionBytesMax = kStreamBytesMax;
 constexpr std::uint64_t kOneWayBytesMax = 4096;
 constexpr std::uint64_t kStreamsMax = 8, kOneWayStreamsMax = 8;  // of the peer's, at a time
-constexpr std::uint64_t kDatagramFrameBytesMax = 1500;
 
 void put_random(std::uint8_t* out, std::size_t bytes, const ngtcp2_rand_ctx*) {
   gnutls_rnd(GNUTLS_RND_NONCE, out, bytes);
@@ -52,8 +48,7 @@ struct ConnectionCallbacks {
   }
   static int acked_stream_data_offset(ngtcp2_conn*, std::int64_t stream, std::uint64_t offset, std::uint64_t count,
                                       void* user, void*) {
-    const auto found = of(user).streams_.find(stream);
-    if (found != of(user).streams_.end()) found->second.acknowledge(offset + count);
+    if (SendBuffer* buffer = of(user).queues_.find(stream)) buffer->acknowledge(offset + count);
     return 0;
   }
   static int stream_open(ngtcp2_conn*, std::int64_t, void*) { return 0; }
@@ -173,7 +168,7 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   }
   constexpr std::uint8_t kProtocol[] = {'h', '3'};
   const gnutls_datum_t protocol{const_cast<std::uint8_t*>(kProtocol), sizeof(kProtocol)};
-  if (gnutls_priority_set_direct(tls_, kPriorities, nullptr) != 0 ||
+  if (gnutls_priority_set_direct(tls_, kTlsPriorities, nullptr) != 0 ||
       ngtcp2_crypto_gnutls_configure_server_session(tls_) != 0 ||
       gnutls_credentials_set(tls_, GNUTLS_CRD_CERTIFICATE, credentials_->native()) != 0 ||
       gnutls_alpn_set_protocols(tls_, &protocol, 1, GNUTLS_ALPN_MANDATORY) != 0)

@@ -2,16 +2,14 @@
 
 #include <gnutls/gnutls.h>
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 
 #include "core/result.hpp"
+#include "schema/quic/certificate_hash.hpp"
 
 namespace hairnet::quic {
-
-using CertificateHash = std::array<std::uint8_t, 32>;  // SHA-256 of a certificate in DER
 
 // The certificate and key that the server's side of TLS shows.
 class Credentials {

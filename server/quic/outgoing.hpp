@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "server/quic/address.hpp"
+#include "schema/quic/address.hpp"
 
 namespace hairnet::quic {
 

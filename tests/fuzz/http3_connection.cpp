@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "server/http3/connection.hpp"
-#include "server/http3/field_section.hpp"
+#include "schema/http3/field_section.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/support/http3_owner.hpp"
 

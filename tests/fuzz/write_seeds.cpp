@@ -182,7 +182,7 @@ void add_http3_seeds(Folder& folder) {
   add_http3_step(opening, kBytes, 2, http3::control_stream());
   add_http3_step(opening, kBytes, 6, {0x02, 0x20});
   add_http3_step(opening, kBytes, 10, {0x03});
-  add_http3_step(opening, kBytes, 0, http3::connect_request());
+  add_http3_step(opening, kBytes, 0, http3::connect_request("localhost:7420", "/ws"));
   add_http3_step(opening, kBytes, 4, http3::channel_begin(0));
   add_http3_step(opening, kBytes, 4, {1, 2, 3});
   add_http3_step(opening, kDatagram, 0, {0, 9});

@@ -20,7 +20,7 @@ struct Http3Connection : testing::Test {
   void open_session() {
     connection.start(kOurControl);
     connection.on_bytes(kControl, control_stream(), false);
-    connection.on_bytes(kRequest, connect_request(), false);
+    connection.on_bytes(kRequest, connect_request("localhost:7420", "/ws"), false);
   }
   void open_channel() {
     open_session();
@@ -58,7 +58,7 @@ TEST_F(Http3Connection, does_the_same_when_every_byte_comes_alone) {
     for (const std::uint8_t byte : bytes) connection.on_bytes(id, std::span(&byte, 1), false);
   };
   each(kControl, control_stream());
-  each(kRequest, connect_request());
+  each(kRequest, connect_request("localhost:7420", "/ws"));
   Bytes channel = channel_begin(kRequest);
   put(channel, "bytes");
   each(kChannel, channel);
@@ -70,7 +70,7 @@ TEST_F(Http3Connection, does_the_same_when_every_byte_comes_alone) {
 }
 
 TEST_F(Http3Connection, waits_for_the_rest_at_every_truncation) {
-  const Bytes request = connect_request();
+  const Bytes request = connect_request("localhost:7420", "/ws");
   for (std::size_t cut = 0; cut < request.size(); ++cut) {
     RecordingOwner fresh;
     Connection alone(fresh);
@@ -89,7 +89,7 @@ TEST_F(Http3Connection, answers_other_requests_with_404_and_a_second_session_wit
   EXPECT_THAT(owner.sent[kChannel], testing::Contains('4'));
   EXPECT_TRUE(owner.ended.contains(kChannel));
   EXPECT_EQ(owner.requests.size(), 1u);
-  connection.on_bytes(kSecond, connect_request(), false);
+  connection.on_bytes(kSecond, connect_request("localhost:7420", "/ws"), false);
   EXPECT_TRUE(owner.ended.contains(kSecond));
   EXPECT_EQ(owner.requests.size(), 1u);
   EXPECT_FALSE(owner.failure);
@@ -109,7 +109,7 @@ TEST_F(Http3Connection, rejects_streams_of_no_session_and_more_than_one_channel)
   connection.on_bytes(kChannel, channel_begin(kRequest), false);
   EXPECT_EQ(owner.resets.at(kChannel), ErrorCode::session_unknown);
   owner = {};
-  connection.on_bytes(kRequest, connect_request(), false);
+  connection.on_bytes(kRequest, connect_request("localhost:7420", "/ws"), false);
   connection.on_bytes(kSecond, channel_begin(kRequest), false);
   EXPECT_EQ(owner.channel, kSecond);
   connection.on_bytes(12, channel_begin(kRequest), false);
@@ -132,7 +132,7 @@ TEST_F(Http3Connection, ends_with_the_close_capsule_the_end_of_the_request_or_of
            [](Connection& c) { c.on_stop(kChannel); }}) {
     RecordingOwner fresh;
     Connection alone(fresh);
-    alone.on_bytes(kRequest, connect_request(), false);
+    alone.on_bytes(kRequest, connect_request("localhost:7420", "/ws"), false);
     alone.on_bytes(kChannel, channel_begin(kRequest), false);
     end(alone);
     end(alone);
@@ -198,7 +198,7 @@ TEST_F(Http3Connection, fails_on_second_critical_streams_and_on_lost_ones) {
   connection.on_bytes(kEncoder, control_stream(), false);
   EXPECT_EQ(owner.failure, ErrorCode::stream_creation_error);
   const std::size_t calls = owner.calls;
-  connection.on_bytes(kRequest, connect_request(), false);
+  connection.on_bytes(kRequest, connect_request("localhost:7420", "/ws"), false);
   connection.on_datagram(Bytes{0});
   connection.close_session(0, "");
   EXPECT_EQ(owner.calls, calls);  // nothing follows a failure
@@ -214,14 +214,14 @@ TEST_F(Http3Connection, fails_on_wrong_requests) {
   Bytes wrong;
   put_frame(wrong, kDataFrame, {1});
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::frame_unexpected);
-  wrong = connect_request();
+  wrong = connect_request("localhost:7420", "/ws");
   wrong.insert(wrong.end(), wrong.begin(), wrong.end());  // fields twice
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::frame_unexpected);
   wrong = {};
   put_frame(wrong, kHeadersFrame, {0x02, 0x00, 0x80});
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::decompression_failed);
   EXPECT_EQ(failure_of(kChannel, channel_begin(3)), ErrorCode::id_error);
-  wrong = connect_request();
+  wrong = connect_request("localhost:7420", "/ws");
   Bytes capsule, data;
   put_frame(capsule, kCloseSessionCapsule, Bytes(3, 0));
   put_frame(data, kDataFrame, capsule);
@@ -236,7 +236,7 @@ TEST_F(Http3Connection, resets_a_malformed_or_too_large_request_and_goes_on) {
   put_frame(large, kHeadersFrame, Bytes(kFieldSectionBytesMax + 1, 0));
   connection.on_bytes(kChannel, large, false);
   EXPECT_EQ(owner.resets.at(kChannel), ErrorCode::excessive_load);
-  connection.on_bytes(kSecond, connect_request(), false);
+  connection.on_bytes(kSecond, connect_request("localhost:7420", "/ws"), false);
   EXPECT_TRUE(connection.has_session());
   EXPECT_FALSE(owner.failure);
 }
@@ -254,7 +254,7 @@ TEST_F(Http3Connection, drops_datagrams_of_no_session_and_fails_on_malformed_one
 TEST_F(Http3Connection, makes_no_session_or_channel_of_a_stream_that_is_not_read) {
   connection.start(kOurControl);
   connection.on_bytes(kControl, control_stream(), false);
-  const Bytes request = connect_request();
+  const Bytes request = connect_request("localhost:7420", "/ws");
   connection.on_bytes(kRequest, std::span(request).first(3), false);
   connection.on_stop(kRequest);
   connection.on_bytes(kRequest, std::span(request).subspan(3), false);

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "server/http3/field_section.hpp"
-#include "server/http3/frame_reader.hpp"
+#include "schema/http3/field_section.hpp"
+#include "schema/http3/frame_reader.hpp"
+#include "schema/http3/settings.hpp"
+#include "schema/http3/varint.hpp"
 #include "server/http3/request.hpp"
-#include "server/http3/settings.hpp"
-#include "server/http3/varint.hpp"
 #include "tests/support/http3_client.hpp"
 
 namespace hairnet::http3 {
@@ -89,7 +89,7 @@ TEST(Http3Settings, are_those_that_browsers_ask_for) {
   EXPECT_EQ(stream[1], kSettingsFrame);
   ASSERT_EQ(stream[2], stream.size() - 3);
   std::span<const std::uint8_t> payload = std::span(stream).subspan(3);
-  EXPECT_TRUE(are_valid_settings(payload));
+  EXPECT_TRUE(read_settings(payload));
   std::vector<std::pair<std::uint64_t, std::uint64_t>> settings;
   while (!payload.empty()) {
     const Varint name = read_varint(payload), value = read_varint(payload.subspan(name.bytes));
@@ -101,13 +101,13 @@ TEST(Http3Settings, are_those_that_browsers_ask_for) {
 }
 
 TEST(Http3Settings, of_http2_and_repeated_or_cut_ones_are_not_valid) {
-  EXPECT_TRUE(are_valid_settings({}));
-  EXPECT_TRUE(are_valid_settings(Bytes{0x33, 1, 0x21, 9}));
-  EXPECT_FALSE(are_valid_settings(Bytes{0x02, 1}));
-  EXPECT_FALSE(are_valid_settings(Bytes{0x05, 1}));
-  EXPECT_FALSE(are_valid_settings(Bytes{0x33, 1, 0x33, 1}));
-  EXPECT_FALSE(are_valid_settings(Bytes{0x33}));
-  EXPECT_FALSE(are_valid_settings(Bytes{0x33, 0x40}));
+  EXPECT_TRUE(read_settings({}));
+  EXPECT_TRUE(read_settings(Bytes{0x33, 1, 0x21, 9}));
+  EXPECT_FALSE(read_settings(Bytes{0x02, 1}));
+  EXPECT_FALSE(read_settings(Bytes{0x05, 1}));
+  EXPECT_FALSE(read_settings(Bytes{0x33, 1, 0x33, 1}));
+  EXPECT_FALSE(read_settings(Bytes{0x33}));
+  EXPECT_FALSE(read_settings(Bytes{0x33, 0x40}));
 }
 
 std::vector<std::pair<std::string, std::string>> decoded(const Bytes& section) {
@@ -154,7 +154,7 @@ TEST(Http3Fields, refuse_the_dynamic_table_and_wrong_huffman_codes) {
 }
 
 TEST(Http3Fields, are_damaged_when_they_are_cut_within_a_field) {
-  const Bytes section = fields_section({{":method", "CONNECT"}});
+  const Bytes section = encode_fields({{":method", "CONNECT"}});
   for (std::size_t cut = 0; cut < section.size(); ++cut) {
     const DecodedFields found = decode_fields(std::span(section).first(cut));
     if (cut == 2)
@@ -174,7 +174,7 @@ TEST(Http3Fields, that_are_too_many_or_grow_too_large_are_refused) {
 
 TEST(Http3Fields, that_are_damaged_at_random_never_break_the_bounds) {
   std::mt19937 random(1);
-  const Bytes sound = fields_section({{":method", "CONNECT"}, {":path", "/ws"}, {"origin", "https://a.example"}});
+  const Bytes sound = encode_fields({{":method", "CONNECT"}, {":path", "/ws"}, {"origin", "https://a.example"}});
   for (int n = 0; n < 20'000; ++n) {
     Bytes section = sound;
     for (int k = 0; k < 3; ++k) section[random() % section.size()] = static_cast<std::uint8_t>(random());
@@ -192,7 +192,7 @@ TEST(Http3Response, has_the_bytes_that_a_browser_was_seen_to_take) {
 }
 
 Result<Request> request(const std::vector<std::pair<std::string_view, std::string_view>>& fields) {
-  return read_request(decode_fields(fields_section(fields)).fields);
+  return read_request(decode_fields(encode_fields(fields)).fields);
 }
 
 TEST(Http3Request, asks_for_a_session_by_an_extended_connect) {

@@ -6,9 +6,9 @@
 #include <array>
 #include <vector>
 
+#include "schema/quic/send_buffer.hpp"
 #include "server/quic/outgoing.hpp"
 #include "server/quic/own_certificates.hpp"
-#include "server/quic/send_buffer.hpp"
 #include "tests/support/quic_client.hpp"
 
 namespace hairnet::quic {

@@ -1,6 +1,6 @@
-#include "server/http3/capsule.hpp"
+#include "schema/http3/capsule.hpp"
 
-#include "server/http3/stream_type.hpp"
+#include "schema/http3/stream_type.hpp"
 
 namespace hairnet::http3 {
 namespace {

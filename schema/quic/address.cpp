@@ -1,4 +1,4 @@
-#include "server/quic/address.hpp"
+#include "schema/quic/address.hpp"
 
 #include <arpa/inet.h>
 

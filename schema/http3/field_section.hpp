@@ -5,9 +5,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "server/http3/varint.hpp"
+#include "schema/http3/varint.hpp"
 
 namespace hairnet::http3 {
 
@@ -15,7 +16,7 @@ struct Field {
   std::string name, value;
 };
 
-// Bounds of a request's fields: their bytes as they came, their number, and their names and values together.
+// Bounds of a message's fields: their bytes as they came, their number, and their names and values together.
 inline constexpr std::size_t kFieldSectionBytesMax = std::size_t{8} << 10;
 inline constexpr std::size_t kFieldsMax = 64;
 inline constexpr std::size_t kFieldBytesMax = std::size_t{16} << 10;
@@ -32,6 +33,10 @@ DecodedFields decode_fields(std::span<const std::uint8_t> section);
 
 // The field section of a response. `draft`: it names the draft of WebTransport, which Chromium asks for.
 Bytes encode_response(int status, bool draft);
+
+using FieldView = std::pair<std::string_view, std::string_view>;  // name, value
+// Fields as literals with literal names, without Huffman coding.
+Bytes encode_fields(const std::vector<FieldView>& fields);
 
 // Whether these bytes may be the next ones of the peer's encoder stream. Without a dynamic table it can only set the
 // table's capacity to 0, which is one byte.

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "server/http3/varint.hpp"
+#include "schema/http3/varint.hpp"
 
 namespace hairnet::http3 {
 

@@ -1,4 +1,4 @@
-#include "server/http3/field_section.hpp"
+#include "schema/http3/field_section.hpp"
 
 #include <nghttp3/nghttp3.h>
 
@@ -28,6 +28,15 @@ std::string take(nghttp3_rcbuf* text) {
 // One at a time: g++ 12 sees an overflow in std::vector's insert() that is not there.
 void put(Bytes& out, std::string_view bytes) {
   for (const char byte : bytes) out.push_back(static_cast<std::uint8_t>(byte));
+}
+
+// An integer whose first byte has `bits` bits of it behind `flags` (RFC 7541, section 5.1).
+void put_prefixed(Bytes& out, std::uint8_t flags, unsigned bits, std::size_t value) {
+  const std::size_t most = (std::size_t{1} << bits) - 1;
+  out.push_back(static_cast<std::uint8_t>(flags | std::min(value, most)));
+  if (value < most) return;
+  for (value -= most; value >= 0x80; value >>= 7) out.push_back(static_cast<std::uint8_t>(0x80 | (value & 0x7f)));
+  out.push_back(static_cast<std::uint8_t>(value));
 }
 
 }  // namespace
@@ -84,6 +93,17 @@ Bytes encode_response(int status, bool draft) {
   put(section, "sec-webtransport-http3-draft");
   section.push_back(0x07);
   put(section, "draft02");
+  return section;
+}
+
+Bytes encode_fields(const std::vector<FieldView>& fields) {
+  Bytes section{0, 0};  // no dynamic table
+  for (const auto& [name, value] : fields) {
+    put_prefixed(section, 0x20, 3, name.size());
+    put(section, name);
+    put_prefixed(section, 0x00, 7, value.size());
+    put(section, value);
+  }
   return section;
 }
 

@@ -1,4 +1,4 @@
-#include "server/http3/frame_reader.hpp"
+#include "schema/http3/frame_reader.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "server/http3/varint.hpp"
+#include "schema/http3/varint.hpp"
 
 #include "core/assert.hpp"
 

@@ -1,17 +1,16 @@
-#include "server/http3/settings.hpp"
+#include "schema/http3/settings.hpp"
 
 #include <array>
-#include <set>
 #include <utility>
 
-#include "server/http3/stream_type.hpp"
+#include "schema/http3/stream_type.hpp"
 
 namespace hairnet::http3 {
 namespace {
 
 constexpr std::array<std::pair<std::uint64_t, std::uint64_t>, 5> kSettings{{
-    {0x08, 1},         // SETTINGS_ENABLE_CONNECT_PROTOCOL
-    {0x33, 1},         // SETTINGS_H3_DATAGRAM
+    {kEnableConnectProtocol, 1},
+    {kH3Datagram, 1},
     {0x2b603742, 1},   // SETTINGS_ENABLE_WEBTRANSPORT, draft 2
     {0xc671706a, 16},  // SETTINGS_WEBTRANSPORT_MAX_SESSIONS, drafts 7 to 12
     {0x14e9cd29, 16},  // SETTINGS_WT_MAX_SESSIONS, draft 13 and later
@@ -33,18 +32,18 @@ Bytes control_stream_begin() {
   return stream;
 }
 
-bool are_valid_settings(std::span<const std::uint8_t> payload) {
-  std::set<std::uint64_t> seen;
+std::optional<std::map<std::uint64_t, std::uint64_t>> read_settings(std::span<const std::uint8_t> payload) {
+  std::map<std::uint64_t, std::uint64_t> settings;
   while (!payload.empty()) {
     const Varint name = read_varint(payload);
-    if (name.bytes == 0) return false;
+    if (name.bytes == 0) return std::nullopt;
     const Varint value = read_varint(payload.subspan(name.bytes));
-    if (value.bytes == 0) return false;
-    if (name.value >= 0x02 && name.value <= 0x05) return false;  // HTTP/2's
-    if (!seen.insert(name.value).second) return false;
+    if (value.bytes == 0) return std::nullopt;
+    if (name.value >= 0x02 && name.value <= 0x05) return std::nullopt;  // HTTP/2's
+    if (!settings.emplace(name.value, value.value).second) return std::nullopt;
     payload = payload.subspan(name.bytes + value.bytes);
   }
-  return true;
+  return settings;
 }
 
 }  // namespace hairnet::http3

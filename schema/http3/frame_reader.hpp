@@ -6,7 +6,7 @@
 #include <functional>
 #include <span>
 
-#include "server/http3/varint.hpp"
+#include "schema/http3/varint.hpp"
 
 namespace hairnet::http3 {
 

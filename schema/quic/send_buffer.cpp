@@ -1,4 +1,4 @@
-#include "server/quic/send_buffer.hpp"
+#include "schema/quic/send_buffer.hpp"
 
 #include <utility>
 

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <gnutls/gnutls.h>
+#include <ngtcp2/ngtcp2.h>
+#include <ngtcp2/ngtcp2_crypto.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/link/webtransport/certificate_check.hpp"
+#include "core/result.hpp"
+#include "schema/http3/error_code.hpp"
+#include "schema/quic/address.hpp"
+#include "schema/quic/parameters.hpp"
+#include "schema/quic/send_queues.hpp"
+
+namespace hairnet::link {
+
+using StreamId = std::int64_t;  // of QUIC
+
+struct QuicOptions {
+  std::string protocol = "h3";  // of the application, as TLS names it; empty: none
+  std::uint32_t version = NGTCP2_PROTO_VER_V1;
+  std::int64_t handshake_timeout_ns = 5'000'000'000;
+  std::int64_t idle_timeout_ns = 15'000'000'000;        // without a packet of the peer's
+  std::int64_t keep_alive_ns = 5'000'000'000;           // a silent peer is asked for a sign of life; 0: never
+  std::uint64_t window_bytes = std::uint64_t{1} << 20;  // of the peer's that may wait to be taken
+  std::uint64_t datagram_frame_bytes_max = quic::kDatagramFrameBytesMax;
+};
+
+// What a QuicConnection tells, from within receive(), poll() and write(). No call may destroy it.
+class QuicEvents {
+ public:
+  virtual ~QuicEvents() = default;
+  virtual void on_ready() = 0;  // the handshake is done
+  // In order. `is_last`: the stream ends behind them. They fill the window until take().
+  virtual void on_stream_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
+  virtual void on_stream_reset(StreamId stream, std::uint64_t code) = 0;  // the peer sends no more there
+  virtual void on_stream_stopped(StreamId stream) = 0;                    // the peer reads no more there
+  virtual void on_quic_datagram(std::span<const std::uint8_t> bytes) = 0;
+};
+
+// The client's end of a QUIC connection. No I/O, no clock: packets and times in, packets out. One thread.
+class QuicConnection final : private quic::SendObserver {
+ public:
+  // One line when the certificate's check cannot be set up. `events` must outlive it.
+  static Result<std::unique_ptr<QuicConnection>> create(const quic::Path& path, CertificateCheck check,
+                                                        QuicOptions options, QuicEvents& events, std::int64_t now_ns);
+  QuicConnection(const QuicConnection&) = delete;
+  QuicConnection& operator=(const QuicConnection&) = delete;
+  ~QuicConnection() override;
+
+  void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  void poll(std::int64_t now_ns);  // when due_ns() has come
+  [[nodiscard]] std::int64_t due_ns() const;
+  // Passes on the packets that it wants to send now. More may be due at due_ns().
+  void write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns);
+
+  // -1: the peer allows no further one now.
+  StreamId open_stream(bool one_way);
+  void send(StreamId stream, std::vector<std::uint8_t> bytes, bool is_last = false);
+  void take(StreamId stream,
+            std::size_t bytes);  // that on_stream_bytes() has passed on: the peer may send as many more
+  void stop_reading(StreamId stream, http3::ErrorCode code);
+  // What each datagram begins with.
+  void set_datagram_prefix(std::vector<std::uint8_t> prefix) { queues_.set_datagram_prefix(std::move(prefix)); }
+  void send_datagram(std::vector<std::uint8_t> bytes) { queues_.push_datagram(std::move(bytes)); }
+  [[nodiscard]] std::size_t datagram_count() const { return queues_.datagram_count(); }  // that wait
+  [[nodiscard]] std::size_t datagram_frame_bytes_max() const;                            // 0: the peer takes none
+  [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
+  [[nodiscard]] std::size_t kept_bytes() const { return queues_.kept_bytes(); }
+  // Ends it with an application's code; the next write() tells the peer. `why`: one line.
+  void close(http3::ErrorCode code, std::string_view why, std::int64_t now_ns);
+  // Continues from another local address.
+  void migrate(const quic::Address& local, std::int64_t now_ns);
+
+  [[nodiscard]] bool is_ready() const { return is_ready_; }
+  [[nodiscard]] bool is_over() const { return error_ != 0; }
+  // Why it is over, in one line.
+  [[nodiscard]] const std::string& why() const { return why_; }
+  [[nodiscard]] int error() const { return error_; }  // of ngtcp2; 0: it is not over
+  [[nodiscard]] const quic::Path& path() const { return path_; }
+  [[nodiscard]] ngtcp2_connection_close_error close_error() const;
+
+ private:
+  friend struct QuicConnectionCallbacks;
+  QuicConnection(const quic::Path& path, CertificateVerifier verifier, QuicOptions options, QuicEvents& events);
+  bool begin(std::int64_t now_ns);
+
+  void on_stream_sent(StreamId, std::size_t) override {}
+  void on_datagram_sent(std::size_t, bool) override {}
+  bool on_stopped(StreamId stream) override;
+
+  int verify();  // within TLS
+  void end(int error, std::int64_t now_ns);
+  [[nodiscard]] std::string describe(int error) const;
+  void write_close(const ngtcp2_connection_close_error& error, std::int64_t now_ns);
+
+  quic::Path path_;
+  CertificateVerifier verifier_;
+  QuicOptions options_;
+  QuicEvents* events_;
+  gnutls_session_t tls_ = nullptr;
+  ngtcp2_conn* quic_ = nullptr;
+  ngtcp2_crypto_conn_ref reference_{};
+  quic::SendQueues queues_;
+  std::vector<std::uint8_t> close_packet_;  // not yet sent
+  std::string why_;
+  int error_ = 0;
+  std::optional<std::pair<http3::ErrorCode, std::string>> close_wanted_;  // from within ngtcp2's calls
+  bool is_ready_ = false, was_reset_ = false, is_in_quic_ = false;
+};
+
+}  // namespace hairnet::link

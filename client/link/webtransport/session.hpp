@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/link/webtransport/quic_connection.hpp"
+#include "schema/http3/frame_reader.hpp"
+
+namespace hairnet::link {
+
+// Where a session is opened.
+struct WebTransportTarget {
+  quic::Path path;
+  std::string authority;  // HOST:PORT
+  std::string url_path;
+  CertificateCheck certificate;
+};
+
+// What a WebTransportSession tells, from within receive(), poll() and write(). No call may destroy it.
+class WebTransportEvents {
+ public:
+  virtual ~WebTransportEvents() = default;
+  // Of the channel. They count as waiting until WebTransportSession::take().
+  virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
+  virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
+};
+
+// The client's end of a WebTransport session: QUIC, HTTP/3, an extended CONNECT, and then the channel, which is the
+// session's first bidirectional stream, and datagrams. No I/O, no clock: packets and times in, packets out. One thread.
+class WebTransportSession final : private QuicEvents {
+ public:
+  // Bytes that may wait to be sent before is_writable() is false.
+  static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
+  // The same for bytes that were sent and are not acknowledged.
+  static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
+  // More poses than that are outdated before they leave.
+  static constexpr std::size_t kDatagramsMax = 16;
+
+  // One line when the certificate's check cannot be set up. `events` must outlive it.
+  static Result<std::unique_ptr<WebTransportSession>> create(WebTransportTarget target, WebTransportEvents& events,
+                                                             std::int64_t now_ns, const QuicOptions& options = {});
+
+  void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  void poll(std::int64_t now_ns);  // when due_ns() has come
+  [[nodiscard]] std::int64_t due_ns() const;
+  // Passes on the packets that it wants to send now.
+  void write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns) {
+    quic_->write(send, now_ns);
+  }
+
+  [[nodiscard]] bool is_open() const { return channel_ >= 0 && !is_over(); }
+  [[nodiscard]] bool is_over() const { return quic_->is_over(); }
+  // Why it is over, in one line; empty: the server has closed it without a word.
+  [[nodiscard]] const std::string& why() const { return quic_->why(); }
+
+  // The following assert that it has been open, and do nothing once it is over.
+  void send(std::vector<std::uint8_t> bytes);  // on the channel
+  void end_channel();                          // behind what was sent
+  // False: it is too large. It is dropped when too many wait.
+  [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes);
+  void take(std::size_t bytes);  // that on_channel_bytes() has passed on: the server may send as many more
+  [[nodiscard]] bool is_writable() const;
+  [[nodiscard]] std::size_t unsent_bytes() const { return quic_->unsent_bytes(); }
+  // Ends it at once; the next write() tells the server.
+  void close(std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, "closed by this client", now_ns); }
+
+ private:
+  // What a stream of the server's turned out to be.
+  enum class Kind : std::uint8_t { unknown, control, encoder, decoder, ignored };
+  struct Stream {
+    Kind kind = Kind::unknown;
+    http3::Bytes begin;  // of its type, or of its settings
+    http3::FrameReader frames;
+    bool has_settings = false;
+  };
+
+  WebTransportSession(WebTransportTarget target, WebTransportEvents& events)
+      : target_(std::move(target)), events_(&events) {}
+
+  void on_ready() override;
+  void on_stream_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) override;
+  void on_stream_reset(StreamId id, std::uint64_t code) override;
+  void on_stream_stopped(StreamId id) override;
+  void on_quic_datagram(std::span<const std::uint8_t> bytes) override;
+
+  void take_one_way(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
+  bool take_control(Stream& stream, const http3::FrameReader::Piece& piece);
+  void take_session(std::span<const std::uint8_t> bytes, bool is_last);
+  bool take_response(const http3::FrameReader::Piece& piece);
+  bool take_capsule(const http3::FrameReader::Piece& piece);
+  void request();
+  void open_channel();
+  bool fail(http3::ErrorCode code, std::string_view why);  // false
+
+  WebTransportTarget target_;
+  WebTransportEvents* events_;
+  std::unique_ptr<QuicConnection> quic_;
+  std::map<StreamId, Stream> one_way_;             // of the server's
+  StreamId session_ = -1, channel_ = -1;           // session_: the stream of the CONNECT
+  http3::FrameReader frames_, capsules_;           // of the session's stream
+  http3::Bytes begin_;                             // of a frame or a capsule there that is needed as a whole
+  bool has_response_ = false, has_ended_ = false;  // has_ended_: the server has ended the channel
+  std::int64_t now_ns_ = 0;                        // of the current call
+  std::int64_t deadline_ns_ = 0;                   // of opening, and of the end; 0: none
+  std::int64_t opening_ns_max_ = 0;
+};
+
+}  // namespace hairnet::link

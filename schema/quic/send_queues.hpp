@@ -1,0 +1,57 @@
+#pragma once
+
+#include <ngtcp2/ngtcp2.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "schema/quic/send_buffer.hpp"
+
+namespace hairnet::quic {
+
+// Told while packets are written.
+class SendObserver {
+ public:
+  virtual ~SendObserver() = default;
+  virtual void on_stream_sent(std::int64_t stream, std::size_t bytes) = 0;
+  // False: it was dropped, since the peer or the path does not take it.
+  virtual void on_datagram_sent(std::size_t bytes, bool is_sent) = 0;
+  // The peer reads no more of the stream; what waited there is dropped. False ends the connection.
+  virtual bool on_stopped(std::int64_t stream) = 0;
+};
+
+// What a connection has to send: datagrams, which go first, and the bytes of its streams.
+class SendQueues {
+ public:
+  // Makes it if it is not there.
+  SendBuffer& stream(std::int64_t id) { return streams_[id]; }
+  [[nodiscard]] SendBuffer* find(std::int64_t id);
+  void erase(std::int64_t id) { streams_.erase(id); }
+  void push_datagram(std::vector<std::uint8_t> bytes);
+  // What each datagram begins with.
+  void set_datagram_prefix(std::vector<std::uint8_t> prefix) { datagram_prefix_ = std::move(prefix); }
+  void drop_datagrams();
+  void clear();
+
+  // Writes the next packet into `room`. Returns its bytes, 0 when nothing can be sent now, or the negative code of an
+  // error.
+  ngtcp2_ssize write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_info& info, std::span<std::uint8_t> room,
+                     std::int64_t now_ns, SendObserver& observer);
+
+  [[nodiscard]] std::size_t datagram_count() const { return datagrams_.size(); }
+  [[nodiscard]] std::size_t unsent_bytes() const;
+  // Of streams, unsent or not acknowledged.
+  [[nodiscard]] std::size_t kept_bytes() const;
+
+ private:
+  std::map<std::int64_t, SendBuffer> streams_;
+  std::deque<std::vector<std::uint8_t>> datagrams_;
+  std::size_t datagram_bytes_ = 0;
+  std::vector<std::uint8_t> datagram_prefix_;
+};
+
+}  // namespace hairnet::quic
