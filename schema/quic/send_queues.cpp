@@ -50,12 +50,14 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
   while (true) {
     if (!datagrams_.empty() && ngtcp2_conn_get_handshake_completed(quic)) {
       std::vector<std::uint8_t>& first = datagrams_.front();
-      const std::array<ngtcp2_vec, 2> pieces{
-          {{datagram_prefix_.data(), datagram_prefix_.size()}, {first.data(), first.size()}}};
+      std::array<ngtcp2_vec, 2> pieces{};  // of which none may be empty
+      std::size_t count = 0;
+      for (std::vector<std::uint8_t>* piece : {&datagram_prefix_, &first})
+        if (!piece->empty()) pieces[count++] = {piece->data(), piece->size()};
       int is_taken = 0;
       const ngtcp2_ssize bytes =
           ngtcp2_conn_writev_datagram(quic, &path, &info, room.data(), room.size(), &is_taken,
-                                      NGTCP2_WRITE_DATAGRAM_FLAG_MORE, 0, pieces.data(), pieces.size(), time);
+                                      NGTCP2_WRITE_DATAGRAM_FLAG_MORE, 0, pieces.data(), count, time);
       const bool is_unusable = bytes == NGTCP2_ERR_INVALID_ARGUMENT || bytes == NGTCP2_ERR_INVALID_STATE;
       if (is_taken || is_unusable) {
         observer.on_datagram_sent(first.size(), is_taken != 0);
