@@ -78,14 +78,27 @@ Result<Address> parse_address(std::string_view text) {
   return address;
 }
 
-std::string to_string(const Address& address) {
+Result<TransportChoice> parse_transport_choice(std::string_view text) {
+  if (text == "auto") return TransportChoice::automatic;
+  if (text == "webtransport") return TransportChoice::webtransport;
+  if (text == "address") return TransportChoice::address;
+  return refuse(text, "is none of auto, webtransport, address");
+}
+
+std::string_view to_string(Transport transport) {
   const auto scheme =
-      std::find_if(kSchemes.begin(), kSchemes.end(), [&](const Scheme& s) { return s.transport == address.transport; });
+      std::find_if(kSchemes.begin(), kSchemes.end(), [&](const Scheme& s) { return s.transport == transport; });
   HAIRNET_ASSERT(scheme != kSchemes.end());
-  const bool bracketed = address.host.find(':') != std::string::npos;
-  std::string text = std::string(scheme->name) + "://";
-  text += bracketed ? "[" + address.host + "]" : address.host;
-  text += ":" + std::to_string(address.port);
+  return scheme->name;
+}
+
+std::string Address::authority_at(std::uint16_t other_port) const {
+  const bool bracketed = host.find(':') != std::string::npos;
+  return (bracketed ? "[" + host + "]" : host) + ":" + std::to_string(other_port);
+}
+
+std::string to_string(const Address& address) {
+  const std::string text = std::string(to_string(address.transport)) + "://" + address.authority();
   return address.web_socket() ? text + address.path : text;
 }
 

@@ -10,7 +10,14 @@ namespace hairnet::link {
 
 enum class Transport : std::uint8_t { tcp, tls, ws, wss };
 
-// The address of a server, and the protocol to use.
+// How a link's packets travel.
+enum class TransportChoice : std::uint8_t {
+  automatic,     // by WebTransport where server and network have it, else as the address says
+  webtransport,  // by WebTransport, or not at all
+  address,       // as the address says
+};
+
+// The address of a server, and the protocol to use. `/wt.json` of the same host and port says where WebTransport is.
 struct Address {
   Transport transport = Transport::tcp;
   std::string host = "127.0.0.1";
@@ -18,6 +25,9 @@ struct Address {
   std::string path = "/ws";  // of the WebSocket
 
   [[nodiscard]] bool encrypted() const { return transport == Transport::tls || transport == Transport::wss; }
+  // As in the request of a page or a WebSocket.
+  [[nodiscard]] std::string authority() const { return authority_at(port); }
+  [[nodiscard]] std::string authority_at(std::uint16_t other_port) const;  // likewise, of another port of the host
   [[nodiscard]] bool web_socket() const { return transport == Transport::ws || transport == Transport::wss; }
 };
 
@@ -31,6 +41,12 @@ struct TlsOptions {
 // default port is 7420, and for ws and wss their own 80 and 443; the default path is /ws. An IPv6 address must be in
 // brackets.
 Result<Address> parse_address(std::string_view text);
+
+// "auto", "webtransport" or "address".
+Result<TransportChoice> parse_transport_choice(std::string_view text);
+
+// The scheme of its addresses: "tcp", "tls", "ws" or "wss".
+std::string_view to_string(Transport transport);
 
 // In the form that parse_address accepts.
 std::string to_string(const Address& address);

@@ -24,11 +24,11 @@ constexpr std::size_t kWriteBytesMax = 64u << 10;  // gathered into one write
 
 }  // namespace
 
-// `mutex` guards the core, which both threads use; the rest belongs to the I/O thread.
+// `mutex` guards the core and the name of the transport, which both threads use; the rest belongs to the I/O thread.
 struct Link::Impl {
   // One attempt at a connection, and what came of it.
   struct Connection {
-    std::unique_ptr<ServerStream> stream;
+    std::shared_ptr<ServerStream> stream;
     asio::steady_timer wake;  // its writer waits on it when there is nothing to write
     bool open = false, half_closed = false;
     bool over = false;  // the core knows, or has dropped it
@@ -87,8 +87,7 @@ struct Link::Impl {
     if (current) current->wake.cancel();
     if (core.wants_connection()) {
       core.on_opening(now_ns);
-      current = std::make_shared<Connection>(
-          Connection{make_server_stream(io, options.server, options.tls), asio::steady_timer(io)});
+      current = std::make_shared<Connection>(Connection{make_stream(), asio::steady_timer(io)});
       asio::co_spawn(io, receive(current), asio::detached);
     }
     if (core.welcome()) answer_with(*core.welcome());
@@ -99,6 +98,13 @@ struct Link::Impl {
     return core.next_deadline_ns();
   }
 
+  std::shared_ptr<ServerStream> make_stream() {
+    StreamOptions stream{options.server, options.tls};
+    if (options.transport == TransportChoice::address) return make_server_stream(io, std::move(stream));
+    if (options.transport == TransportChoice::webtransport) return make_web_transport_stream(io, std::move(stream));
+    return make_fallback_stream(io, std::move(stream), fallback_memory);
+  }
+
   // The mutex is held.
   void drop(std::int64_t now_ns) {
     HAIRNET_ASSERT(current);
@@ -106,6 +112,7 @@ struct Link::Impl {
     current->stream->close();
     current->wake.cancel();
     current.reset();
+    transport = {};
     core.on_closed("", now_ns);
   }
 
@@ -117,27 +124,33 @@ struct Link::Impl {
     }
     if (fault.empty()) {
       c->open = true;
-      with_core([](LinkCore& k) { k.on_open(channel::monotonic_ns()); });
+      with_core([&](LinkCore& k) {
+        transport = c->stream->transport();
+        k.on_open(channel::monotonic_ns());
+      });
       asio::co_spawn(io, transmit(c), asio::detached);
     }
     while (fault.empty()) {
       ServerStream::Read read = co_await c->stream->read();
       if (c->over) co_return;
       fault = std::move(read.fault);
-      if (fault.empty()) take(read.bytes, c->stream->has_messages());
+      if (fault.empty()) take(read.bytes, read.is_packet);
       look_again();
     }
     c->over = true;
     c->stream->close();
     c->wake.cancel();
     current.reset();
-    with_core([&](LinkCore& k) { k.on_closed(std::move(fault), channel::monotonic_ns()); });
+    with_core([&](LinkCore& k) {
+      transport = {};
+      k.on_closed(std::move(fault), channel::monotonic_ns());
+    });
     look_again();
   }
 
-  void take(std::span<const std::uint8_t> bytes, bool is_message) {
+  void take(std::span<const std::uint8_t> bytes, bool is_packet) {
     const std::lock_guard lock(mutex);
-    if (is_message)
+    if (is_packet)
       core.on_packet(bytes, channel::monotonic_ns());
     else
       core.on_bytes(bytes, channel::monotonic_ns());
@@ -146,9 +159,9 @@ struct Link::Impl {
   asio::awaitable<void> transmit(std::shared_ptr<Connection> c) {
     std::vector<std::uint8_t> bytes;
     while (!c->over) {
-      gather(bytes, c->stream->has_messages());
+      const bool may_be_lost = gather(bytes, c->stream->has_messages());
       if (!bytes.empty()) {
-        if (!co_await c->stream->write(bytes)) co_return;
+        if (!co_await c->stream->write(bytes, may_be_lost)) co_return;
         continue;
       }
       if (!c->half_closed && with_core([](const LinkCore& k) { return k.wants_half_close(); })) {
@@ -161,8 +174,8 @@ struct Link::Impl {
     }
   }
 
-  // A packet, or as many as make one good write.
-  void gather(std::vector<std::uint8_t>& bytes, bool is_message) {
+  // A packet, or as many as make one good write. Returns whether they may be lost.
+  bool gather(std::vector<std::uint8_t>& bytes, bool is_message) {
     const std::lock_guard lock(mutex);
     bytes = core.take_packet(channel::monotonic_ns());
     while (!is_message && !bytes.empty() && bytes.size() < kWriteBytesMax) {
@@ -170,6 +183,7 @@ struct Link::Impl {
       if (more.empty()) break;
       bytes.insert(bytes.end(), more.begin(), more.end());
     }
+    return core.taken_may_be_lost();
   }
 
   void leave() {
@@ -185,10 +199,12 @@ struct Link::Impl {
   const LinkOptions options;
   mutable std::mutex mutex;
   LinkCore core;
+  std::string transport;  // of the open connection
   asio::io_context io;
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
   asio::steady_timer wake{io};
   std::shared_ptr<Connection> current;
+  const std::shared_ptr<FallbackMemory> fallback_memory = std::make_shared<FallbackMemory>();
   bool answered = false, ended = false;
   std::promise<Result<wire::Welcome>> answer;
   std::promise<void> ended_promise;
@@ -244,6 +260,11 @@ std::int64_t Link::to_local_ns(std::int64_t server_time_ns) const {
 
 LinkCounters Link::counters() const {
   return impl_->with_core([](const LinkCore& core) { return core.counters(); });
+}
+
+std::string Link::transport() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->transport;
 }
 
 std::shared_ptr<const Skin> Link::skin_of(const wire::GroomHash& groom) const {

@@ -19,6 +19,7 @@ namespace hairnet::link {
 struct LinkOptions {
   Address server;
   TlsOptions tls;
+  TransportChoice transport = TransportChoice::automatic;
   LinkCoreOptions core;
 };
 
@@ -66,6 +67,8 @@ class Link {
   // Converts a time of the server's clock to that of now_ns(). Requires a connection.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
+  // How the open connection's packets travel: "webtransport", or the scheme of an address. Empty: none is open.
+  [[nodiscard]] std::string transport() const;
   // Drawn hair must be kept out of it (SkinPush). Null until frames of coefficients have brought the groom's basis.
   [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const;
   // Says goodbye and ends the link; Disconnected is the last event.

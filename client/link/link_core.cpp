@@ -53,6 +53,12 @@ std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
   return std::visit(refused, message);
 }
 
+// Poses, but for those that mark a jump, and for an empty batch, which is a sign of life.
+bool may_be_lost(const wire::ClientMessage& message) {
+  const auto* batch = std::get_if<wire::PoseBatch>(&message);
+  return batch && !batch->poses.empty() && std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
+}
+
 bool may_come_first(const wire::Message& message) {
   return std::holds_alternative<wire::Welcome>(message) || std::holds_alternative<wire::Error>(message) ||
          std::holds_alternative<wire::Goodbye>(message);
@@ -272,6 +278,7 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   std::optional<wire::ClientMessage> message = is_chunk ? uploads_.next_chunk() : queue_.pop();
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
+  taken_may_be_lost_ = may_be_lost(*message);
   sent_ns_ = now_ns;
   const auto to_message = [](auto& m) { return wire::Message(std::move(m)); };
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::visit(to_message, *message)});

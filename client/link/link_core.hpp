@@ -135,6 +135,8 @@ class LinkCore {
   void on_closed(std::string detail, std::int64_t now_ns);
   // The next packet to send, stamped with the time; empty when there is none.
   std::vector<std::uint8_t> take_packet(std::int64_t now_ns);
+  // Whether newer packets replace the last one taken: it may travel where packets get lost or overtake others.
+  [[nodiscard]] bool taken_may_be_lost() const { return taken_may_be_lost_; }
 
  private:
   enum class State : std::uint8_t { idle, waiting, wanting, opening, greeting, active, leaving, ended };
@@ -169,7 +171,7 @@ class LinkCore {
   const LinkCoreOptions options_;
   State state_ = State::idle;
   bool connection_ = false;  // from on_opening() to on_closed()
-  bool goodbye_taken_ = false;
+  bool goodbye_taken_ = false, taken_may_be_lost_ = false;
   std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
   std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
   std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // after a resume: all are announced by then

@@ -30,15 +30,38 @@ std::string name_of(const Address& address) {
   return address.host + ":" + std::to_string(address.port);
 }
 
+// Connects from the client's own address to the first of the server's addresses that is of the same kind.
+asio::awaitable<void> connect_from(tcp::socket& socket, const asio::ip::address& local,
+                                   const tcp::resolver::results_type& found, error_code& error) {
+  error = asio::error::address_family_not_supported;
+  for (const auto& entry : found) {
+    if (entry.endpoint().address().is_v4() != local.is_v4()) continue;
+    socket.open(entry.endpoint().protocol(), error);
+    if (!error) {
+      // Or an address would have ports for 28 000 connections a minute only.
+      const asio::detail::socket_option::boolean<IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT> port_later(true);
+      error_code ignored;
+      socket.set_option(port_later, ignored);
+      socket.bind({local, 0}, error);
+    }
+    if (!error) co_await socket.async_connect(entry.endpoint(), asio::redirect_error(asio::use_awaitable, error));
+    co_return;
+  }
+}
+
 }  // namespace
 
-asio::awaitable<std::string> connect_socket(tcp::socket& socket, const Address& address) {
+asio::awaitable<std::string> connect_socket(tcp::socket& socket, const StreamOptions& options) {
+  const Address& address = options.server;
   error_code error;
   const auto redirect = [&] { return asio::redirect_error(asio::use_awaitable, error); };
   tcp::resolver resolver(socket.get_executor());
   const auto found = co_await resolver.async_resolve(address.host, std::to_string(address.port), redirect());
   if (error) co_return "cannot find " + name_of(address) + ": " + error.message();
-  co_await asio::async_connect(socket, found, redirect());
+  if (options.local)
+    co_await connect_from(socket, *options.local, found, error);
+  else
+    co_await asio::async_connect(socket, found, redirect());
   if (error)
     co_return "cannot connect to " + name_of(address) + ": " + error.message() + "; is hairnet-server running there?";
   tune(socket);

@@ -4,14 +4,12 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <string>
 
-#include "client/link/address.hpp"
+#include "client/link/server_stream.hpp"
 
 namespace hairnet::link {
 
-namespace asio = boost::asio;
-
 // Resolves and connects. Returns an empty string, or one line with the reason of the failure.
-asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const Address& address);
+asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const StreamOptions& options);
 
 // Describes the end of a connection in one line.
 std::string describe_failure(const boost::system::error_code& error, const Address& address);

@@ -19,17 +19,17 @@ constexpr std::size_t kReadBytesMax = 64u << 10;
 template <class Socket>
 class PacketStream : public ServerStream {
  public:
-  explicit PacketStream(Address address) : address_(std::move(address)), buffer_(kReadBytesMax) {}
+  explicit PacketStream(StreamOptions options) : options_(std::move(options)), buffer_(kReadBytesMax) {}
 
   asio::awaitable<Read> read() override {
     error_code error;
     const std::size_t count =
         co_await socket().async_read_some(asio::buffer(buffer_), asio::redirect_error(asio::use_awaitable, error));
-    if (error) co_return Read{{}, describe_failure(error, address_)};
+    if (error) co_return Read{{}, describe_failure(error, options_.server)};
     co_return Read{{buffer_.data(), count}, {}};
   }
 
-  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) override {
+  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool) override {
     error_code error;
     co_await asio::async_write(socket(), asio::buffer(bytes.data(), bytes.size()),
                                asio::redirect_error(asio::use_awaitable, error));
@@ -48,10 +48,11 @@ class PacketStream : public ServerStream {
   }
 
   [[nodiscard]] bool has_messages() const override { return false; }
+  [[nodiscard]] std::string_view transport() const override { return to_string(options_.server.transport); }
 
  protected:
   virtual Socket& socket() = 0;
-  const Address address_;
+  const StreamOptions options_;
 
  private:
   std::vector<std::uint8_t> buffer_;
@@ -59,8 +60,8 @@ class PacketStream : public ServerStream {
 
 class PlainStream : public PacketStream<tcp::socket> {
  public:
-  PlainStream(asio::io_context& io, Address address) : PacketStream(std::move(address)), socket_(io) {}
-  asio::awaitable<std::string> open() override { return connect_socket(socket_, address_); }
+  PlainStream(asio::io_context& io, StreamOptions options) : PacketStream(std::move(options)), socket_(io) {}
+  asio::awaitable<std::string> open() override { return connect_socket(socket_, options_); }
 
  private:
   tcp::socket& socket() override { return socket_; }
@@ -69,23 +70,21 @@ class PlainStream : public PacketStream<tcp::socket> {
 
 class TlsStream : public PacketStream<TlsSocket> {
  public:
-  TlsStream(asio::io_context& io, Address address, TlsOptions options)
-      : PacketStream(std::move(address)),
-        options_(std::move(options)),
+  TlsStream(asio::io_context& io, StreamOptions options)
+      : PacketStream(std::move(options)),
         context_(make_tls_context()),
-        fault_(configure(context_, options_)),
+        fault_(configure(context_, options_.tls)),
         socket_(io, context_) {}
 
   asio::awaitable<std::string> open() override {
     if (!fault_.empty()) co_return fault_;
-    std::string fault = co_await connect_socket(socket_.next_layer(), address_);
-    if (fault.empty()) fault = co_await tls_handshake(socket_, address_, options_);
+    std::string fault = co_await connect_socket(socket_.next_layer(), options_);
+    if (fault.empty()) fault = co_await tls_handshake(socket_, options_);
     co_return fault;
   }
 
  private:
   TlsSocket& socket() override { return socket_; }
-  const TlsOptions options_;
   asio::ssl::context context_;
   const std::string fault_;
   TlsSocket socket_;
@@ -93,13 +92,14 @@ class TlsStream : public PacketStream<TlsSocket> {
 
 }  // namespace
 
-std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, const Address& address, const TlsOptions& tls) {
-  if (address.encrypted()) return std::make_unique<TlsStream>(io, address, tls);
-  return std::make_unique<PlainStream>(io, address);
+std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, StreamOptions options) {
+  if (options.server.encrypted()) return std::make_unique<TlsStream>(io, std::move(options));
+  return std::make_unique<PlainStream>(io, std::move(options));
 }
 
-std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions& tls) {
-  return address.web_socket() ? make_web_socket_stream(io, address, tls) : make_packet_stream(io, address, tls);
+std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, StreamOptions options) {
+  return options.server.web_socket() ? make_web_socket_stream(io, std::move(options))
+                                     : make_packet_stream(io, std::move(options));
 }
 
 }  // namespace hairnet::link

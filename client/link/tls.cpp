@@ -39,14 +39,16 @@ std::string configure(asio::ssl::context& context, const TlsOptions& options) {
   return {};
 }
 
-asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const Address& address, const TlsOptions& options) {
+asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const StreamOptions& options) {
+  const Address& address = options.server;
   error_code error, not_an_address;
   asio::ip::make_address(address.host, not_an_address);
   if (not_an_address) SSL_set_tlsext_host_name(socket.native_handle(), address.host.c_str());
-  if (!options.insecure) socket.set_verify_callback(asio::ssl::host_name_verification(address.host), error);
+  if (!options.tls.insecure) socket.set_verify_callback(asio::ssl::host_name_verification(address.host), error);
   if (!error)
     co_await socket.async_handshake(asio::ssl::stream_base::client, asio::redirect_error(asio::use_awaitable, error));
-  if (error) co_return "no TLS with " + to_string(address) + ": " + describe_handshake_failure(socket, error, options);
+  if (error)
+    co_return "no TLS with " + to_string(address) + ": " + describe_handshake_failure(socket, error, options.tls);
   co_return std::string();
 }
 

@@ -17,6 +17,6 @@ std::string configure(asio::ssl::context& context, const TlsOptions& options);
 
 // Shakes hands over a connected socket: names the host to the server and checks the server's certificate. Returns an
 // empty string, or one line with the reason of the failure.
-asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const Address& address, const TlsOptions& options);
+asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const StreamOptions& options);
 
 }  // namespace hairnet::link

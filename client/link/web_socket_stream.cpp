@@ -37,10 +37,10 @@ class WebSocketStream : public ServerStream {
     if (error) co_return Read{{}, plain(error)};
     if (!stream_.got_binary()) co_return Read{{}, "the server sent text"};
     const auto bytes = buffer_.cdata();
-    co_return Read{{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, {}};
+    co_return Read{{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, {}, true};
   }
 
-  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) override {
+  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool) override {
     error_code error;
     co_await stream_.async_write(asio::buffer(bytes.data(), bytes.size()),
                                  asio::redirect_error(asio::use_awaitable, error));
@@ -59,14 +59,15 @@ class WebSocketStream : public ServerStream {
   }
 
   [[nodiscard]] bool has_messages() const override { return true; }
+  [[nodiscard]] std::string_view transport() const override { return to_string(options_.server.transport); }
 
  protected:
   template <class... Arguments>
-  explicit WebSocketStream(Address address, Arguments&&... socket)
-      : address_(std::move(address)), stream_(std::forward<Arguments>(socket)...) {}
+  explicit WebSocketStream(StreamOptions options, Arguments&&... socket)
+      : options_(std::move(options)), stream_(std::forward<Arguments>(socket)...) {}
 
   virtual asio::awaitable<std::string> open_socket() = 0;
-  const Address address_;
+  const StreamOptions options_;
   websocket::stream<Socket> stream_;
 
  private:
@@ -83,21 +84,19 @@ class WebSocketStream : public ServerStream {
       request.set(beast::http::field::sec_websocket_protocol, "hairnet");
       request.set(beast::http::field::user_agent, "hairnet");
     }));
-    const bool bracketed = address_.host.find(':') != std::string::npos;
-    const std::string host =
-        (bracketed ? "[" + address_.host + "]" : address_.host) + ":" + std::to_string(address_.port);
     error_code error;
     websocket::response_type response;
-    co_await stream_.async_handshake(response, host, address_.path, asio::redirect_error(asio::use_awaitable, error));
+    co_await stream_.async_handshake(response, options_.server.authority(), options_.server.path,
+                                     asio::redirect_error(asio::use_awaitable, error));
     if (!error) co_return std::string();
     std::string why = error.message();
     if (error == websocket::error::upgrade_declined)
       why = "it answers " + std::to_string(response.result_int()) + " " + std::string(response.reason());
-    co_return "no WebSocket at " + to_string(address_) + ": " + why;
+    co_return "no WebSocket at " + to_string(options_.server) + ": " + why;
   }
 
   [[nodiscard]] std::string plain(const error_code& error) const {
-    if (error != websocket::error::closed) return describe_failure(error, address_);
+    if (error != websocket::error::closed) return describe_failure(error, options_.server);
     const std::string why(stream_.reason().reason.data(), stream_.reason().reason.size());
     return "the server closed the WebSocket without a goodbye" + (why.empty() ? why : ": " + why);
   }
@@ -107,42 +106,39 @@ class WebSocketStream : public ServerStream {
 
 class PlainWebSocket : public WebSocketStream<tcp::socket> {
  public:
-  PlainWebSocket(asio::io_context& io, Address address) : WebSocketStream(std::move(address), io) {}
+  PlainWebSocket(asio::io_context& io, StreamOptions options) : WebSocketStream(std::move(options), io) {}
 
  private:
-  asio::awaitable<std::string> open_socket() override { return connect_socket(stream_.next_layer(), address_); }
+  asio::awaitable<std::string> open_socket() override { return connect_socket(stream_.next_layer(), options_); }
 };
 
 // Members that TLS needs before its stream is constructed, and that must outlive the stream.
 struct TlsBase {
-  explicit TlsBase(TlsOptions o)
-      : options(std::move(o)), context(make_tls_context()), fault(configure(context, options)) {}
-  const TlsOptions options;
+  explicit TlsBase(const TlsOptions& options) : context(make_tls_context()), fault(configure(context, options)) {}
   asio::ssl::context context;
   const std::string fault;
 };
 
 class TlsWebSocket : private TlsBase, public WebSocketStream<TlsSocket> {
  public:
-  TlsWebSocket(asio::io_context& io, Address address, TlsOptions tls)
-      : TlsBase(std::move(tls)), WebSocketStream(std::move(address), io, context) {}
+  TlsWebSocket(asio::io_context& io, StreamOptions options)
+      : TlsBase(options.tls), WebSocketStream(std::move(options), io, context) {}
 
  private:
   asio::awaitable<std::string> open_socket() override {
     if (!TlsBase::fault.empty()) co_return TlsBase::fault;
     TlsSocket& socket = stream_.next_layer();
-    std::string why_not = co_await connect_socket(socket.next_layer(), address_);
-    if (why_not.empty()) why_not = co_await tls_handshake(socket, address_, options);
+    std::string why_not = co_await connect_socket(socket.next_layer(), options_);
+    if (why_not.empty()) why_not = co_await tls_handshake(socket, options_);
     co_return why_not;
   }
 };
 
 }  // namespace
 
-std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, const Address& address,
-                                                     const TlsOptions& tls) {
-  if (address.encrypted()) return std::make_unique<TlsWebSocket>(io, address, tls);
-  return std::make_unique<PlainWebSocket>(io, address);
+std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, StreamOptions options) {
+  if (options.server.encrypted()) return std::make_unique<TlsWebSocket>(io, std::move(options));
+  return std::make_unique<PlainWebSocket>(io, std::move(options));
 }
 
 }  // namespace hairnet::link

@@ -1,0 +1,270 @@
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <boost/asio.hpp>
+#include <boost/asio/ssl.hpp>
+#include <cerrno>
+#include <chrono>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "client/link/page_request.hpp"
+#include "client/link/server_stream.hpp"
+#include "client/link/webtransport/session.hpp"
+#include "schema/channel/monotonic_clock.hpp"
+
+// Packets on the channel and in the datagrams of a WebTransport session, over a UDP socket.
+namespace hairnet::link {
+namespace {
+
+using asio::ip::udp;
+using boost::system::error_code;
+
+constexpr int kSystemBufferBytes = 1 << 20;
+constexpr std::size_t kPacketBytesMax = 2048;
+constexpr int kPacketsAtOnceMax = 64;
+// A tick brings one datagram for every few people, all at once.
+constexpr std::size_t kIncomingDatagramsMax = 1024;
+constexpr std::int64_t kWait_ns_max = 3'600'000'000'000;
+
+class WebTransportStream final : public WebTransportAttempt, private WebTransportEvents {
+ public:
+  WebTransportStream(asio::io_context& io, StreamOptions options, std::shared_ptr<WebTransportMemory> memory)
+      : options_(std::move(options)),
+        memory_(memory ? std::move(memory) : std::make_shared<WebTransportMemory>()),
+        page_(io, options_),
+        io_(std::make_shared<Io>(io)) {}
+
+  asio::awaitable<std::string> open() override {
+    std::string fault;
+    if (!memory_->page) fault = co_await read_page();
+    if (fault.empty() && is_closed_) fault = "closed";
+    if (fault.empty()) fault = begin();
+    if (failure_ != WebTransportFailure::none) co_return fault;
+    while (fault.empty() && !session_->is_open() && !session_->is_over()) co_await turn();
+    if (session_ && session_->is_open()) co_return std::string();
+    if (fault.empty()) fault = session_->why();
+    failure_ = WebTransportFailure::blocked;
+    memory_->page.reset();
+    co_return "no WebTransport with " + options_.server.authority() + ": " +
+        (fault.empty() ? "the server closed the connection" : fault);
+  }
+
+  asio::awaitable<Read> read() override {
+    session_->take(std::exchange(untaken_bytes_, 0));
+    while (arrived_.empty()) {
+      if (session_->is_over()) co_return Read{{}, describe_end()};
+      co_await turn();
+    }
+    current_ = std::move(arrived_.front());
+    arrived_.pop_front();
+    if (current_.is_packet)
+      --datagrams_waiting_;
+    else
+      untaken_bytes_ = current_.bytes.size();
+    co_return Read{current_.bytes, {}, current_.is_packet};
+  }
+
+  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool may_be_lost) override {
+    std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
+    if (!may_be_lost || !session_->send_datagram(copy)) {
+      while (!session_->is_writable()) {
+        if (session_->is_over()) co_return false;
+        error_code ignored;
+        io_->writable.expires_after(std::chrono::nanoseconds(kWait_ns_max));
+        co_await io_->writable.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+      }
+      session_->send(std::move(copy));
+    }
+    flush();
+    co_return !session_->is_over();
+  }
+
+  // What was sent before still arrives; the server then ends the session.
+  void half_close() override {
+    session_->end_channel();
+    flush();
+  }
+
+  void close() override {
+    is_closed_ = true;
+    page_.cancel();
+    if (session_) {
+      session_->close(channel::monotonic_ns());
+      flush();
+    }
+    error_code ignored;
+    io_->socket.close(ignored);
+    io_->event.cancel();
+    io_->writable.cancel();
+  }
+
+  [[nodiscard]] bool has_messages() const override { return true; }
+  [[nodiscard]] std::string_view transport() const override { return "webtransport"; }
+  [[nodiscard]] WebTransportFailure failure() const override { return failure_; }
+
+ private:
+  // What handlers of Asio use: it lives as long as they do.
+  struct Io {
+    explicit Io(asio::io_context& io) : socket(io), event(io), writable(io) {}
+    udp::socket socket;
+    asio::steady_timer event, writable;  // cancelled when something has happened, or may be written
+    bool is_watched = false;
+  };
+  struct Arrived {
+    std::vector<std::uint8_t> bytes;
+    bool is_packet = false;
+  };
+
+  asio::awaitable<std::string> read_page() {
+    PageRequest::Answer answer = co_await page_.get(kWebTransportPage);
+    failure_ = answer.is_reachable ? WebTransportFailure::absent : WebTransportFailure::unreachable;
+    if (!answer.fault.empty())
+      co_return answer.is_reachable ? "no WebTransport at " + options_.server.authority() + ": " + answer.fault
+                                    : answer.fault;
+    Result<WebTransportPage> page = read_web_transport_page(answer.text);
+    if (!page) co_return page.error();
+    if (page->port == 0) co_return "the server at " + options_.server.authority() + " has no WebTransport";
+    memory_->page = std::move(*page);
+    memory_->server = answer.server;
+    failure_ = WebTransportFailure::none;
+    co_return std::string();
+  }
+
+  // Opens the socket towards where the page was read, and the session.
+  std::string begin() {
+    const WebTransportPage& page = *memory_->page;
+    const udp::endpoint remote(*memory_->server, page.port);
+    error_code error;
+    io_->socket.open(remote.protocol(), error);
+    if (!error && options_.local && options_.local->is_v4() == remote.address().is_v4())
+      io_->socket.bind({*options_.local, 0}, error);
+    if (!error) io_->socket.connect(remote, error);
+    if (!error) io_->socket.non_blocking(true, error);
+    const udp::endpoint local = error ? udp::endpoint() : io_->socket.local_endpoint(error);
+    if (error) return "no UDP socket: " + error.message();
+    tune(remote.address().is_v6());
+    WebTransportTarget target;
+    target.path = {address_of(local), address_of(remote)};
+    target.authority = options_.server.authority_at(page.port);
+    target.url_path = page.path;
+    target.certificate = {options_.server.host, page.hashes, options_.tls.ca_file, options_.tls.insecure};
+    auto session = WebTransportSession::create(std::move(target), *this, channel::monotonic_ns());
+    if (!session) return session.error();
+    session_ = std::move(*session);
+    flush();
+    return {};
+  }
+
+  static quic::Address address_of(const udp::endpoint& endpoint) {
+    return quic::Address::of(endpoint.data(), static_cast<socklen_t>(endpoint.size()));
+  }
+
+  // Without one of these the socket still works.
+  void tune(bool is_v6) {
+    const auto set = [this](int level, int name, int value) {
+      ::setsockopt(io_->socket.native_handle(), level, name, &value, sizeof(value));
+    };
+    set(SOL_SOCKET, SO_RCVBUF, kSystemBufferBytes);
+    set(SOL_SOCKET, SO_SNDBUF, kSystemBufferBytes);
+    // QUIC finds out by itself how large packets may be: the system neither cuts them nor guesses.
+    set(IPPROTO_IP, IP_MTU_DISCOVER, IP_PMTUDISC_PROBE);
+    if (is_v6) set(IPPROTO_IPV6, IPV6_MTU_DISCOVER, IPV6_PMTUDISC_PROBE);
+  }
+
+  // Takes what has come and sends what is due; where nothing is there to be read after that, waits until there may be.
+  asio::awaitable<void> turn() {
+    const std::size_t before = arrived_.size();
+    const bool was_open = session_->is_open();
+    const bool may_have_more = receive();
+    session_->poll(channel::monotonic_ns());
+    flush();
+    if (arrived_.size() != before || session_->is_over() || session_->is_open() != was_open) co_return;
+    if (may_have_more) {
+      co_await asio::post(io_->socket.get_executor(), asio::use_awaitable);
+      co_return;
+    }
+    watch();
+    due_ns_ = session_->due_ns();
+    const std::int64_t wait_ns = std::clamp<std::int64_t>(due_ns_ - channel::monotonic_ns(), 0, kWait_ns_max);
+    io_->event.expires_after(std::chrono::nanoseconds(wait_ns));
+    error_code ignored;
+    co_await io_->event.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+  }
+
+  void watch() {
+    if (std::exchange(io_->is_watched, true)) return;
+    io_->socket.async_wait(udp::socket::wait_read, [io = io_](const error_code&) {
+      io->is_watched = false;
+      io->event.cancel();
+    });
+  }
+
+  // Returns whether more may have come.
+  bool receive() {
+    std::array<std::uint8_t, kPacketBytesMax> buffer;
+    const std::int64_t now_ns = channel::monotonic_ns();
+    for (int n = 0; n < kPacketsAtOnceMax && !session_->is_over(); ++n) {
+      const ssize_t count = ::recv(io_->socket.native_handle(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+      if (count < 0) {
+        if (errno == ECONNREFUSED) refused_ = "nothing listens on its UDP port";
+        if (!refused_.empty()) session_->close(now_ns);
+        return false;
+      }
+      session_->receive(std::span(buffer).first(static_cast<std::size_t>(count)), now_ns);
+    }
+    return !session_->is_over();
+  }
+
+  void flush() {
+    session_->write(
+        [this](std::span<const std::uint8_t> packet) {
+          // QUIC takes what is dropped here for lost.
+          ::send(io_->socket.native_handle(), packet.data(), packet.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+        },
+        channel::monotonic_ns());
+    if (session_->is_writable() || session_->is_over()) io_->writable.cancel();
+    if (session_->due_ns() < due_ns_ || session_->is_over()) io_->event.cancel();
+  }
+
+  [[nodiscard]] std::string describe_end() const {
+    const std::string& why = refused_.empty() ? session_->why() : refused_;
+    if (why.empty()) return "the server closed the connection without a goodbye";
+    return "the connection to " + options_.server.authority() + " broke: " + why;
+  }
+
+  void on_channel_bytes(std::span<const std::uint8_t> bytes) override {
+    if (arrived_.empty() || arrived_.back().is_packet) arrived_.emplace_back();
+    std::vector<std::uint8_t>& last = arrived_.back().bytes;
+    last.insert(last.end(), bytes.begin(), bytes.end());
+  }
+  void on_datagram(std::span<const std::uint8_t> bytes) override {
+    if (datagrams_waiting_ >= kIncomingDatagramsMax) return;
+    ++datagrams_waiting_;
+    arrived_.push_back({{bytes.begin(), bytes.end()}, true});
+  }
+
+  const StreamOptions options_;
+  const std::shared_ptr<WebTransportMemory> memory_;
+  PageRequest page_;
+  const std::shared_ptr<Io> io_;
+  std::unique_ptr<WebTransportSession> session_;  // null before it is begun
+  std::deque<Arrived> arrived_;
+  Arrived current_;  // as read last
+  std::size_t datagrams_waiting_ = 0, untaken_bytes_ = 0;
+  std::int64_t due_ns_ = 0;  // until when turn() waits
+  std::string refused_;      // by the system
+  WebTransportFailure failure_ = WebTransportFailure::none;
+  bool is_closed_ = false;
+};
+
+}  // namespace
+
+std::shared_ptr<WebTransportAttempt> make_web_transport_stream(asio::io_context& io, StreamOptions options,
+                                                               std::shared_ptr<WebTransportMemory> memory) {
+  return std::make_shared<WebTransportStream>(io, std::move(options), std::move(memory));
+}
+
+}  // namespace hairnet::link
