@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/link/webtransport/session.hpp"
 #include "server/quic/endpoint.hpp"
 #include "tests/support/http3_client.hpp"
 #include "tests/support/quic_client.hpp"
@@ -50,8 +51,7 @@ class QuicNetwork : public Gate {
 
   explicit QuicNetwork(const EndpointOptions& options = {})
       : endpoint(
-            options, Credentials::make(0, 2'000'000'000).value(), *this, counters,
-            [this](std::span<const Burst> bursts) { take(bursts); }, now_ns) {}
+            options, credentials, *this, counters, [this](std::span<const Burst> bursts) { take(bursts); }, now_ns) {}
 
   QuicClient& add_client(const QuicClient::Options& options = {}, std::uint8_t host = 1) {
     const Path path{loopback(static_cast<std::uint16_t>(10'000 + clients.size()), host), loopback(kPort)};
@@ -71,6 +71,15 @@ class QuicNetwork : public Gate {
   void deliver() {
     for (int turn = 0; turn < 50; ++turn) {
       bool is_quiet = true;
+      for (const auto& [local, session] : sessions) {
+        session->poll(now_ns);
+        session->write(
+            [&, from = local](std::span<const std::uint8_t> packet) {
+              is_quiet = false;
+              if (!loses || !loses()) endpoint.receive({loopback(kPort), from}, 0, packet, now_ns);
+            },
+            now_ns);
+      }
       for (std::size_t i = 0; i < clients.size(); ++i) {
         clients[i]->poll(now_ns);
         for (const Bytes& packet : clients[i]->write(now_ns)) {
@@ -86,6 +95,8 @@ class QuicNetwork : public Gate {
         if (loses && loses()) continue;
         for (const auto& client : clients)
           if (client->path().local == to) client->receive(packet, now_ns);
+        for (const auto& [local, session] : sessions)
+          if (local == to) session->receive(packet, now_ns);
       }
       if (is_quiet) return;
     }
@@ -116,6 +127,7 @@ class QuicNetwork : public Gate {
     return sinks.emplace_back(std::make_shared<RecordingSink>());
   }
 
+  const std::shared_ptr<const Credentials> credentials = Credentials::make(0, 2'000'000'000).value();
   std::int64_t now_ns = 1'000'000'000;
   QuicCounters counters;
   bool begins = true, admits = true;
@@ -127,6 +139,8 @@ class QuicNetwork : public Gate {
   std::vector<std::shared_ptr<RecordingSink>> sinks;
   std::vector<std::pair<Address, Bytes>> in_flight;
   std::vector<std::unique_ptr<QuicClient>> clients;
+  // Of the client library, with their addresses. The test keeps them.
+  std::vector<std::pair<Address, link::WebTransportSession*>> sessions;
   std::function<bool()> loses;
   std::size_t client_bytes = 0, server_bytes = 0, largest_burst_packets = 0;
   Endpoint endpoint;
