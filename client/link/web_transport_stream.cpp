@@ -92,7 +92,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     is_closed_ = true;
     page_.cancel();
     if (session_) {
-      session_->close(channel::monotonic_ns());
+      session_->close("closed by this client", channel::monotonic_ns());
       flush();
     }
     error_code ignored;
@@ -209,8 +209,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     for (int n = 0; n < kPacketsAtOnceMax && !session_->is_over(); ++n) {
       const ssize_t count = ::recv(io_->socket.native_handle(), buffer.data(), buffer.size(), MSG_DONTWAIT);
       if (count < 0) {
-        if (errno == ECONNREFUSED) refused_ = "nothing listens on its UDP port";
-        if (!refused_.empty()) session_->close(now_ns);
+        if (errno == ECONNREFUSED) session_->close("nothing listens on its UDP port", now_ns);
         return false;
       }
       session_->receive(std::span(buffer).first(static_cast<std::size_t>(count)), now_ns);
@@ -230,7 +229,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   }
 
   [[nodiscard]] std::string describe_end() const {
-    const std::string& why = refused_.empty() ? session_->why() : refused_;
+    const std::string& why = session_->why();
     if (why.empty()) return "the server closed the connection without a goodbye";
     return "the connection to " + options_.server.authority() + " broke: " + why;
   }
@@ -255,7 +254,6 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   Arrived current_;  // as read last
   std::size_t datagrams_waiting_ = 0, untaken_bytes_ = 0;
   std::int64_t due_ns_ = 0;  // until when turn() waits
-  std::string refused_;      // by the system
   WebTransportFailure failure_ = WebTransportFailure::none;
   bool is_closed_ = false;
 };

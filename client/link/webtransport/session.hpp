@@ -69,8 +69,8 @@ class WebTransportSession final : private QuicEvents {
   void take(std::size_t bytes);  // that on_channel_bytes() has passed on: the server may send as many more
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return quic_->unsent_bytes(); }
-  // Ends it at once; the next write() tells the server.
-  void close(std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, "closed by this client", now_ns); }
+  // Ends it at once; the next write() tells the server. `why`: one line.
+  void close(std::string_view why, std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, why, now_ns); }
 
  private:
   // What a stream of the server's turned out to be.

@@ -74,6 +74,7 @@ class ScriptedServer {
   [[nodiscard]] LinkOptions options(double timeout_s = 20) const {
     LinkOptions options;
     options.server.port = acceptor_.local_endpoint().port();
+    options.transport = TransportChoice::address;
     options.core.connect_timeout_s = timeout_s;
     options.core.reconnect = false;
     return options;

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <array>
+#include <atomic>
+#include <boost/asio.hpp>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -43,6 +46,7 @@ class Welcoming : public server::PacketSink {
       connection_->close("goodbye");
     }
   }
+  void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override { on_packet(bytes, now_ns); }
   void on_broken_stream(std::int64_t) override { ADD_FAILURE() << "broken stream"; }
   void on_writable(std::int64_t) override {}
   void on_closed(std::string_view, std::int64_t) override { connection_->close("closed"); }
@@ -67,13 +71,16 @@ struct Certificate {
   bool sound = false;
 };
 
-class LinkByTransport : public ::testing::TestWithParam<support::Named<Transport>> {
+// A server's port, with a certificate or without, that takes all transports.
+class LinkAndPort : public ::testing::Test {
  protected:
-  void SetUp() override {
+  void listen(bool has_certificate, bool has_webtransport = true) {
     ASSERT_TRUE(certificate_.sound) << "deploy/certificate failed";
     server::TransportOptions options;
     options.port = 0;
-    options.tls = {(certificate_.folder / "chain.pem").string(), (certificate_.folder / "key.pem").string()};
+    options.webtransport = has_webtransport;
+    if (has_certificate)
+      options.tls = {(certificate_.folder / "chain.pem").string(), (certificate_.folder / "key.pem").string()};
     auto listener = server::Listener::create(
         loop_, options, counters_, [this](std::shared_ptr<server::Connection> c, std::int64_t) {
           const bool breaks_off = breaks_off_ && sinks_.empty();
@@ -82,7 +89,6 @@ class LinkByTransport : public ::testing::TestWithParam<support::Named<Transport
         });
     ASSERT_TRUE(listener) << listener.error();
     listener_ = std::move(*listener);
-    options_.server.transport = GetParam().value;
     options_.server.port = listener_->port();
     options_.tls.ca_file = (certificate_.folder / "chain.pem").string();
     thread_ = std::thread([this] { loop_.run(); });
@@ -108,6 +114,14 @@ class LinkByTransport : public ::testing::TestWithParam<support::Named<Transport
     }
   }
 
+  static void wait_for_end(Link& link) {
+    while (true) {
+      const std::vector<Event> events = link.poll();
+      if (!events.empty() && std::holds_alternative<Disconnected>(events.back())) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
   Certificate certificate_;
   server::TransportCounters counters_;
   server::IoLoop loop_;
@@ -119,21 +133,36 @@ class LinkByTransport : public ::testing::TestWithParam<support::Named<Transport
   std::thread thread_;
 };
 
+struct Way {
+  Transport transport;
+  TransportChoice choice;
+};
+
+class LinkByTransport : public LinkAndPort, public ::testing::WithParamInterface<support::Named<Way>> {
+ protected:
+  void SetUp() override {
+    listen(true);
+    options_.server.transport = GetParam().value.transport;
+    options_.transport = GetParam().value.choice;
+  }
+  [[nodiscard]] bool is_encrypted() const {
+    return options_.server.encrypted() || options_.transport == TransportChoice::webtransport;
+  }
+};
+
 TEST_P(LinkByTransport, packets_go_both_ways) {
   {
     Link link(options_);
     const Result<wire::Welcome> welcome = link.connect();
     ASSERT_TRUE(welcome) << welcome.error();
     EXPECT_EQ(welcome->session, 42u);
+    EXPECT_EQ(link.transport(), options_.transport == TransportChoice::address ? to_string(options_.server.transport)
+                                                                               : std::string_view("webtransport"));
     EXPECT_EQ(wait_for<wire::MemberJoined>(link).member, 9u);
     link.push_poses(std::vector<wire::PoseSample>(4096));  // 700 kB
     link.push_poses(std::vector<wire::PoseSample>(1));
     link.close();
-    while (true) {
-      const std::vector<Event> events = link.poll();
-      if (!events.empty() && std::holds_alternative<Disconnected>(events.back())) break;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    wait_for_end(link);
   }
   TearDown();
   EXPECT_EQ(poses_, 2u);
@@ -151,7 +180,7 @@ TEST_P(LinkByTransport, a_broken_connection_is_replaced_and_resumed) {
 }
 
 TEST_P(LinkByTransport, an_untrusted_certificate_is_refused_unless_insecure_is_set) {
-  if (!options_.server.encrypted()) return;
+  if (!is_encrypted()) return;
   options_.tls.ca_file.clear();
   const Result<wire::Welcome> refused = Link(options_).connect();
   ASSERT_FALSE(refused);
@@ -162,16 +191,177 @@ TEST_P(LinkByTransport, an_untrusted_certificate_is_refused_unless_insecure_is_s
 }
 
 TEST_P(LinkByTransport, a_certificate_of_another_host_is_refused) {
-  if (!options_.server.encrypted()) return;
+  if (!is_encrypted()) return;
   options_.server.host = "127.0.0.2";
   const Result<wire::Welcome> refused = Link(options_).connect();
   ASSERT_FALSE(refused);
 }
 
+constexpr TransportChoice kAddress = TransportChoice::address, kWebTransport = TransportChoice::webtransport,
+                          kAutomatic = TransportChoice::automatic;
 INSTANTIATE_TEST_SUITE_P(Transports, LinkByTransport,
-                         ::testing::Values(support::Named{"tcp", Transport::tcp}, support::Named{"tls", Transport::tls},
-                                           support::Named{"ws", Transport::ws}, support::Named{"wss", Transport::wss}),
+                         ::testing::Values(support::Named{"tcp", Way{Transport::tcp, kAddress}},
+                                           support::Named{"tls", Way{Transport::tls, kAddress}},
+                                           support::Named{"ws", Way{Transport::ws, kAddress}},
+                                           support::Named{"wss", Way{Transport::wss, kAddress}},
+                                           support::Named{"webtransport", Way{Transport::tcp, kWebTransport}},
+                                           support::Named{"webtransport_by_tls", Way{Transport::wss, kWebTransport}},
+                                           support::Named{"automatic", Way{Transport::tls, kAutomatic}}),
                          support::CaseName());
+
+// What a link connects to is up to the test.
+class LinkChooses : public LinkAndPort {
+ protected:
+  std::string transport_after_connect() {
+    Link link(options_);
+    const Result<wire::Welcome> welcome = link.connect();
+    EXPECT_TRUE(welcome) << welcome.error();
+    return link.transport();
+  }
+};
+
+TEST_F(LinkChooses, webtransport_by_itself_with_the_certificate_that_the_page_names) {
+  listen(false);
+  EXPECT_EQ(transport_after_connect(), "webtransport");
+}
+
+TEST_F(LinkChooses, the_address_where_the_server_has_no_webtransport) {
+  listen(false, false);
+  EXPECT_EQ(transport_after_connect(), "tcp");
+  options_.server.transport = Transport::ws;
+  EXPECT_EQ(transport_after_connect(), "ws");
+  options_.transport = TransportChoice::webtransport;
+  const Result<wire::Welcome> refused = Link(options_).connect();
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), HasSubstr("no WebTransport"));
+}
+
+TEST_F(LinkChooses, the_address_where_the_certificate_is_not_to_be_trusted) {
+  listen(true);
+  options_.tls.ca_file.clear();
+  EXPECT_EQ(transport_after_connect(), "tcp");
+}
+
+// A page about WebTransport before a server's port; other connections reach the port behind. One connection at a time.
+class PageInFront {
+ public:
+  PageInFront(std::string page, std::uint16_t behind) : page_(std::move(page)), behind_(behind) {
+    thread_ = std::thread([this] { serve(); });
+  }
+  ~PageInFront() {
+    is_stopping_ = true;
+    error_code ignored;
+    tcp::socket(io_).connect(acceptor_.local_endpoint(), ignored);
+    thread_.join();
+  }
+  [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+  [[nodiscard]] int pages_asked() const { return pages_asked_; }
+
+ private:
+  using tcp = boost::asio::ip::tcp;
+  using error_code = boost::system::error_code;
+
+  void serve() {
+    while (!is_stopping_) {
+      error_code error;
+      tcp::socket socket = acceptor_.accept(error);
+      std::array<char, 2048> buffer{};
+      const std::size_t count = error || is_stopping_ ? 0 : socket.read_some(boost::asio::buffer(buffer), error);
+      if (count == 0) continue;
+      const std::string_view first(buffer.data(), count);
+      if (first.starts_with("GET /wt.json ")) {
+        ++pages_asked_;
+        const std::string answer =
+            "HTTP/1.1 200 OK\r\nConnection: close\r\nContent-Length: " + std::to_string(page_.size()) + "\r\n\r\n" +
+            page_;
+        boost::asio::write(socket, boost::asio::buffer(answer), error);
+        continue;
+      }
+      tcp::socket behind(io_);
+      behind.connect({boost::asio::ip::address_v4::loopback(), behind_}, error);
+      boost::asio::write(behind, boost::asio::buffer(buffer.data(), count), error);
+      std::thread back([&] { pass(behind, socket); });
+      pass(socket, behind);
+      back.join();
+    }
+  }
+  static void pass(tcp::socket& from, tcp::socket& to) {
+    std::array<char, 65536> buffer{};
+    error_code error;
+    while (true) {
+      const std::size_t count = from.read_some(boost::asio::buffer(buffer), error);
+      if (!error) boost::asio::write(to, boost::asio::buffer(buffer.data(), count), error);
+      if (error) break;
+    }
+    from.shutdown(tcp::socket::shutdown_both, error);
+    to.shutdown(tcp::socket::shutdown_both, error);
+  }
+
+  const std::string page_;
+  const std::uint16_t behind_;
+  std::atomic<bool> is_stopping_{false};
+  std::atomic<int> pages_asked_{0};
+  boost::asio::io_context io_;
+  tcp::acceptor acceptor_{io_, {boost::asio::ip::address_v4::loopback(), 0}};
+  std::thread thread_;
+};
+
+std::string page_of(std::uint16_t port, const std::string& hashes) {
+  return "{\"port\":" + std::to_string(port) + R"(,"path":"/wt","hashes":[)" + hashes + "]}";
+}
+const std::string kWrongHash = '"' + std::string(43, 'A') + "=\"";
+
+TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again_soon) {
+  listen(false);
+  breaks_off_ = true;
+  boost::asio::io_context io;
+  const boost::asio::ip::udp::socket silent(io, {boost::asio::ip::address_v4::loopback(), 0});
+  const PageInFront front(page_of(silent.local_endpoint().port(), ""), listener_->port());
+  options_.server.port = front.port();
+  Link link(options_);
+  const Result<wire::Welcome> welcome = link.connect();
+  ASSERT_TRUE(welcome) << welcome.error();
+  wait_for<Reconnecting>(link);
+  wait_for<Connected>(link);
+  EXPECT_EQ(link.transport(), "tcp");
+  EXPECT_EQ(front.pages_asked(), 1);
+  link.close();
+  wait_for_end(link);
+}
+
+TEST_F(LinkChooses, the_address_where_the_udp_port_is_closed) {
+  listen(false);
+  std::uint16_t closed = 0;
+  {
+    boost::asio::io_context io;
+    closed = boost::asio::ip::udp::socket(io, {boost::asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
+  }
+  const PageInFront front(page_of(closed, ""), listener_->port());
+  options_.server.port = front.port();
+  EXPECT_EQ(transport_after_connect(), "tcp");
+  options_.transport = TransportChoice::webtransport;
+  const Result<wire::Welcome> refused = Link(options_).connect();
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), HasSubstr("nothing listens on its UDP port"));
+}
+
+TEST_F(LinkChooses, no_server_whose_certificate_the_page_does_not_name) {
+  listen(false);
+  const PageInFront front(page_of(listener_->port(), kWrongHash), listener_->port());
+  options_.server.port = front.port();
+  options_.transport = TransportChoice::webtransport;
+  const Result<wire::Welcome> refused = Link(options_).connect();
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), HasSubstr("its certificate is refused (it is none of those that its page"));
+  EXPECT_EQ(counters_.connections_opened_webtransport.value(), 0u);
+}
+
+TEST_F(LinkChooses, the_address_where_the_page_is_damaged) {
+  listen(false);
+  const PageInFront front("{\"port\":", listener_->port());
+  options_.server.port = front.port();
+  EXPECT_EQ(transport_after_connect(), "tcp");
+}
 
 }  // namespace
 }  // namespace hairnet::link

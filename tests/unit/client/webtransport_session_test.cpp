@@ -194,7 +194,7 @@ TEST(WebTransportSession, tells_the_server_its_own_end) {
   finished.session->send({1, 2});
   finished.session->end_channel();
   network.run(0.1);
-  closing.session->close(network.now_ns);
+  closing.session->close("enough", network.now_ns);
   network.run(1);
   ASSERT_EQ(network.sinks.size(), 2u);
   for (const auto& sink : network.sinks) EXPECT_EQ(sink->closed.size(), 1u);
