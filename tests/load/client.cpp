@@ -85,7 +85,10 @@ void Client::drive(std::int64_t now_ns) {
     const std::vector<std::uint8_t> packet = protocol_->take_packet(now_ns);
     if (packet.empty()) break;
     if (!slow_) context_->tally->count(now_ns, &Counts::bytes_out, packet.size());
-    connection_->send(packet);
+    if (protocol_->taken_may_be_lost())
+      connection_->send_unreliably(packet);
+    else
+      connection_->send(packet);
   }
   if (connection_ && protocol_->wants_half_close()) connection_->close_sending();
   if (state_ == State::gone) {

@@ -28,7 +28,9 @@ class ClientConnection {
  public:
   virtual ~ClientConnection() = default;
   virtual void send(std::span<const std::uint8_t> bytes) = 0;  // a packet, or the bad bytes of a BadClient
-  virtual void close_sending() = 0;                            // after what waits
+  // A packet that may get lost or overtake others, where the transport has such ones.
+  virtual void send_unreliably(std::span<const std::uint8_t> packet) { send(packet); }
+  virtual void close_sending() = 0;  // after what waits
   // Only so many more bytes are read, until allowed more.
   virtual void limit_reading(std::size_t bytes) = 0;
   [[nodiscard]] virtual std::size_t unsent_bytes() const = 0;

@@ -82,6 +82,7 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
   [[nodiscard]] std::vector<std::uint8_t> take_packet(std::int64_t now_ns) override {
     return core_.take_packet(now_ns);
   }
+  [[nodiscard]] bool taken_may_be_lost() const override { return core_.taken_may_be_lost(); }
 
  private:
   void on_frame(const link::ReceivedFrame& received) override {

@@ -79,6 +79,7 @@ int perform(const Options& options) {
   if (!assets) return fail(assets.error());
   RunOptions run_options;
   run_options.server = options.server;
+  run_options.transport = options.transport;
   run_options.server_pid = options.server_pid;
   run_options.check_share = options.check_share;
   run_options.decode_share = options.decode_share;
@@ -88,7 +89,9 @@ int perform(const Options& options) {
   run_options.stop = &stop_asked;
   std::unique_ptr<SpawnedServer> server;
   if (!options.spawn.empty()) {
-    auto started = SpawnedServer::start(options.spawn, options.server_arguments, options.server_log);
+    std::vector<std::string> arguments = options.server_arguments;
+    if (options.transport == Transport::webtransport) arguments.insert(arguments.end(), {"--webtransport", "on"});
+    auto started = SpawnedServer::start(options.spawn, arguments, options.server_log);
     if (!started) return fail(started.error());
     server = std::move(*started);
     run_options.server = {"127.0.0.1", server->port()};

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <utility>
@@ -32,12 +33,13 @@ Examples:
   hairnet-load --preset smoke --require 'latency_p99_ms<120' --require 'errors==0' --check 1
   hairnet-load --spawn hairnet-server --stage steady:10s:clients=4,characters=64,level=low --find-capacity \
     --require 'latency_p99_ms<80' --require 'frames_missed_share<0.01' -- --workers 1
+  hairnet-load --spawn hairnet-server --preset rooms8 --transport webtransport -- --level-cache levels
   hairnet-load --plan load.json        what is in a report can be run again
 
 Exit status: 0 all thresholds met, 1 one is not, 2 usage, 3 the generator itself was late (nothing counts), 4 it could not run.)";
 
 struct Given {
-  std::string server = "127.0.0.1:7420", plan, preset;
+  std::string server = "127.0.0.1:7420", transport = "tcp", plan, preset;
   std::vector<std::string> stages, requirements, grooms, motions;
   std::optional<std::uint64_t> seed;
   std::optional<double> pose_hz;
@@ -51,6 +53,9 @@ struct Given {
 
 void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--server", g.server, "HOST:PORT of a server that runs (127.0.0.1:7420)");
+  app.add_option("--transport", g.transport,
+                 "how clients connect, but for attackers: tcp, tls, ws or webtransport (tcp)")
+      ->check(CLI::IsMember(std::vector<std::string>(kTransportNames.begin(), kTransportNames.end())));
   app.add_option("--spawn", o.spawn, "start this server program instead, on a free port; its arguments after --");
   app.add_option("--server-log", o.server_log, "file for what the started server prints (hairnet-load-server.log)");
   app.add_option("--server-pid", o.server_pid, "a running server's process, for its CPU and memory")
@@ -161,6 +166,7 @@ Result<void> conclude(Options& o, const Given& g) {
   auto address = parse_address(g.server);
   if (!address) return Refusal(address.error());
   o.server = std::move(*address);
+  o.transport = static_cast<Transport>(std::ranges::find(kTransportNames, g.transport) - kTransportNames.begin());
   if (o.spawn.empty() && !o.server_arguments.empty())
     return Refusal("'" + o.server_arguments.front() + "': arguments after -- are for --spawn, which is not given");
   auto plan = make_plan(g);

@@ -8,7 +8,7 @@
 
 #include "tests/load/plan.hpp"
 #include "tests/load/requirement.hpp"
-#include "tests/load/tcp_client_connection.hpp"
+#include "tests/load/stream_client_connection.hpp"
 
 namespace hairnet::load {
 
@@ -21,6 +21,7 @@ struct CapacityOptions {
 struct Options {
   Plan plan;
   Address server;
+  Transport transport = Transport::tcp;
   std::string spawn;                          // program; empty: the server runs already
   std::vector<std::string> server_arguments;  // of it
   std::string server_log = "hairnet-load-server.log";

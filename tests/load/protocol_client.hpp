@@ -76,6 +76,7 @@ class ProtocolClient {
   virtual void on_closed(std::int64_t now_ns) = 0;
   // The next packet to send; empty: there is none.
   [[nodiscard]] virtual std::vector<std::uint8_t> take_packet(std::int64_t now_ns) = 0;
+  [[nodiscard]] virtual bool taken_may_be_lost() const { return false; }  // the last one
 };
 
 }  // namespace hairnet::load

@@ -55,14 +55,14 @@ class Run {
         options_(&options),
         show_(&show),
         server_(std::move(server)),
-        connector_(io_, server_),
+        connector_(make_connector(io_, options.transport, options.server, server_)),
         check_(plan.seed, options.check_share) {
     context_.seed = plan.seed;
     context_.pose_hz = plan.pose_hz;
     context_.room_size = plan.room_size;
     context_.grooms = &assets.grooms;
     context_.motions = &assets.motions;
-    context_.connector = &connector_;
+    context_.connector = connector_.get();
     context_.make_protocol_client = [this](std::uint32_t client, std::uint32_t place) {
       return make_protocol_client(client, place);
     };
@@ -117,7 +117,7 @@ class Run {
 
   Result<void> prepare() {
     preparation_ = std::make_unique<GroomUploader>(
-        connector_, make_link_protocol_client(peer_options("load-preparation", "load-preparation")), *context_.grooms);
+        *connector_, make_link_protocol_client(peer_options("load-preparation", "load-preparation")), *context_.grooms);
     const std::int64_t deadline_ns = channel::monotonic_ns() + kPreparation_ns_max;
     while (!preparation_->done()) {
       if (!preparation_->fault().empty()) return Refusal(preparation_->fault());
@@ -163,7 +163,7 @@ class Run {
       dismiss_newcomer(now_ns);
       const std::size_t stage = next_newcomer_++;
       newcomer_ = std::make_unique<Newcomer>(
-          io_, connector_, server_, make_link_protocol_client(peer_options("load-newcomer", "load-newcomer")),
+          io_, *connector_, server_, make_link_protocol_client(peer_options("load-newcomer", "load-newcomer")),
           newcomer_grooms_[stage], kFirstNewcomerHost + static_cast<std::uint32_t>(stage),
           begin_ns_ + plan_->stage_begin_ns(stage) + kNewcomerAfter_ns);
     }
@@ -287,7 +287,7 @@ class Run {
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);
   asio::ip::tcp::endpoint server_;
-  TcpConnector connector_;
+  std::unique_ptr<Connector> connector_;
   FrameCheck check_;
   std::shared_ptr<link::FileCatalog> catalog_ = std::make_shared<link::FileCatalog>();
   ClientContext context_;

@@ -17,13 +17,14 @@
 #include "tests/load/plan.hpp"
 #include "tests/load/process_sampler.hpp"
 #include "tests/load/requirement.hpp"
+#include "tests/load/stream_client_connection.hpp"
 #include "tests/load/tally.hpp"
-#include "tests/load/tcp_client_connection.hpp"
 
 namespace hairnet::load {
 
 struct RunOptions {
   Address server;
+  Transport transport = Transport::tcp;  // of all clients but attackers
   std::optional<pid_t> server_pid;
   double check_share = 0;       // of characters whose frames are checked
   double decode_share = 1;      // of members whose frames are decoded

@@ -1,0 +1,181 @@
+#include "tests/load/stream_client_connection.hpp"
+
+#include <deque>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "client/link/server_stream.hpp"
+#include "schema/channel/monotonic_clock.hpp"
+#include "schema/channel/packet_splitter.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::load {
+namespace {
+
+using boost::system::error_code;
+
+constexpr std::size_t kAnyBytes = std::numeric_limits<std::size_t>::max();
+
+class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
+ public:
+  StreamConnection(asio::io_context& io, ConnectionEvents& events, std::shared_ptr<link::ServerStream> stream)
+      : stream_(std::move(stream)),
+        events_(&events),
+        may_read_(io, asio::steady_timer::time_point::max()),
+        may_write_(io, asio::steady_timer::time_point::max()),
+        splitter_(wire::kPacketBytesMax) {}
+
+  void start(asio::io_context& io) {
+    asio::post(io, [&io, self = shared_from_this()] { asio::co_spawn(io, self->receive(self), asio::detached); });
+  }
+  // From here on the owner hears nothing more.
+  void abandon() {
+    events_ = nullptr;
+    stream_->close();
+    may_read_.cancel();
+    may_write_.cancel();
+  }
+  void send(std::span<const std::uint8_t> bytes, bool may_be_lost) {
+    if (!events_ || sending_closed_ || bytes.empty()) return;
+    unsent_bytes_ += bytes.size();
+    unsent_.push_back({{bytes.begin(), bytes.end()}, may_be_lost});
+    may_write_.cancel();
+  }
+  void close_sending() {
+    sending_closed_ = true;
+    may_write_.cancel();
+  }
+  void limit_reading(std::size_t bytes) {
+    readable_ = bytes;
+    may_read_.cancel();
+  }
+  [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
+
+ private:
+  struct Unsent {
+    std::vector<std::uint8_t> bytes;
+    bool may_be_lost = false;
+  };
+
+  asio::awaitable<void> receive(std::shared_ptr<StreamConnection> self) {
+    std::string fault = co_await stream_->open();
+    if (!events_) {
+      stream_->close();
+      co_return;
+    }
+    if (fault.empty()) {
+      asio::co_spawn(may_write_.get_executor(), transmit(self), asio::detached);
+      events_->on_open(channel::monotonic_ns());
+    }
+    while (events_ && fault.empty()) {
+      while (events_ && readable_ == 0) co_await wait(may_read_);
+      if (!events_) co_return;
+      const link::ServerStream::Read read = co_await stream_->read();
+      fault = read.fault;
+      if (fault.empty() && !take(read)) fault = "stream_broken";
+    }
+    if (events_) events_->on_closed(fault, channel::monotonic_ns());
+  }
+
+  // False when the stream holds no packets.
+  bool take(const link::ServerStream::Read& read) {
+    const std::int64_t arrival_ns = channel::monotonic_ns();
+    if (readable_ != kAnyBytes) readable_ -= std::min(readable_, read.bytes.size());
+    const auto pass = [&](std::span<const std::uint8_t> packet) {
+      if (events_) events_->on_packet(packet, arrival_ns);
+    };
+    if (!read.is_packet) return splitter_.feed(read.bytes, pass);
+    pass(read.bytes);
+    return true;
+  }
+
+  asio::awaitable<void> transmit(std::shared_ptr<StreamConnection>) {
+    while (events_) {
+      if (!unsent_.empty()) {
+        const Unsent next = std::move(unsent_.front());
+        unsent_.pop_front();
+        const bool is_written = co_await stream_->write(next.bytes, next.may_be_lost);
+        unsent_bytes_ -= next.bytes.size();
+        if (!is_written) co_return;  // the reader learns why
+      } else if (sending_closed_) {
+        stream_->half_close();
+        co_return;
+      } else {
+        co_await wait(may_write_);
+      }
+    }
+  }
+
+  static asio::awaitable<void> wait(asio::steady_timer& timer) {
+    error_code ignored;
+    co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+  }
+
+  std::shared_ptr<link::ServerStream> stream_;
+  ConnectionEvents* events_;
+  asio::steady_timer may_read_, may_write_;  // cancelled when it may be so
+  channel::PacketSplitter splitter_;
+  std::deque<Unsent> unsent_;
+  std::size_t unsent_bytes_ = 0, readable_ = kAnyBytes;
+  bool sending_closed_ = false;
+};
+
+class StreamClientConnection final : public ClientConnection {
+ public:
+  explicit StreamClientConnection(std::shared_ptr<StreamConnection> connection) : connection_(std::move(connection)) {}
+  ~StreamClientConnection() override { connection_->abandon(); }
+  StreamClientConnection(const StreamClientConnection&) = delete;
+  StreamClientConnection& operator=(const StreamClientConnection&) = delete;
+  void send(std::span<const std::uint8_t> bytes) override { connection_->send(bytes, false); }
+  void send_unreliably(std::span<const std::uint8_t> bytes) override { connection_->send(bytes, true); }
+  void close_sending() override { connection_->close_sending(); }
+  void limit_reading(std::size_t bytes) override { connection_->limit_reading(bytes); }
+  [[nodiscard]] std::size_t unsent_bytes() const override { return connection_->unsent_bytes(); }
+
+ private:
+  std::shared_ptr<StreamConnection> connection_;
+};
+
+class StreamConnector final : public Connector {
+ public:
+  StreamConnector(asio::io_context& io, Transport transport, const Address& server) : io_(&io), transport_(transport) {
+    options_.server.host = server.host;
+    options_.server.port = server.port;
+    options_.server.transport = transport == Transport::tls  ? link::Transport::tls
+                                : transport == Transport::ws ? link::Transport::ws
+                                                             : link::Transport::tcp;
+    options_.tls.insecure = true;
+  }
+  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events, std::uint32_t host) override {
+    link::StreamOptions options = options_;
+    error_code no_address;
+    const auto server = asio::ip::make_address(options.server.host, no_address);
+    if (host > 0 && !no_address && server.is_v4() && server.is_loopback())
+      options.local = asio::ip::address_v4(0x7f000000u + host);
+    std::shared_ptr<link::ServerStream> stream;
+    if (transport_ == Transport::webtransport)
+      stream = link::make_web_transport_stream(*io_, std::move(options), memory_);
+    else
+      stream = link::make_server_stream(*io_, std::move(options));
+    auto connection = std::make_shared<StreamConnection>(*io_, events, std::move(stream));
+    connection->start(*io_);
+    return std::make_unique<StreamClientConnection>(std::move(connection));
+  }
+
+ private:
+  asio::io_context* io_;
+  const Transport transport_;
+  link::StreamOptions options_;
+  std::shared_ptr<link::WebTransportMemory> memory_ = std::make_shared<link::WebTransportMemory>();
+};
+
+}  // namespace
+
+std::unique_ptr<Connector> make_connector(asio::io_context& io, Transport transport, const Address& server,
+                                          const asio::ip::tcp::endpoint& endpoint) {
+  if (transport == Transport::tcp) return std::make_unique<TcpConnector>(io, endpoint);
+  return std::make_unique<StreamConnector>(io, transport, server);
+}
+
+}  // namespace hairnet::load
