@@ -46,7 +46,8 @@ constexpr double kDuration_s_max = 24 * 3600;
 
 // Values as typed that need parsing before they go into the options.
 struct Texts {
-  std::string connect = "127.0.0.1:7420", observe, times, views = "three_quarter", size, duration, reconnect;
+  std::string connect = "127.0.0.1:7420", transport = "auto", observe, times, views = "three_quarter", size, duration,
+              reconnect;
   std::vector<std::string> characters;
   bool no_draw = false, local = false;
   Wind wind;
@@ -79,6 +80,12 @@ void take_server(ViewOptions& o, const std::string& text) {
   const Result<link::Address> address = link::parse_address(text);
   if (!address) refuse("--connect", address.error());
   o.server = *address;
+}
+
+void take_transport(ViewOptions& o, const std::string& text) {
+  const Result<link::TransportChoice> choice = link::parse_transport_choice(text);
+  if (!choice) refuse("--transport", choice.error());
+  o.transport = *choice;
 }
 
 // Parses all, nobody, nearest:N or radius:M. The default is all in a window and nobody otherwise.
@@ -206,6 +213,7 @@ void take_texts(ViewOptions& o, const Texts& texts) {
   take_output(o, texts);
   take_durations(o, texts);
   take_server(o, texts.connect);
+  take_transport(o, texts.transport);
   take_room(o);
   take_observe(o, texts.observe);
   take_size(o, texts.size);
@@ -224,6 +232,9 @@ void add_server_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
   texts.of_server = {
       group.add_option("--connect", texts.connect,
                        "server, HOST:PORT or tcp://, tls://, ws:// or wss:// and that (127.0.0.1:7420)"),
+      group.add_option("--transport", texts.transport,
+                       "auto (WebTransport where server and network have it, else as the address says), webtransport "
+                       "or address (auto)"),
       group.add_option("--ca", o.tls.ca_file, "PEM file of certificates to trust (the system's)")
           ->check(CLI::ExistingFile),
       group.add_flag("--insecure", o.tls.insecure, "trust any certificate"),

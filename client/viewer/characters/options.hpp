@@ -41,6 +41,7 @@ struct ViewOptions {
   std::vector<std::string> files;  // shown as they are; unit, axes and rest pose are guessed
   link::Address server;
   link::TlsOptions tls;
+  link::TransportChoice transport = link::TransportChoice::automatic;
   std::string room, token;
   std::optional<wire::Observe> observe;  // which other characters of the room to show; none: no others
   double reconnect_s = 0;                // how long to try to reconnect; 0: not at all; infinity: forever

@@ -42,6 +42,7 @@ link::LinkOptions LiveRoom::link_options(const ViewOptions& options) {
   link::LinkOptions link;
   link.server = options.server;
   link.tls = options.tls;
+  link.transport = options.transport;
   link.core.client_name = "hairnet-view";
   link.core.room = options.room;
   link.core.token = options.token;
@@ -111,6 +112,9 @@ Result<void> LiveRoom::take(const link::Disconnected& end) {
 
 Result<void> LiveRoom::take(const link::Connected& connected) {
   session_ = connected.welcome.session;
+  std::string transport = link_.transport();
+  if (!transport.empty() && transport != std::exchange(transport_, transport))
+    std::fprintf(stderr, "hairnet-view: connected over %s\n", transport_.c_str());
   status_ = zero_ns_ || characters_.empty() ? "" : kWaiting;
   return {};
 }

@@ -128,6 +128,7 @@ class LiveRoom : public HairSource {
   double paused_s_ = 0;  // total
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
+  std::string transport_;  // of the last connection
   double latency_ms_ = 0;
   std::uint64_t session_ = 0;
   std::uint32_t sequence_ = 0;

@@ -32,6 +32,19 @@ TEST(Address, every_transport_has_its_form_and_its_port) {
   }
 }
 
+TEST(Address, names_its_host_and_port_as_requests_do) {
+  EXPECT_EQ(parse_address("wss://here/a")->authority(), "here:443");
+  EXPECT_EQ(parse_address("tls://[::1]:9")->authority(), "[::1]:9");
+  EXPECT_EQ(parse_address("[::1]")->authority_at(8), "[::1]:8");
+}
+
+TEST(TransportChoice, is_one_of_three_words) {
+  EXPECT_EQ(parse_transport_choice("auto").value(), TransportChoice::automatic);
+  EXPECT_EQ(parse_transport_choice("webtransport").value(), TransportChoice::webtransport);
+  EXPECT_EQ(parse_transport_choice("address").value(), TransportChoice::address);
+  for (const char* text : {"", "Auto", "tcp", "websocket"}) EXPECT_FALSE(parse_transport_choice(text)) << text;
+}
+
 TEST(Address, refuses_invalid_text_with_a_reason) {
   for (const char* text :
        {"", ":7420", "here:", "here:0", "here:65536", "here:-1", "here:7420x", "http://here", "://here", "::1", "[::1",

@@ -84,8 +84,21 @@ TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {
   EXPECT_EQ(sound({"a.hair", "b.obj"}).source, Source::local);
   EXPECT_EQ(sound({"a.hair", "b.obj"}).files.size(), 2u);
   EXPECT_EQ(sound({"--connect", "here:1", "--observe", "all"}).source, Source::server);
-  for (const char* flag : {"--connect", "--room", "--token", "--observe", "--reconnect", "--pose-rate", "--jitter"})
-    EXPECT_TRUE(refused({"--local", flag, flag == std::string_view("--connect") ? "a:1" : "1"})) << flag;
+  for (const char* flag :
+       {"--connect", "--transport", "--room", "--token", "--observe", "--reconnect", "--pose-rate", "--jitter"})
+    EXPECT_TRUE(refused({"--local", flag,
+                         flag == std::string_view("--connect")     ? "a:1"
+                         : flag == std::string_view("--transport") ? "auto"
+                                                                   : "1"}))
+        << flag;
+}
+
+TEST(ViewOptions, the_transport_is_one_of_three_words) {
+  EXPECT_EQ(sound({"--connect", "here:1"}).transport, link::TransportChoice::automatic);
+  EXPECT_EQ(sound({"--connect", "here:1", "--transport", "webtransport"}).transport,
+            link::TransportChoice::webtransport);
+  EXPECT_EQ(sound({"--connect", "wss://here", "--transport", "address"}).transport, link::TransportChoice::address);
+  EXPECT_TRUE(refused({"--connect", "here:1", "--transport", "udp"}));
 }
 
 TEST(ViewOptions, a_window_shows_other_characters_by_default) {
