@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/link/webtransport/certificate_check.hpp"
+#include "client/link/webtransport/http3_session.hpp"
 #include "core/result.hpp"
 #include "schema/http3/error_code.hpp"
 #include "schema/quic/address.hpp"
@@ -21,8 +22,6 @@
 #include "schema/quic/send_queues.hpp"
 
 namespace hairnet::link {
-
-using StreamId = std::int64_t;  // of QUIC
 
 struct QuicOptions {
   std::string protocol = "h3";  // of the application, as TLS names it; empty: none

@@ -3,16 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "client/link/webtransport/http3_session.hpp"
 #include "client/link/webtransport/quic_connection.hpp"
-#include "schema/http3/frame_reader.hpp"
 
 namespace hairnet::link {
 
@@ -35,7 +33,7 @@ class WebTransportEvents {
 
 // The client's end of a WebTransport session: QUIC, HTTP/3, an extended CONNECT, and then the channel, which is the
 // session's first bidirectional stream, and datagrams. No I/O, no clock: packets and times in, packets out. One thread.
-class WebTransportSession final : private QuicEvents {
+class WebTransportSession final : private QuicEvents, private Http3Owner {
  public:
   // Bytes that may wait to be sent before is_writable() is false.
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
@@ -56,7 +54,7 @@ class WebTransportSession final : private QuicEvents {
     quic_->write(send, now_ns);
   }
 
-  [[nodiscard]] bool is_open() const { return channel_ >= 0 && !is_over(); }
+  [[nodiscard]] bool is_open() const { return http3_.channel() >= 0 && !is_over(); }
   [[nodiscard]] bool is_over() const { return quic_->is_over(); }
   // Why it is over, in one line; empty: the server has closed it without a word.
   [[nodiscard]] const std::string& why() const { return quic_->why(); }
@@ -73,43 +71,32 @@ class WebTransportSession final : private QuicEvents {
   void close(std::string_view why, std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, why, now_ns); }
 
  private:
-  // What a stream of the server's turned out to be.
-  enum class Kind : std::uint8_t { unknown, control, encoder, decoder, ignored };
-  struct Stream {
-    Kind kind = Kind::unknown;
-    http3::Bytes begin;  // of its type, or of its settings
-    http3::FrameReader frames;
-    bool has_settings = false;
-  };
+  WebTransportSession(const WebTransportTarget& target, WebTransportEvents& events)
+      : events_(&events), http3_(*this, target.authority, target.url_path) {}
 
-  WebTransportSession(WebTransportTarget target, WebTransportEvents& events)
-      : target_(std::move(target)), events_(&events) {}
-
+  // QuicEvents
   void on_ready() override;
   void on_stream_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) override;
-  void on_stream_reset(StreamId id, std::uint64_t code) override;
-  void on_stream_stopped(StreamId id) override;
-  void on_quic_datagram(std::span<const std::uint8_t> bytes) override;
+  void on_stream_reset(StreamId id, std::uint64_t) override { http3_.on_reset(id); }
+  void on_stream_stopped(StreamId id) override { http3_.on_stopped(id); }
+  void on_quic_datagram(std::span<const std::uint8_t> bytes) override { http3_.on_datagram(bytes); }
 
-  void take_one_way(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
-  bool take_control(Stream& stream, const http3::FrameReader::Piece& piece);
-  void take_session(std::span<const std::uint8_t> bytes, bool is_last);
-  bool take_response(const http3::FrameReader::Piece& piece);
-  bool take_capsule(const http3::FrameReader::Piece& piece);
-  void request();
-  void open_channel();
-  bool fail(http3::ErrorCode code, std::string_view why);  // false
+  // Http3Owner
+  StreamId open_stream(bool one_way) override { return quic_->open_stream(one_way); }
+  void send(StreamId stream, http3::Bytes bytes) override { quic_->send(stream, std::move(bytes)); }
+  void stop_reading(StreamId stream, http3::ErrorCode code) override { quic_->stop_reading(stream, code); }
+  void fail(http3::ErrorCode code, std::string_view why) override;
+  void on_channel_open() override;
+  void on_channel_bytes(std::span<const std::uint8_t> bytes) override { events_->on_channel_bytes(bytes); }
+  void on_channel_end() override;
+  void on_datagram(std::span<const std::uint8_t> bytes) override { events_->on_datagram(bytes); }
 
-  WebTransportTarget target_;
   WebTransportEvents* events_;
   std::unique_ptr<QuicConnection> quic_;
-  std::map<StreamId, Stream> one_way_;             // of the server's
-  StreamId session_ = -1, channel_ = -1;           // session_: the stream of the CONNECT
-  http3::FrameReader frames_, capsules_;           // of the session's stream
-  http3::Bytes begin_;                             // of a frame or a capsule there that is needed as a whole
-  bool has_response_ = false, has_ended_ = false;  // has_ended_: the server has ended the channel
-  std::int64_t now_ns_ = 0;                        // of the current call
-  std::int64_t deadline_ns_ = 0;                   // of opening, and of the end; 0: none
+  Http3Session http3_;
+  bool has_ended_ = false;        // the server has ended the channel
+  std::int64_t now_ns_ = 0;       // of the current call
+  std::int64_t deadline_ns_ = 0;  // of opening, and of the end; 0: none
   std::int64_t opening_ns_max_ = 0;
 };
 

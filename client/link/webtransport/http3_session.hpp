@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "schema/http3/error_code.hpp"
+#include "schema/http3/frame_reader.hpp"
+#include "schema/http3/varint.hpp"
+
+namespace hairnet::link {
+
+using StreamId =
+    std::int64_t;  // of QUIC. The lowest bit says who opened it (0: the client), the next whether it is one-way
+
+// What a Http3Session asks of the QUIC connection below it, and tells the one above. No call may destroy it.
+class Http3Owner {
+ public:
+  virtual ~Http3Owner() = default;
+  // -1: the server allows no further one.
+  virtual StreamId open_stream(bool one_way) = 0;
+  virtual void send(StreamId stream, http3::Bytes bytes) = 0;
+  virtual void stop_reading(StreamId stream, http3::ErrorCode code) = 0;
+  // The session is over: the server has ended it (no_error; `why` is its reason, or empty), or has broken the protocol.
+  virtual void fail(http3::ErrorCode code, std::string_view why) = 0;
+  virtual void on_channel_open() = 0;
+  virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
+  virtual void on_channel_end() = 0;  // the server sends no more; its reason may follow
+  virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
+};
+
+// The client's side of HTTP/3, as far as one WebTransport session needs it: our SETTINGS, then, once the server's allow
+// it, an extended CONNECT, and after its answer the channel. Streams of other kinds are not read. No I/O, no time.
+class Http3Session {
+ public:
+  Http3Session(Http3Owner& owner, std::string authority, std::string url_path)
+      : owner_(&owner), authority_(std::move(authority)), url_path_(std::move(url_path)) {}
+
+  void start();  // the QUIC connection is ready
+  // Bytes of a stream in order. `is_last`: the stream ends behind them.
+  void on_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
+  void on_reset(StreamId id);    // the server sends no more there
+  void on_stopped(StreamId id);  // the server reads no more there
+  void on_datagram(std::span<const std::uint8_t> bytes);
+
+  [[nodiscard]] StreamId channel() const { return channel_; }  // -1: it is not open
+  // What a datagram of the session begins with. Asserts that the channel is open.
+  [[nodiscard]] http3::Bytes datagram_prefix() const;
+
+ private:
+  // What a one-way stream of the server's turned out to be.
+  enum class Kind : std::uint8_t { unknown, control, encoder, decoder, ignored };
+  struct Stream {
+    Kind kind = Kind::unknown;
+    http3::Bytes begin;  // of its type, or of its settings
+    http3::FrameReader frames;
+    bool has_settings = false;
+  };
+
+  void take_one_way(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
+  bool take_control(Stream& stream, const http3::FrameReader::Piece& piece);
+  bool take_response(const http3::FrameReader::Piece& piece);
+  bool take_capsule(const http3::FrameReader::Piece& piece);
+  void request();
+  void open_channel();
+  bool fail(http3::ErrorCode code, std::string_view why);  // false
+
+  Http3Owner* owner_;
+  std::string authority_, url_path_;
+  std::map<StreamId, Stream> one_way_;
+  StreamId session_ = -1, channel_ = -1;  // session_: the stream of the CONNECT
+  http3::FrameReader frames_, capsules_;  // of the session's stream
+  http3::Bytes begin_;                    // of a frame or a capsule there that is needed as a whole
+  bool has_response_ = false, has_failed_ = false;
+};
+
+}  // namespace hairnet::link
