@@ -2,8 +2,8 @@
 #include <map>
 #include <vector>
 
-#include "server/http3/connection.hpp"
 #include "schema/http3/field_section.hpp"
+#include "server/http3/connection.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/support/http3_owner.hpp"
 

@@ -7,6 +7,7 @@
 #include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/codec/frame.hpp"
+#include "schema/http3/settings.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/learnt_file.hpp"
@@ -205,10 +206,47 @@ void add_http3_seeds(Folder& folder) {
   folder.add(steps);
 }
 
+// Steps as http3_session.cpp reads them.
+void add_http3_answer(Bytes& steps, unsigned kind, unsigned stream, const Bytes& bytes) {
+  steps.push_back(static_cast<std::uint8_t>(kind | stream << 3));
+  steps.push_back(static_cast<std::uint8_t>(bytes.size()));
+  append(steps, bytes);
+}
+
+void add_http3_session_seeds(Folder& folder) {
+  constexpr unsigned kBytes = 0, kLastBytes = 1, kReset = 2, kStop = 3, kDatagram = 4;
+  const auto answer = [](int status) {
+    Bytes frame;
+    http3::put_frame(frame, http3::kHeadersFrame, http3::encode_response(status, true));
+    return frame;
+  };
+  Bytes opening, steps;
+  add_http3_answer(opening, kBytes, 3, http3::control_stream_begin());
+  add_http3_answer(opening, kBytes, 7, {0x02, 0x20});
+  add_http3_answer(opening, kBytes, 11, {0x03});
+  steps = opening;
+  add_http3_answer(steps, kLastBytes, 0, answer(404));
+  folder.add(steps);
+  add_http3_answer(opening, kBytes, 0, answer(200));
+  add_http3_answer(opening, kBytes, 4, {1, 2, 3});
+  add_http3_answer(opening, kDatagram, 0, {0, 9});
+  folder.add(opening);
+  steps = opening;
+  add_http3_answer(steps, kBytes, 0, http3::drain_session_capsule());
+  add_http3_answer(steps, kLastBytes, 4, {});
+  add_http3_answer(steps, kBytes, 0, http3::close_session_capsule(1, "done"));
+  folder.add(steps);
+  steps = opening;
+  add_http3_answer(steps, kReset, 15, {});
+  add_http3_answer(steps, kStop, 2, {});
+  folder.add(steps);
+}
+
 int write_seeds(const std::filesystem::path& root) {
   Folder packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
-  Folder tokens(root / "token"), links(root / "link_core"), http3(root / "http3_connection");
+  Folder tokens(root / "token"), links(root / "link_core");
+  Folder http3(root / "http3_connection"), http3_sessions(root / "http3_session");
   Folder frames(root / "frame"), bases(root / "basis_file"), learnt(root / "learnt_file");
   add_packet_seeds(packets, streams);
   add_file_seeds(grooms, levels, recordings);
@@ -217,8 +255,9 @@ int write_seeds(const std::filesystem::path& root) {
   add_mode_seeds(frames, bases);
   add_learnt_seeds(learnt);
   add_http3_seeds(http3);
-  for (const Folder* folder :
-       {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases, &learnt, &http3})
+  add_http3_session_seeds(http3_sessions);
+  for (const Folder* folder : {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases,
+                               &learnt, &http3, &http3_sessions})
     if (folder->failed()) return 1;
   return 0;
 }

@@ -1,0 +1,170 @@
+#include "client/link/webtransport/http3_session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "schema/http3/capsule.hpp"
+#include "schema/http3/field_section.hpp"
+#include "schema/http3/opening.hpp"
+#include "schema/http3/settings.hpp"
+#include "schema/http3/stream_type.hpp"
+#include "tests/support/http3_client.hpp"
+#include "tests/support/http3_client_owner.hpp"
+
+namespace hairnet::link {
+namespace {
+
+using http3::Bytes;
+using http3::ErrorCode;
+using ::testing::ElementsAre;
+
+constexpr StreamId kControl = 3, kEncoder = 7, kDecoder = 11, kOther = 15, kSession = 0, kChannel = 4;
+
+Bytes response(int status) {
+  Bytes frame;
+  const std::string text = std::to_string(status);
+  http3::put_frame(frame, http3::kHeadersFrame, http3::encode_fields({{":status", text}}));
+  return frame;
+}
+
+struct Session {
+  RecordingHttp3Owner owner;
+  Http3Session http3{owner, "here:7420", "/wt"};
+  Session() { http3.start(); }
+  void open() {
+    http3.on_bytes(kControl, http3::control_stream_begin(), false);
+    http3.on_bytes(kSession, response(200), false);
+  }
+};
+
+// The failure of a session, open or not, in which these bytes come.
+std::optional<ErrorCode> failure_of(bool is_open, StreamId stream, const Bytes& bytes, bool is_last = false) {
+  Session s;
+  if (is_open) s.open();
+  s.http3.on_bytes(stream, bytes, is_last);
+  const std::optional<ErrorCode> failure = s.owner.failure;
+  if (!failure) return failure;
+  const std::size_t calls = s.owner.calls;
+  s.http3.on_bytes(kSession, response(200), true);
+  s.http3.on_datagram(Bytes{0, 1});
+  EXPECT_EQ(s.owner.calls, calls) << "something follows a failure";
+  return failure;
+}
+
+TEST(Http3Session, asks_once_the_server_allows_it_and_opens_the_channel_after_the_answer) {
+  Session s;
+  EXPECT_EQ(s.owner.sent[2], http3::control_stream_begin());
+  EXPECT_TRUE(s.owner.sent[kSession].empty());
+  s.http3.on_bytes(kControl, http3::control_stream_begin(), false);
+  EXPECT_EQ(s.owner.sent[kSession], http3::connect_request("here:7420", "/wt"));
+  EXPECT_EQ(s.http3.channel(), -1);
+  s.http3.on_bytes(kSession, response(200), false);
+  EXPECT_EQ(s.http3.channel(), kChannel);
+  EXPECT_EQ(s.owner.sent[kChannel], http3::channel_begin(kSession));
+  EXPECT_EQ(s.owner.channels, 1);
+  s.http3.on_bytes(kChannel, Bytes{1, 2}, false);
+  s.http3.on_bytes(kChannel, Bytes{3}, true);
+  s.http3.on_datagram(Bytes{0, 7});
+  s.http3.on_datagram(Bytes{1, 7});  // of another session
+  EXPECT_EQ(s.owner.received, (Bytes{1, 2, 3}));
+  EXPECT_EQ(s.owner.ends, 1);
+  EXPECT_THAT(s.owner.datagrams, ElementsAre(Bytes{7}));
+  EXPECT_FALSE(s.owner.failure);
+}
+
+TEST(Http3Session, does_the_same_when_every_byte_comes_alone) {
+  Session s;
+  const auto each = [&](StreamId stream, const Bytes& bytes) {
+    for (const std::uint8_t byte : bytes) s.http3.on_bytes(stream, Bytes{byte}, false);
+  };
+  each(kControl, http3::control_stream_begin());
+  each(kEncoder, {0x02, 0x20});
+  each(kDecoder, {0x03, 9});
+  each(kSession, response(103));  // an early one
+  each(kSession, response(200));
+  each(kSession, http3::drain_session_capsule());
+  EXPECT_EQ(s.http3.channel(), kChannel);
+  each(kSession, http3::close_session_capsule(1, "enough"));
+  EXPECT_EQ(s.owner.failure, ErrorCode::no_error);
+  EXPECT_EQ(s.owner.why, "enough");
+}
+
+TEST(Http3Session, ends_with_the_status_of_a_refusal) {
+  for (const int status : {403, 404, 429, 503}) {
+    Session s;
+    s.http3.on_bytes(kControl, http3::control_stream_begin(), false);
+    s.http3.on_bytes(kSession, response(status), true);
+    EXPECT_EQ(s.owner.failure, ErrorCode::no_error);
+    EXPECT_EQ(s.owner.why, "it answers " + std::to_string(status));
+    EXPECT_EQ(s.http3.channel(), -1);
+  }
+}
+
+TEST(Http3Session, needs_a_server_with_sessions_and_datagrams) {
+  EXPECT_EQ(failure_of(false, kControl, http3::control_stream({0x33, 1})), ErrorCode::settings_error);
+  EXPECT_EQ(failure_of(false, kControl, http3::control_stream({0x08, 1})), ErrorCode::settings_error);
+  EXPECT_EQ(failure_of(false, kControl, http3::control_stream({})), ErrorCode::settings_error);
+}
+
+TEST(Http3Session, ends_when_the_server_breaks_http3) {
+  EXPECT_EQ(failure_of(false, kControl, http3::control_stream({0x02, 0})), ErrorCode::settings_error);
+  EXPECT_EQ(failure_of(false, kControl, http3::control_stream(Bytes(2000, 0))), ErrorCode::excessive_load);
+  EXPECT_EQ(failure_of(false, kControl, {0x00, http3::kDataFrame, 0}), ErrorCode::missing_settings);
+  EXPECT_EQ(failure_of(true, kControl, {http3::kSettingsFrame, 0}), ErrorCode::frame_unexpected);
+  EXPECT_EQ(failure_of(true, kControl, {}, true), ErrorCode::closed_critical_stream);
+  EXPECT_EQ(failure_of(true, kOther, {0x00}), ErrorCode::stream_creation_error);  // a second control stream
+  EXPECT_EQ(failure_of(true, kEncoder, {0x02, 0x3f}), ErrorCode::encoder_stream_error);
+  EXPECT_EQ(failure_of(true, kSession, response(200)), ErrorCode::frame_unexpected);
+  EXPECT_EQ(failure_of(true, kSession, {http3::kSettingsFrame, 0}), ErrorCode::frame_unexpected);
+  EXPECT_EQ(failure_of(true, kSession, {http3::kDataFrame, 4, 0x68, 0x43, 1, 0}), ErrorCode::message_error);
+  EXPECT_EQ(failure_of(true, kSession, {}, true), ErrorCode::no_error);
+  for (const Bytes& wrong : {Bytes{http3::kDataFrame, 0}, Bytes{http3::kHeadersFrame, 3, 0, 0, 0xff},
+                             Bytes{http3::kHeadersFrame, 2, 0, 0}, Bytes{http3::kHeadersFrame, 0x80, 1, 0, 0}}) {
+    Session s;
+    s.http3.on_bytes(kControl, http3::control_stream_begin(), false);
+    s.http3.on_bytes(kSession, wrong, false);
+    EXPECT_TRUE(s.owner.failure) << testing::PrintToString(wrong);
+    EXPECT_NE(s.owner.failure, ErrorCode::no_error);
+  }
+  Session s;
+  s.open();
+  s.http3.on_datagram({});
+  EXPECT_EQ(s.owner.failure, ErrorCode::datagram_error);
+}
+
+TEST(Http3Session, skips_what_it_does_not_know) {
+  Session s;
+  s.open();
+  s.http3.on_bytes(kOther, Bytes{0x21, 1, 2, 3}, false);          // a stream of an unknown kind
+  s.http3.on_bytes(kControl, Bytes{0x21, 2, 1, 1}, false);        // a frame
+  s.http3.on_bytes(kSession, Bytes{0x21, 1, 1}, false);           // a frame
+  s.http3.on_bytes(kSession, Bytes{0x00, 3, 0x21, 1, 1}, false);  // a capsule
+  s.http3.on_bytes(1, Bytes{1, 2}, false);                        // a stream that the server may not open
+  s.http3.on_reset(kOther);
+  EXPECT_FALSE(s.owner.failure);
+  EXPECT_THAT(s.owner.stopped, ElementsAre(kOther));
+}
+
+TEST(Http3Session, ends_with_its_session_and_with_a_stream_that_is_needed) {
+  for (const StreamId stream : {kSession, kChannel, kControl}) {
+    Session reset;
+    reset.open();
+    reset.http3.on_reset(stream);
+    EXPECT_TRUE(reset.owner.failure) << stream;
+  }
+  for (const StreamId stream : {kSession, kChannel, StreamId{2}}) {
+    Session stopped;
+    stopped.open();
+    stopped.http3.on_stopped(stream);
+    EXPECT_TRUE(stopped.owner.failure) << stream;
+  }
+  RecordingHttp3Owner owner;
+  owner.allows_no_streams = true;
+  Http3Session(owner, "here", "/").start();
+  EXPECT_EQ(owner.failure, ErrorCode::stream_creation_error);
+}
+
+}  // namespace
+}  // namespace hairnet::link
