@@ -42,15 +42,15 @@ asio::awaitable<std::string> exchange(Socket& socket, const StreamOptions& optio
 }  // namespace
 
 PageRequest::PageRequest(asio::io_context& io, StreamOptions options)
-    : options_(std::move(options)), context_(make_tls_context()), socket_(io, context_) {}
+    : options_(std::move(options)),
+      context_(make_tls_context()),
+      fault_(options_.server.encrypted() ? configure(context_, options_.tls) : std::string()),
+      socket_(io, context_) {}
 
 asio::awaitable<std::string> PageRequest::open() {
   if (!options_.server.encrypted()) co_return co_await connect_socket(socket_.next_layer(), options_);
-  std::string fault = configure(context_, options_.tls);
-  if (!fault.empty()) co_return fault;
-  // The context's settings reach only sockets that are made after them.
-  socket_ = TlsSocket(socket_.get_executor(), context_);
-  fault = co_await connect_socket(socket_.next_layer(), options_);
+  if (!fault_.empty()) co_return fault_;
+  std::string fault = co_await connect_socket(socket_.next_layer(), options_);
   if (fault.empty()) fault = co_await tls_handshake(socket_, options_);
   co_return fault;
 }

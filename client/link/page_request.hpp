@@ -29,7 +29,8 @@ class PageRequest {
 
   const StreamOptions options_;
   asio::ssl::context context_;
-  TlsSocket socket_;  // its lower layer alone where there is no TLS
+  const std::string fault_;  // of the TLS options
+  TlsSocket socket_;         // its lower layer alone where there is no TLS
 };
 
 }  // namespace hairnet::link
