@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -19,6 +20,7 @@ class WholeTest : public ::testing::Test {
   void SetUp() override;
   void TearDown() override;  // keeps the folder of a failed test
 
+  [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }  // of that server
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   // Returns once the server listens. `name` is of its files: output, port.
   std::unique_ptr<Process> start_server(const Arguments& more = {}, const std::string& name = "server");
