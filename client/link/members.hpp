@@ -42,7 +42,7 @@ class Members {
     decoded,
     skipped,      // its member is not in the decoded share
     undecodable,  // its bytes are wrong; if discontinuous, the next frame is marked too
-    unknown,      // no such member, or not newer than the last frame
+    unknown,      // no such member, of an earlier or later one of its number, or not newer than the last frame
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
@@ -57,9 +57,10 @@ class Members {
     std::span<const float> coefficients;      // m; those that are missing at the end are 0. As coded until evaluate()
     std::shared_ptr<const KnownBasis> basis;  // null: the hair is at rest, or its basis has not arrived yet
   };
-  // After a frame that cannot be decoded, the character still has the one before.
-  DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
-                            std::int64_t now_ns);
+  // After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the
+  // frame is of; none: its packet has not overtaken others.
+  DecodedFrame decode_frame(const wire::Frame& frame, std::optional<std::uint8_t> generation, std::uint64_t tick,
+                            std::int64_t sample_time_ns, std::int64_t now_ns);
 
   // Evaluates learnt hair in the frames that were decoded since the last call: their coefficients become those to show.
   void evaluate();
@@ -105,6 +106,7 @@ class Members {
     wire::GroomHash groom{};
     std::string tag;
     std::optional<wire::Appearance> appearance;
+    std::uint8_t generation = 0;
     bool own = false, confirmed = true;
     bool discontinuity_pending = false;  // a frame that could not be shown was discontinuous
     std::optional<std::uint64_t> last_tick;

@@ -17,7 +17,7 @@ constexpr std::int64_t kCharacterMessagesMax = 32'768;
 constexpr std::uint32_t kAppearanceChangesPer_s = 4;  // of one character
 
 wire::MemberJoined joined_message(const Character& c) {
-  return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance};
+  return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance, c.generation};
 }
 
 }  // namespace
@@ -210,7 +210,7 @@ void Scheduler::announce_members(Observer& observer, std::int64_t now_ns) {
 void Scheduler::announce(const Observer& observer, const Character& c, std::int64_t now_ns) {
   if (!observer.sink) return;
   if (session_of(c.key) == observer.session)
-    observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c)}, now_ns);
+    observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c), c.generation}, now_ns);
   else
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
 }

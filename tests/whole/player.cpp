@@ -17,6 +17,14 @@ const T& one_of(const std::vector<T>& all, Random& random) {
   return all[static_cast<std::size_t>(random.next() % all.size())];
 }
 
+// Which packets a client sends in datagrams.
+bool may_be_lost(std::span<const std::uint8_t> packet) {
+  if (packet.size() > quic::kDatagramBytesMax) return false;
+  const wire::DecodedPacket decoded = wire::decode_packet(packet);
+  const auto* batch = std::get_if<wire::PoseBatch>(&decoded.envelope.message);
+  return batch && !batch->poses.empty() && std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
+}
+
 }  // namespace
 
 Player::Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed)
@@ -48,7 +56,7 @@ void Player::make_core() {
   options.client_name = name();
   options.room = plan_.room;
   options.token = plan_.token;
-  options.connect_timeout_s = 1;
+  options.connect_timeout_s = plan_.quality.lossy ? 5 : 1;
   options.keep_alive_s = 1;
   options.seed = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
@@ -209,7 +217,10 @@ void Player::turn() {
     while (connection_ && connection_->takes_more()) {
       const std::vector<std::uint8_t> packet = core_->take_packet(clock_ns());
       if (packet.empty()) break;
-      connection_->write(packet);
+      if (connection_->has_datagrams() && may_be_lost(packet))
+        connection_->write_datagram(packet);
+      else
+        connection_->write(packet);
     }
     if (connection_ && core_->wants_half_close() && !std::exchange(half_closed_, true)) connection_->half_close();
     hear();
@@ -258,6 +269,13 @@ void Player::on_open() {
 void Player::on_bytes(std::span<const std::uint8_t> bytes) {
   if (!core_) return;
   core_->on_bytes(bytes, clock_ns());
+  turn();
+}
+
+void Player::on_datagram(std::span<const std::uint8_t> bytes) {
+  if (!core_) return;
+  journal_->count("datagrams received");
+  core_->on_packet(bytes, clock_ns());
   turn();
 }
 

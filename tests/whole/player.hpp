@@ -45,6 +45,7 @@ class Player final : public ClientEvents {
   void set_moving(bool moving);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
+  [[nodiscard]] bool has_datagrams() const { return plan_.quality.lossy && plan_.quality.lossy->has_datagrams; }
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
@@ -85,6 +86,7 @@ class Player final : public ClientEvents {
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
+  void on_datagram(std::span<const std::uint8_t> bytes) override;
   void on_room() override { turn(); }
   void on_closed(const std::string& why) override;
 

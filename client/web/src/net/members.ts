@@ -32,6 +32,8 @@ class Member {
     readonly groom: GroomHash,
     public tag: Uint8Array = new Uint8Array(),
     public appearance: Appearance | null = null,
+    /** counts the characters that have had this number, modulo 256 */
+    public generation = 0,
   ) {}
 
   get isOwn(): boolean {
@@ -41,7 +43,10 @@ class Member {
 
 /** What became of a frame. */
 export interface DecodedFrame {
-  /** undecodable: its bytes are wrong; unknown: no such member, or not newer than the last frame */
+  /**
+   * undecodable: its bytes are wrong; unknown: no such member, of an earlier or later one of its number, or not newer
+   * than the last frame
+   */
   readonly outcome: "decoded" | "undecodable" | "unknown";
   /** the file of a basis that the frame lacks */
   readonly wantsBasis: GroomHash | null;
@@ -105,8 +110,8 @@ export class Members {
    * appearance has changed.
    */
   join(joined: MemberJoined): "new" | "same" | "changed" {
-    const { session, character, groom, tag, appearance } = joined;
-    if (this.#put(joined.member, new Member(session, character, groom, tag, appearance))) return "new";
+    const { session, character, groom, tag, appearance, generation } = joined;
+    if (this.#put(joined.member, new Member(session, character, groom, tag, appearance, generation))) return "new";
     return this.change(joined) ? "changed" : "same";
   }
 
@@ -122,7 +127,8 @@ export class Members {
   }
 
   addOwn(added: CharacterAdded): boolean {
-    return this.#put(added.member, new Member(null, added.character, added.groom));
+    const { character, groom, generation } = added;
+    return this.#put(added.member, new Member(null, character, groom, undefined, null, generation));
   }
 
   leave(member: number): boolean {
@@ -135,10 +141,19 @@ export class Members {
     if (found) this.#members.delete(found[0]);
   }
 
-  /** After a frame that cannot be decoded, the character still has the one before. */
-  decodeMemberFrame(frame: CodedFrame, tick: number, timeNs: number, nowNs: number): DecodedFrame {
+  /**
+   * After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the
+   * frame is of; null: its packet has not overtaken others.
+   */
+  decodeMemberFrame(
+    frame: CodedFrame,
+    generation: number | null,
+    tick: number,
+    timeNs: number,
+    nowNs: number,
+  ): DecodedFrame {
     const member = this.#members.get(frame.member);
-    if (!member) return kUnknown;
+    if (!member || (generation !== null && generation !== member.generation)) return kUnknown;
     if (tick <= member.lastTick) {
       // A newer frame has overtaken it: the next one is discontinuous in its place.
       member.discontinuityPending ||= frame.discontinuous && tick < member.lastTick;
@@ -298,8 +313,10 @@ export class Members {
       known.session === member.session &&
       known.character === member.character &&
       known.groom === member.groom;
-    if (same) known.confirmed = true;
-    else this.#members.set(number, member);
+    if (same) {
+      known.confirmed = true;
+      known.generation = member.generation;
+    } else this.#members.set(number, member);
     return !same;
   }
 
