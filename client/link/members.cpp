@@ -162,9 +162,20 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
     member.learnt = {};
     return;
   }
-  if (hair && learnt.is_learnt && learnt_told_.insert(member.groom).second)
-    decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
+  const bool is_here = hair && learnt.is_learnt;
+  const bool is_first = is_here && learnt_told_.try_emplace(member.groom).second;
   evaluations_.push_back({&member, learnt, member.learnt.begin(std::move(hair), learnt)});
+  if (is_here && !learnt.evaluated) learnt_told_[member.groom].reset();
+  const bool is_gap = learnt.evaluated && member.learnt.is_unsettled() && tells_of_gap(member.groom, *newest.tick);
+  if (is_first || is_gap) decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
+}
+
+// Once, until the answer has come.
+bool Members::tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick) {
+  std::optional<std::uint64_t>& told = learnt_told_[groom];
+  if (told && tick - *told < kLearntSettled_ticks) return false;
+  told = tick;
+  return true;
 }
 
 void Members::evaluate() {

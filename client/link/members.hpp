@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -48,7 +48,8 @@ class Members {
     Outcome outcome = Outcome::unknown;
     std::optional<wire::GroomHash> wants_basis;   // the file of a basis that the frame lacks
     std::optional<wire::GroomHash> wants_learnt;  // the file of the learnt hair that the frame shows, if it is not here
-    std::optional<wire::EvaluateLearnt> evaluates;  // to tell the server: what the hair depends on is here
+    // To tell the server: what the hair depends on is here; or again, since the network has missed too many frames.
+    std::optional<wire::EvaluateLearnt> evaluates;
     bool lacks_learnt = false;                      // it has no coefficients, and the learnt hair is not here
     bool discontinuous = false;                     // the frame's own mark, or that of an earlier undecodable frame
     std::uint32_t character = 0;                    // this client's own number; 0: another client's character
@@ -132,7 +133,11 @@ class Members {
   std::unordered_map<std::uint32_t, Member> members_;
   Bases bases_;
   LearntHairs learnt_;
-  std::set<wire::GroomHash> learnt_told_;  // grooms whose hair the server knows this client to evaluate
+  bool tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick);
+
+  // Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so again;
+  // none: frames have had coefficients since.
+  std::map<wire::GroomHash, std::optional<std::uint64_t>> learnt_told_;
   std::vector<Evaluation> evaluations_;
 };
 

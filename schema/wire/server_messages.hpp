@@ -95,9 +95,9 @@ struct FrameBatch {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
   std::vector<Frame> frames;        // members ascend
+  std::shared_ptr<const std::vector<std::uint8_t>> storage = {};  // what the contents of a decoded batch lie in
   // Of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded; else empty.
   std::vector<std::uint8_t> generations = {};
-  std::shared_ptr<const std::vector<std::uint8_t>> storage = {};  // what the contents of a decoded batch lie in
 };
 struct Error {
   ErrorReason reason = ErrorReason::none;

@@ -131,7 +131,7 @@ struct Scheduler::CommandHandler {
     if (!observer) return;
     const auto told = observer->learnt_told.find(evaluate.groom);
     if (told != observer->learnt_told.end() && told->second.file == evaluate.learnt) {
-      if (!told->second.evaluated_since) told->second.evaluated_since = scheduler.inputs_.tick;
+      told->second.evaluated_since = scheduler.inputs_.tick;  // again: frames got lost on the way to it
       return;
     }
     scheduler.counters_->evaluations_refused.add();

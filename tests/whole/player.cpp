@@ -62,7 +62,7 @@ void Player::make_core() {
   core_ = std::make_unique<link::LinkCore>(options);
   members_.clear();
   removing_.clear();
-  counted_undecodable_ = counted_unknown_ = 0;
+  counted_undecodable_ = counted_unknown_ = counted_evaluated_ = 0;
   core_->start();
   for (const auto& [number, character] : characters_) {
     const Assets::GroomFile& groom = assets().grooms[character.groom];
@@ -79,7 +79,8 @@ void Player::add_character() {
   Character& character = characters_[number];
   character.groom = static_cast<std::size_t>(random_.next() % assets().grooms.size());
   const std::uint64_t pick = random_.next() % 16;
-  character.level = pick < 9    ? LevelIndex::ether
+  character.level = pick < 6    ? LevelIndex::ether
+                    : pick < 9  ? LevelIndex::learnt
                     : pick < 13 ? LevelIndex::low
                     : pick < 14 ? LevelIndex::medium
                                 : LevelIndex::rigid;
@@ -395,7 +396,7 @@ void Player::act() {
     journal_->count("character removed");
   } else if (pick <= 3 && !numbers.empty() && !plain) {
     const std::uint32_t number = one_of(numbers, random_);
-    characters_[number].level = std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid}[random_.next() % 3];
+    characters_[number].level = std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
     core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");
   } else if (pick == 4 && !numbers.empty()) {

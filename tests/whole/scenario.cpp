@@ -136,6 +136,7 @@ server::Config Scenario::make_config() {
   grooms.groom_count_max = 24;
   grooms.grooms_per_session_max = 8;
   grooms.build_queue_max = 6;
+  grooms.learning = chance(0.5) ? server::Learning::always : server::Learning::never;  // at 30 Hz
   grooms.build_ns_max = 300 * kMs;
   grooms.build_memory_bytes_max = std::size_t{35} << 20;
   server::AdmissionLimits& admission = config.transport.admission;
@@ -160,14 +161,16 @@ NetworkQuality Scenario::make_quality() {
 // Over WebTransport, or over TCP.
 void Scenario::make_lossy(NetworkQuality& quality) {
   constexpr double kLosses[] = {0, 0.01, 0.05, 0.2}, kReorders[] = {0, 0, 0.04, 0.3};
-  const bool has_datagrams = chance(0.75);
+  const bool has_datagrams = chance(0.75), is_far = has_datagrams && chance(0.4);
+  // A far line with the worst losses carries less than a session needs.
+  const bool may_be_worst = has_datagrams && !is_far;
   const auto make_path = [&] {
     PathQuality path;
-    path.delay_ns = moment(0, (has_datagrams ? 200 : 60) * kMs);
+    path.delay_ns = is_far ? moment(60 * kMs, 200 * kMs) : moment(0, 60 * kMs);
     path.jitter_ns = chance(0.5) ? moment(0, 40 * kMs) : 0;
-    path.loss = kLosses[random_.next() % (has_datagrams ? 4 : 3)];
+    path.loss = kLosses[random_.next() % (may_be_worst ? 4 : 3)];
     path.burst_ns = chance(0.4) ? moment(10 * kMs, 200 * kMs) : 0;
-    path.reorder = kReorders[random_.next() % (has_datagrams ? 4 : 3)];
+    path.reorder = kReorders[random_.next() % (may_be_worst ? 4 : 3)];
     path.duplicate = chance(0.3) ? 0.05 : 0;
     path.bytes_per_s = chance(0.2) ? random_.between(8e4, 4e5) : 1e7;
     path.queue_bytes_max = chance(0.3) ? 8u << 10 : 64u << 10;
@@ -388,7 +391,7 @@ std::string Scenario::unsettled() {
         const Player::Character& character = other->characters().at(server::number_of(member.key));
         if (!member.own && (member.tag != character.tag || member.appearance != character.appearance))
           return player->name() + " does not know the newest tag and appearance" + which;
-        // Nothing has been learnt here.
+        // It has low where nothing is learnt, or the network does not hold.
         const LevelIndex wanted = character.level == LevelIndex::learnt ? LevelIndex::low : character.level;
         if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
           return player->name() + " has frames on level " + name_of(member.level) + ", where " + name_of(wanted) +

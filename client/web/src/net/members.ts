@@ -8,6 +8,7 @@ import type { GroomHash } from "./groomHash";
 import { hairStateOf, type HairMoment } from "./hairState";
 import type { HairSnapshot } from "./lastKnownHair";
 import { decodeLearnt } from "./learntFile";
+import { kLearntSettledTicks } from "../generated/constants";
 import { LearntTrack } from "./learntTrack";
 import type { CharacterAdded, CodedFrame, EvaluateLearnt, GroomLearnt, MemberChanged, MemberJoined } from "./messages";
 
@@ -52,7 +53,7 @@ export interface DecodedFrame {
   readonly wantsBasis: GroomHash | null;
   /** the file of the learnt hair that the frame shows, if it is not here */
   readonly wantsLearnt: GroomHash | null;
-  /** to tell the server: what the hair depends on is here */
+  /** to tell the server: what the hair depends on is here; or again, since the network has missed too many frames */
   readonly evaluates: EvaluateLearnt | null;
   /** it has no coefficients, and the learnt hair is not here */
   readonly lacksLearnt: boolean;
@@ -95,8 +96,11 @@ export class Members {
   readonly learnt = new GroomFiles(decodeLearnt);
   /** whether the groom's hair is of use now: its basis and learnt hair are asked for then */
   isOfUse: (groom: GroomHash) => boolean = () => true;
-  /** grooms whose hair the server knows this client to evaluate */
-  readonly #learntTold = new Set<GroomHash>();
+  /**
+   * Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so again;
+   * null: frames have had coefficients since.
+   */
+  readonly #learntTold = new Map<GroomHash, number | null>();
   readonly #members = new Map<number, Member>();
 
   /** The server announces the hair again over each connection, and is told again that this client evaluates it. */
@@ -205,11 +209,8 @@ export class Members {
       member.newest = { ...newest, coefficients };
       return { ...decoded, wantsLearnt, lacksLearnt: true, coefficients };
     }
-    let evaluates: EvaluateLearnt | null = null;
-    if (hair && isLearnt && !this.#learntTold.has(groom)) {
-      this.#learntTold.add(groom);
-      evaluates = { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! };
-    }
+    const isFirst = hair !== null && isLearnt && !this.#learntTold.has(groom);
+    if (isFirst || (hair && isLearnt && !frame.evaluated)) this.#learntTold.set(groom, null);
     const motion = {
       from: lastPose?.pose ?? null,
       to: newest.pose,
@@ -220,7 +221,18 @@ export class Members {
     };
     const coefficients = member.learnt.show(hair, motion, shownBefore, newest.coefficients);
     member.newest = { ...newest, coefficients };
+    const isGap = frame.evaluated && member.learnt.isUnsettled && this.#tellsOfGap(groom, tick);
+    const evaluates: EvaluateLearnt | null =
+      isFirst || isGap ? { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! } : null;
     return { ...decoded, wantsLearnt, evaluates, coefficients };
+  }
+
+  /** Once, until the answer has come. */
+  #tellsOfGap(groom: GroomHash, tick: number): boolean {
+    const told = this.#learntTold.get(groom) ?? null;
+    if (told !== null && tick - told < kLearntSettledTicks) return false;
+    this.#learntTold.set(groom, tick);
+    return true;
   }
 
   /** Decodes the frames that waited for the basis of this groom and are still the newest. */
