@@ -231,7 +231,7 @@ TEST_F(ReceivingLearnt, tells_of_each_gap_and_again_when_nothing_changes) {
   EXPECT_EQ(told(), 1u);
   show_evaluated(350);
   EXPECT_EQ(told(), 0u) << "the same message is on its way";
-  for (std::uint64_t tick = 350; tick < 400; ++tick) show_evaluated(tick);
+  for (std::uint64_t tick = 351; tick < 400; ++tick) show_evaluated(tick);
   EXPECT_EQ(told(), 1u);
 }
 
