@@ -11,7 +11,8 @@ namespace {
 constexpr std::size_t kAcknowledgementBytes = 60;
 constexpr std::uint64_t kReorderedPackets = 3;  // so many newer ones have arrived: it is lost
 constexpr double kReorderedTrips = 9.0 / 8;     // or so many round trips have gone
-constexpr double kShrink = 0.7, kGrow = 0.53;   // of the window, after a loss; packets a round trip
+constexpr double kShrink = 0.7;                 // of the window, by a loss
+constexpr double kUnusedMax = 64e3;             // bytes of a window that nobody needs
 constexpr std::int64_t kFirstTimeout_ns = kSecond_ns / 3;
 constexpr int kTimeoutDoublingsMax = 6;
 
@@ -98,8 +99,9 @@ void PacketSender::on_acknowledgement(std::uint64_t count) {
     if (packet.is_lost) continue;
     in_flight_ -= packet.wire_bytes;
     const auto bytes = static_cast<double>(packet.wire_bytes);
-    if (is_limited_ && packet.sent_ns > recovery_since_ns_)
-      window_ += window_ < threshold_ ? bytes : kGrow * kPacketBytes * bytes / window_;
+    const bool grows = is_limited_ || (recovery_.grows_unused && window_ < kUnusedMax);
+    if (grows && packet.sent_ns > recovery_since_ns_)
+      window_ += window_ < threshold_ ? bytes : recovery_.growth * kPacketBytes * bytes / window_;
   }
   if (!is_new) return;
   if (newest_sent_ns) measure(now_ns - *newest_sent_ns);

@@ -18,9 +18,13 @@ struct Recovery {
   std::int64_t timeout_more_ns = 0;   // beside the round trip and its deviation
   bool has_tail_probe = false;        // the first time-out comes after two round trips
   bool timeout_loses_all = false;     // the second one counts all packets on the way as lost
+  double growth = 0.53;               // of the window, packets a round trip, after a loss
+  bool grows_unused = false;          // also while the sender does not need the window
 
-  static Recovery tcp() { return {200 * kMs, 0, true, true}; }  // as Linux: RACK, a tail loss probe, then the RTO
-  static Recovery quic() { return {0, 25 * kMs, false, false}; }  // RFC 9002
+  // As Linux: RACK, a tail loss probe, then the RTO; CUBIC's least growth.
+  static Recovery tcp() { return {.timeout_least_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
+  // RFC 9002. The growth is such that the window is the one of ngtcp2 at 5 % loss (tests/unit/server/quic_pace_test.cpp).
+  static Recovery quic() { return {.timeout_more_ns = 25 * kMs, .growth = 2, .grows_unused = true}; }
 };
 
 // One direction of a connection over paths that lose packets: segments, which are sent again and arrive in order, and

@@ -123,7 +123,7 @@ void ServerHost::run_tick(int life) {
     return timeline_->at(stalled_until_ns_, [this, life] { run_tick(life); });
   reading_lasts_ns = work_ns_;
   if (server_->poll_tick(clock_ns())) {
-    note_tick();
+    if (notes_) note_tick();
     check_shares();
     check_rates();
     const auto flush_in_ns = static_cast<std::int64_t>(random_.unit() * kFlush_ns_max);
