@@ -50,9 +50,9 @@ class Members {
     std::optional<wire::GroomHash> wants_learnt;  // the file of the learnt hair that the frame shows, if it is not here
     // To tell the server: what the hair depends on is here; or again, since the network has missed too many frames.
     std::optional<wire::EvaluateLearnt> evaluates;
-    bool lacks_learnt = false;                      // it has no coefficients, and the learnt hair is not here
-    bool discontinuous = false;                     // the frame's own mark, or that of an earlier undecodable frame
-    std::uint32_t character = 0;                    // this client's own number; 0: another client's character
+    bool lacks_learnt = false;    // it has no coefficients, and the learnt hair is not here
+    bool discontinuous = false;   // the frame's own mark, or that of an earlier undecodable frame
+    std::uint32_t character = 0;  // this client's own number; 0: another client's character
     // Of a decoded frame, until the next frame of the member.
     const Pose* pose = nullptr;
     std::span<const float> coefficients;      // m; those that are missing at the end are 0. As coded until evaluate()
@@ -135,8 +135,8 @@ class Members {
   LearntHairs learnt_;
   bool tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick);
 
-  // Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so again;
-  // none: frames have had coefficients since.
+  // Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so
+  // again; none: frames have had coefficients since.
   std::map<wire::GroomHash, std::optional<std::uint64_t>> learnt_told_;
   std::vector<Evaluation> evaluations_;
 };

@@ -70,7 +70,8 @@ Fault read(const fb::GroomData& in, GroomData& out) {
 
 Offset<fb::CharacterAdded> write(FlatBufferBuilder& to, const CharacterAdded& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
-  return fb::CreateCharacterAdded(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), m.member, m.generation);
+  return fb::CreateCharacterAdded(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), m.member,
+                                  m.generation);
 }
 
 Fault read(const fb::CharacterAdded& in, CharacterAdded& out) {
@@ -94,8 +95,8 @@ Offset<fb::MemberJoined> write(FlatBufferBuilder& to, const MemberJoined& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
   const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
   const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
-  return fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member, tag,
-                                m.appearance ? &appearance : nullptr, m.generation);
+  return fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member, tag, m.appearance ? &appearance : nullptr,
+                                m.generation);
 }
 
 Fault read(const fb::MemberJoined& in, MemberJoined& out) {

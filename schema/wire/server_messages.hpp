@@ -45,7 +45,7 @@ struct CharacterAdded {  // to its owner
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::rigid;
-  std::uint32_t member = 0;  // its number in frames
+  std::uint32_t member = 0;     // its number in frames
   std::uint8_t generation = 0;  // counts the characters that have had this member number
 };
 struct MemberJoined {  // to all others in the room

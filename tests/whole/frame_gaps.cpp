@@ -143,8 +143,7 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
       coarser += observer.throttle.coarser_octaves() > 0 ? 1 : 0;
     }
   }
-  gaps.frame_bytes_per_s =
-      static_cast<double>(viewer.core().counters().frame_bytes_received - bytes) / def.duration_s;
+  gaps.frame_bytes_per_s = static_cast<double>(viewer.core().counters().frame_bytes_received - bytes) / def.duration_s;
   gaps.coarser_share = static_cast<double>(coarser) / static_cast<double>(std::max<std::size_t>(looks, 1));
   std::ranges::sort(gaps.ms);
   return gaps;

@@ -21,8 +21,8 @@ void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, b
 
 double NetworkQuality::least_bytes_per_s() const {
   const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
-  const double most = std::min(bytes_per_s, static_cast<double>(window_bytes) /
-                                                (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
+  const double most = std::min(
+      bytes_per_s, static_cast<double>(window_bytes) / (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
   if (!lossy) return most;
   // After Mathis et al., less for time-outs. Overtaken packets count as lost.
   const auto losses = [](const PathQuality& path) { return path.loss + path.reorder; };
@@ -141,8 +141,7 @@ void Pipe::pump() {
                static_cast<std::int64_t>(1e9 * static_cast<double>(count) / quality_.bytes_per_s);
     const auto jitter_ns = static_cast<std::int64_t>(random_.unit() * static_cast<double>(quality_.jitter_ns));
     last_arrival_ns_ = std::max(last_arrival_ns_, free_ns_ + quality_.delay_ns + jitter_ns);
-    timeline_->at(last_arrival_ns_,
-                  [self = shared_from_this(), segment] { self->arrive(segment); });
+    timeline_->at(last_arrival_ns_, [self = shared_from_this(), segment] { self->arrive(segment); });
   }
   const bool is_all_sent = unsent_bytes_ == 0 && (!sender_ || way_bytes_ == 0);
   if (ended_ && !end_sent_ && is_all_sent) {

@@ -30,7 +30,9 @@ class LossyPipe : public testing::TestWithParam<bool> {
     pipe_->on_bytes = [this](std::span<const std::uint8_t> bytes) {
       received_.insert(received_.end(), bytes.begin(), bytes.end());
     };
-    pipe_->on_datagram = [this](std::span<const std::uint8_t> bytes) { datagrams_.emplace_back(bytes.begin(), bytes.end()); };
+    pipe_->on_datagram = [this](std::span<const std::uint8_t> bytes) {
+      datagrams_.emplace_back(bytes.begin(), bytes.end());
+    };
     pipe_->on_end = [this] { has_ended_ = true; };
   }
   void run_for(double seconds) { timeline_.run(timeline_.now_ns() + static_cast<std::int64_t>(1e9 * seconds)); }

@@ -23,7 +23,8 @@ struct Recovery {
 
   // As Linux: RACK, a tail loss probe, then the RTO; CUBIC's least growth.
   static Recovery tcp() { return {.timeout_least_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
-  // RFC 9002. The growth is such that the window is the one of ngtcp2 at 5 % loss (tests/unit/server/quic_pace_test.cpp).
+  // RFC 9002. The growth is such that the window is the one of ngtcp2 at 5 % loss
+  // (tests/unit/server/quic_pace_test.cpp).
   static Recovery quic() { return {.timeout_more_ns = 25 * kMs, .growth = 2, .grows_unused = true}; }
 };
 
@@ -50,7 +51,7 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   // At the receiver.
   std::function<void(std::vector<std::uint8_t>)> on_segment;
   std::function<void(std::span<const std::uint8_t>)> on_datagram;
-  std::function<void()> on_room;                                           // may_send() again
+  std::function<void()> on_room;  // may_send() again
 
  private:
   enum class Kind : std::uint8_t { segment, datagram, probe };
@@ -88,8 +89,8 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   std::map<std::uint64_t, std::vector<std::uint8_t>> lost_;   // segments to send again
   std::size_t in_flight_ = 0, kept_bytes_ = 0;
   double window_ = 10 * kPacketBytes, threshold_ = 1e12;
-  std::int64_t recovery_since_ns_ = -1;  // losses of packets that were sent before count once
-  bool is_limited_ = false;              // by the window, since the last acknowledgement
+  std::int64_t recovery_since_ns_ = -1;          // losses of packets that were sent before count once
+  bool is_limited_ = false;                      // by the window, since the last acknowledgement
   double round_trip_ns_ = 0, deviation_ns_ = 0;  // smoothed; 0: unknown
   int timeouts_ = 0;                             // in a row
   std::uint64_t timer_ = 0;                      // counts what was set

@@ -21,11 +21,11 @@ bool Path::is_lost() {
 // What the narrowest link has is lost behind it.
 void Path::send(std::size_t bytes, const std::function<void()>& arrive) {
   const std::int64_t now_ns = timeline_->now_ns();
-  const double waiting_bytes = 1e-9 * static_cast<double>(std::max<std::int64_t>(free_ns_ - now_ns, 0)) *
-                               quality_.bytes_per_s;
+  const double waiting_bytes =
+      1e-9 * static_cast<double>(std::max<std::int64_t>(free_ns_ - now_ns, 0)) * quality_.bytes_per_s;
   if (waiting_bytes + static_cast<double>(bytes) > static_cast<double>(quality_.queue_bytes_max)) return;
-  free_ns_ = std::max(free_ns_, now_ns) +
-             static_cast<std::int64_t>(1e9 * static_cast<double>(bytes) / quality_.bytes_per_s);
+  free_ns_ =
+      std::max(free_ns_, now_ns) + static_cast<std::int64_t>(1e9 * static_cast<double>(bytes) / quality_.bytes_per_s);
   if (is_lost()) return;
   const auto up_to = [this](std::int64_t most_ns) {
     return static_cast<std::int64_t>(random_.unit() * static_cast<double>(most_ns));

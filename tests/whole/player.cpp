@@ -396,7 +396,8 @@ void Player::act() {
     journal_->count("character removed");
   } else if (pick <= 3 && !numbers.empty() && !plain) {
     const std::uint32_t number = one_of(numbers, random_);
-    characters_[number].level = std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
+    characters_[number].level =
+        std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
     core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");
   } else if (pick == 4 && !numbers.empty()) {

@@ -55,8 +55,8 @@ struct Player::EventHandler {
     const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
     const std::int64_t since_ns = p.timeline_->now_ns() - broken_ns;
     // Its line may have lost the goodbye.
-    const bool may_be_slow = p.plan_.quality.lossy &&
-                             p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
+    const bool may_be_slow =
+        p.plan_.quality.lossy && p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
     if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed && p.had_character_ && !may_be_slow)
       p.fault("is not resumed " + std::to_string(since_ns / kMs) + " ms after its connection broke");
   }
@@ -265,7 +265,8 @@ void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame,
   const float apart_m = apart(frame.coefficients, truth.coefficients);
   // Once all is calm, every head is half as high as the screen, and the error that is asked for the usual one.
   const bool is_usual = calm_since_ns_ > 0 && now_ns > calm_since_ns_ + kCalm_ns;
-  const float coded_m = is_usual && is_learnt ? std::ldexp(2 * wire::Observe{}.error_m, octaves) : most_apart(coarsest_m_, octaves);
+  const float coded_m =
+      is_usual && is_learnt ? std::ldexp(2 * wire::Observe{}.error_m, octaves) : most_apart(coarsest_m_, octaves);
   const float most_m = coded_m + (is_learnt ? kLearntApart_m : 0);
   const bool is_like = !is_shown || apart_m <= most_m;
   if (is_like || member.frames == 0) member.like_ns = now_ns;

@@ -15,7 +15,8 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kSettle_ns_max =
-    20 * kSecond_ns;  // after the disturbances, beside what lines have buffered: the longest wait between attempts is 5 s
+    20 *
+    kSecond_ns;  // after the disturbances, beside what lines have buffered: the longest wait between attempts is 5 s
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
 constexpr std::size_t kBases_bytes = 40'000;  // that a client may be sent when grooms are ready
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
@@ -27,9 +28,9 @@ std::string name_of(LevelIndex level) {
 std::string described(const NetworkQuality& quality) {
   if (!quality.lossy) return "";
   const auto described_path = [](const PathQuality& path) {
-    return std::to_string(std::llround(100 * path.loss)) + " % lost, " + std::to_string(std::llround(100 * path.reorder)) +
-           " % overtaken, " + std::to_string(path.delay_ns / kMs) + " ms, " +
-           std::to_string(std::llround(path.bytes_per_s)) + " bytes/s";
+    return std::to_string(std::llround(100 * path.loss)) + " % lost, " +
+           std::to_string(std::llround(100 * path.reorder)) + " % overtaken, " + std::to_string(path.delay_ns / kMs) +
+           " ms, " + std::to_string(std::llround(path.bytes_per_s)) + " bytes/s";
   };
   return std::string(quality.lossy->has_datagrams ? ", datagrams, up " : ", up ") + described_path(quality.lossy->up) +
          ", down " + described_path(quality.lossy->down);
@@ -210,7 +211,7 @@ void Scenario::make_players() {
     players_.push_back(std::make_unique<Player>(timeline_, journal_, *host_, plan, seed_));
     Player& player = *players_.back();
     timeline_.at(plan.steady ? moment(0, kSecond_ns / 2) : moment(0, disturbed_until_ns_ / 2), [this, &player] {
-      journal_.count(player.has_datagrams()          ? "players over datagrams"
+      journal_.count(player.has_datagrams()        ? "players over datagrams"
                      : player.plan().quality.lossy ? "players over lossy streams"
                                                    : "players over streams");
       report(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.least_bytes_per_s())) +

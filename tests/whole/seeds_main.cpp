@@ -165,7 +165,8 @@ int main(int argc, char** argv) {
   app.add_flag("--quiet", options.quiet, "no list of events");
   bool measures_gaps = false;
   GapsOptions line;
-  app.add_flag("--gaps", measures_gaps, "instead: how long a viewer waits from frame to frame on a line that loses packets");
+  app.add_flag("--gaps", measures_gaps,
+               "instead: how long a viewer waits from frame to frame on a line that loses packets");
   app.add_option("--loss", line.loss_percent, "of that line, percent")->check(CLI::Range(0.0, 50.0));
   app.add_option("--burst-ms", line.burst_ms, "in which all get lost, on average; 0: each by itself");
   app.add_option("--round-trip-ms", line.round_trip_ms, "of that line");

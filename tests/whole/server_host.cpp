@@ -61,7 +61,8 @@ void ServerHost::start() {
     quick.training = support::kQuickTraining;
     return server::build_levels_here(quick, hash, file, groom, goes_on);
   };
-  auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly, {}, learn_nothing);
+  auto created =
+      server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly, {}, learn_nothing);
   if (!created) return fault("does not start: " + created.error());
   server_ = std::move(*created);
   connections_.clear();

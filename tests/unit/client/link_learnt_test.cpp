@@ -14,7 +14,7 @@ namespace hairnet::link {
 namespace {
 
 constexpr std::uint32_t kMember = 40;
-constexpr float kNear_m = 5e-3f;  // RMS over the hair
+constexpr float kNear_m = 5e-3f;     // RMS over the hair
 constexpr float kSurprise_m = 0.2f;  // that fades
 constexpr std::uint64_t kSettled = kLearntSettled_ticks;
 

@@ -22,8 +22,7 @@ class ThrottledRoom {
       const int octaves = throttle_.coarser_octaves(), stride = throttle_.stride();
       const double bytes = tick_ % stride == 0 ? characters_ * (25 + 80 * std::pow(0.65, octaves)) : 0;
       sent_ += bytes;
-      throttle_.end_tick(static_cast<std::size_t>(bytes), kThrottledTick_s, client_bytes_per_s,
-                         network_bytes_per_s);
+      throttle_.end_tick(static_cast<std::size_t>(bytes), kThrottledTick_s, client_bytes_per_s, network_bytes_per_s);
       if (octaves != throttle_.coarser_octaves() || stride != throttle_.stride()) ++changes_;
     }
     rate_ = sent_ / duration_s;

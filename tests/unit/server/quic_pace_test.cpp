@@ -76,8 +76,7 @@ TEST_P(QuicPace, of_frames_is_kept_when_packets_get_lost) {
   bytes_per_s_least_ = 1e9;
   run(kRun_s);
   EXPECT_GE(sent_ns_.size(), 2 * 30 * static_cast<std::size_t>(kRun_s)) << "some were refused";
-  EXPECT_GT(static_cast<double>(client_->datagrams.size()),
-            (0.97 - GetParam()) * static_cast<double>(sent_ns_.size()));
+  EXPECT_GT(static_cast<double>(client_->datagrams.size()), (0.97 - GetParam()) * static_cast<double>(sent_ns_.size()));
   EXPECT_LT(held_back_ns_max_, kTick_ns);
   EXPECT_GT(bytes_per_s_least_, 30 * 1400) << "frames would become coarser";
 }
