@@ -72,16 +72,16 @@ describe("link: learnt hair", () => {
     driver.tell(batch(1, coded));
     driver.tell(data);
     for (let tick = 102; tick < 160; ++tick) driver.tell(batch(tick % 16, coded, tick));
-    driver.tell(batch(1, evaluated, 168));
+    driver.tell(batch(1, evaluated, 167));
     driver.sent();
-    driver.tell(batch(1, evaluated, 176));
+    driver.tell(batch(1, evaluated, 175));
     expect(driver.sent()).toEqual([]);
-    driver.tell(batch(2, evaluated, 185));
+    driver.tell(batch(2, evaluated, 184));
     expect(driver.sent()).toEqual([evaluate]);
-    driver.tell(batch(3, evaluated, 186));
+    driver.tell(batch(3, evaluated, 185));
     expect(driver.sent()).toEqual([]);
-    driver.tell(batch(4, coded, 187));
-    driver.tell(batch(5, evaluated, 196));
+    driver.tell(batch(4, coded, 186));
+    driver.tell(batch(5, evaluated, 195));
     expect(driver.sent()).toEqual([evaluate]);
   });
 
