@@ -37,6 +37,7 @@ std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair>
     return std::nullopt;
   }
   if (is_gap || hair != hair_) has_begun_ = false;
+  followed_ticks_ = has_begun_ ? followed_ticks_ + frame.ticks : 0;
   hair_ = std::move(hair);
   evaluated_.resize(hair_->mode_count);
   if (has_begun_ && frame.discontinuous) {  // the World does not step it either

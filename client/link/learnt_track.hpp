@@ -33,6 +33,10 @@ class LearntTrack {
   // shown with the frame before; empty: they were not.
   void finish(const LearntFrame& frame, std::span<const float> before, std::span<float> coefficients);
   [[nodiscard]] const LearntHair* hair() const { return hair_.get(); }
+  // Whether the network has begun so late that a frame without coefficients came too early. The server knows of no gap.
+  [[nodiscard]] bool is_unsettled() const {
+    return has_begun_ && followed_ticks_ < kLearntSettled_ticks - kLearntGapMax_ticks;
+  }
   // Whether frames of other levels are shown as they are.
   [[nodiscard]] bool is_idle() const { return !hair_ && surprise_.empty(); }
 
@@ -44,6 +48,7 @@ class LearntTrack {
   std::vector<float> surprise_;              // shown less coded; empty: zero
   bool has_begun_ = false, is_new_ = false;  // the network has seen a pose; at this frame only
   bool was_evaluated_ = false;               // the last frame had no coefficients
+  std::uint64_t followed_ticks_ = 0;         // since the network began
 };
 
 }  // namespace hairnet::link

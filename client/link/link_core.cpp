@@ -306,6 +306,11 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   if (decoded.error != wire::DecodeError::none)
     return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
+  if (const auto* early = std::get_if<wire::FrameBatch>(&message);
+      early && state_ == State::greeting && !early->generations.empty()) {
+    counters_.frames_unknown += early->frames.size();  // a datagram that has overtaken the welcome
+    return;
+  }
   // A new session may belong to another server with another clock.
   if (const auto* welcome = std::get_if<wire::Welcome>(&message); welcome && !welcome->resumed)
     clock_ = channel::ClockEstimate();
@@ -466,9 +471,11 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
   FrameBatch events{batch.tick, batch.sample_time_ns, {}};
   if (!sink_) events.frames.reserve(batch.frames.size());
   decoded_.clear();
-  for (const wire::Frame& frame : batch.frames) {
+  for (std::size_t i = 0; i < batch.frames.size(); ++i) {
+    const wire::Frame& frame = batch.frames[i];
+    const auto generation = batch.generations.empty() ? std::nullopt : std::optional(batch.generations[i]);
     const Members::DecodedFrame& decoded =
-        decoded_.emplace_back(members_.decode_frame(frame, batch.tick, batch.sample_time_ns, now_ns));
+        decoded_.emplace_back(members_.decode_frame(frame, generation, batch.tick, batch.sample_time_ns, now_ns));
     ++counters_.frames_received;
     counters_.frames_unknown += decoded.outcome == Members::Outcome::unknown;
     counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;

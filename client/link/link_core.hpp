@@ -49,7 +49,7 @@ struct LinkCounters {
   std::uint64_t poses_dropped = 0;         // not sent in time
   std::uint64_t frames_received = 0;
   std::uint64_t frames_undecodable = 0;     // their bytes are wrong
-  std::uint64_t frames_unknown = 0;         // of a member that is not known, or not newer than its last frame
+  std::uint64_t frames_unknown = 0;         // of a member that is not known (yet), or not newer than its last frame
   std::uint64_t frames_evaluated = 0;       // without coefficients: this client has evaluated the hair
   std::uint64_t frames_lacking_learnt = 0;  // without coefficients, and what to evaluate is not here
   std::uint64_t reconnects = 0;             // welcomes after the first

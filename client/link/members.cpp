@@ -46,6 +46,7 @@ Members::Joined Members::join(const wire::MemberJoined& joined) {
   member.groom = joined.groom;
   member.tag = joined.tag;
   member.appearance = joined.appearance;
+  member.generation = joined.generation;
   if (put(joined.member, std::move(member))) return Joined::is_new;
   return change({joined.member, joined.tag, joined.appearance}) ? Joined::changed : Joined::same;
 }
@@ -64,6 +65,7 @@ bool Members::add_own(const wire::CharacterAdded& added) {
   Member member;
   member.character = added.character;
   member.groom = added.groom;
+  member.generation = added.generation;
   member.own = true;
   return put(added.member, std::move(member));
 }
@@ -73,10 +75,12 @@ bool Members::put(std::uint32_t number, Member member) {
   Member& known = found->second;
   const bool same = !is_new && known.own == member.own && known.session == member.session &&
                     known.character == member.character && known.groom == member.groom;
-  if (same)
+  if (same) {
     known.confirmed = true;
-  else
+    known.generation = member.generation;
+  } else {
     known = std::move(member);
+  }
   return !same;
 }
 
@@ -95,12 +99,13 @@ bool Members::decodes(std::uint32_t number) const {
   return static_cast<double>(mixed) < decode_share_ * 4294967296.0;
 }
 
-Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
-                                            std::int64_t now_ns) {
+Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optional<std::uint8_t> generation,
+                                            std::uint64_t tick, std::int64_t sample_time_ns, std::int64_t now_ns) {
   DecodedFrame decoded;
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return decoded;
   Member& member = found->second;
+  if (generation && *generation != member.generation) return decoded;
   if (member.last_tick && tick <= *member.last_tick) {
     // A newer frame has overtaken it: the next one is discontinuous in its place.
     if (frame.discontinuous && tick < *member.last_tick) member.discontinuity_pending = true;
@@ -157,9 +162,20 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
     member.learnt = {};
     return;
   }
-  if (hair && learnt.is_learnt && learnt_told_.insert(member.groom).second)
-    decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
+  const bool is_here = hair && learnt.is_learnt;
+  const bool is_first = is_here && learnt_told_.try_emplace(member.groom).second;
   evaluations_.push_back({&member, learnt, member.learnt.begin(std::move(hair), learnt)});
+  if (is_here && !learnt.evaluated) learnt_told_[member.groom].reset();
+  const bool is_gap = learnt.evaluated && member.learnt.is_unsettled() && tells_of_gap(member.groom, *newest.tick);
+  if (is_first || is_gap) decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
+}
+
+// Once, until the answer has come.
+bool Members::tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick) {
+  std::optional<std::uint64_t>& told = learnt_told_[groom];
+  if (told && tick - *told < kLearntSettled_ticks) return false;
+  told = tick;
+  return true;
 }
 
 void Members::evaluate() {

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -42,24 +42,26 @@ class Members {
     decoded,
     skipped,      // its member is not in the decoded share
     undecodable,  // its bytes are wrong; if discontinuous, the next frame is marked too
-    unknown,      // no such member, or not newer than the last frame
+    unknown,      // no such member, of an earlier or later one of its number, or not newer than the last frame
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
     std::optional<wire::GroomHash> wants_basis;   // the file of a basis that the frame lacks
     std::optional<wire::GroomHash> wants_learnt;  // the file of the learnt hair that the frame shows, if it is not here
-    std::optional<wire::EvaluateLearnt> evaluates;  // to tell the server: what the hair depends on is here
-    bool lacks_learnt = false;                      // it has no coefficients, and the learnt hair is not here
-    bool discontinuous = false;                     // the frame's own mark, or that of an earlier undecodable frame
-    std::uint32_t character = 0;                    // this client's own number; 0: another client's character
+    // To tell the server: what the hair depends on is here; or again, since the network has missed too many frames.
+    std::optional<wire::EvaluateLearnt> evaluates;
+    bool lacks_learnt = false;    // it has no coefficients, and the learnt hair is not here
+    bool discontinuous = false;   // the frame's own mark, or that of an earlier undecodable frame
+    std::uint32_t character = 0;  // this client's own number; 0: another client's character
     // Of a decoded frame, until the next frame of the member.
     const Pose* pose = nullptr;
     std::span<const float> coefficients;      // m; those that are missing at the end are 0. As coded until evaluate()
     std::shared_ptr<const KnownBasis> basis;  // null: the hair is at rest, or its basis has not arrived yet
   };
-  // After a frame that cannot be decoded, the character still has the one before.
-  DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
-                            std::int64_t now_ns);
+  // After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the
+  // frame is of; none: its packet has not overtaken others.
+  DecodedFrame decode_frame(const wire::Frame& frame, std::optional<std::uint8_t> generation, std::uint64_t tick,
+                            std::int64_t sample_time_ns, std::int64_t now_ns);
 
   // Evaluates learnt hair in the frames that were decoded since the last call: their coefficients become those to show.
   void evaluate();
@@ -105,6 +107,7 @@ class Members {
     wire::GroomHash groom{};
     std::string tag;
     std::optional<wire::Appearance> appearance;
+    std::uint8_t generation = 0;
     bool own = false, confirmed = true;
     bool discontinuity_pending = false;  // a frame that could not be shown was discontinuous
     std::optional<std::uint64_t> last_tick;
@@ -130,7 +133,11 @@ class Members {
   std::unordered_map<std::uint32_t, Member> members_;
   Bases bases_;
   LearntHairs learnt_;
-  std::set<wire::GroomHash> learnt_told_;  // grooms whose hair the server knows this client to evaluate
+  bool tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick);
+
+  // Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so
+  // again; none: frames have had coefficients since.
+  std::map<wire::GroomHash, std::optional<std::uint64_t>> learnt_told_;
   std::vector<Evaluation> evaluations_;
 };
 

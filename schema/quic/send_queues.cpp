@@ -16,23 +16,13 @@ SendBuffer* SendQueues::find(std::int64_t id) {
   return found == streams_.end() ? nullptr : &found->second;
 }
 
-void SendQueues::push_datagram(std::vector<std::uint8_t> bytes) {
-  datagram_bytes_ += bytes.size();
-  datagrams_.push_back(std::move(bytes));
-}
-
-void SendQueues::drop_datagrams() {
-  datagrams_.clear();
-  datagram_bytes_ = 0;
-}
-
 void SendQueues::clear() {
   streams_.clear();
   drop_datagrams();
 }
 
 std::size_t SendQueues::unsent_bytes() const {
-  std::size_t bytes = datagram_bytes_;
+  std::size_t bytes = datagrams_.bytes();
   for (const auto& [id, buffer] : streams_) bytes += buffer.unsent_bytes();
   return bytes;
 }
@@ -48,7 +38,11 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
   const auto time = static_cast<ngtcp2_tstamp>(now_ns);
   std::vector<std::int64_t> blocked;
   while (true) {
-    if (!datagrams_.empty() && ngtcp2_conn_get_handshake_completed(quic)) {
+    const auto next = std::ranges::find_if(streams_, [&](const auto& entry) {
+      return entry.second.has_unsent() && std::ranges::count(blocked, entry.first) == 0;
+    });
+    const bool has_stream = next != streams_.end();
+    if (datagrams_.is_next(has_stream) && ngtcp2_conn_get_handshake_completed(quic)) {
       std::vector<std::uint8_t>& first = datagrams_.front();
       std::array<ngtcp2_vec, 2> pieces{};  // of which none may be empty
       std::size_t count = 0;
@@ -60,17 +54,11 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
                                       NGTCP2_WRITE_DATAGRAM_FLAG_MORE, 0, pieces.data(), count, time);
       const bool is_unusable = bytes == NGTCP2_ERR_INVALID_ARGUMENT || bytes == NGTCP2_ERR_INVALID_STATE;
       if (is_taken || is_unusable) {
-        observer.on_datagram_sent(first.size(), is_taken != 0);
-        datagram_bytes_ -= first.size();
-        datagrams_.pop_front();
+        observer.on_datagram_sent(datagrams_.pop().size(), is_taken != 0);
       }
       if (bytes == NGTCP2_ERR_WRITE_MORE || is_unusable) continue;
       return bytes;
     }
-    const auto next = std::ranges::find_if(streams_, [&](const auto& entry) {
-      return entry.second.has_unsent() && std::ranges::count(blocked, entry.first) == 0;
-    });
-    const bool has_stream = next != streams_.end();
     const std::int64_t id = has_stream ? next->first : -1;
     std::array<ngtcp2_vec, kPiecesMax> pieces{};
     const std::size_t count = has_stream ? next->second.peek(pieces) : 0;
@@ -83,6 +71,7 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
     if (has_stream && taken >= 0) {
       observer.on_stream_sent(id, static_cast<std::size_t>(taken));
       next->second.mark_sent(static_cast<std::size_t>(taken), with_end);
+      datagrams_.on_stream_sent();
     }
     if (bytes == NGTCP2_ERR_WRITE_MORE) continue;
     if (has_stream && bytes == NGTCP2_ERR_STREAM_DATA_BLOCKED) {

@@ -4,11 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "schema/quic/datagram_queue.hpp"
 #include "schema/quic/send_buffer.hpp"
 
 namespace hairnet::quic {
@@ -24,17 +25,17 @@ class SendObserver {
   virtual bool on_stopped(std::int64_t stream) = 0;
 };
 
-// What a connection has to send: datagrams, which go first, and the bytes of its streams.
+// What a connection has to send: datagrams, which go first but for every fourth packet, and the bytes of its streams.
 class SendQueues {
  public:
   // Makes it if it is not there.
   SendBuffer& stream(std::int64_t id) { return streams_[id]; }
   [[nodiscard]] SendBuffer* find(std::int64_t id);
   void erase(std::int64_t id) { streams_.erase(id); }
-  void push_datagram(std::vector<std::uint8_t> bytes);
+  void push_datagram(std::vector<std::uint8_t> bytes) { datagrams_.push(std::move(bytes)); }
   // What each datagram begins with.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { datagram_prefix_ = std::move(prefix); }
-  void drop_datagrams();
+  void drop_datagrams() { datagrams_.clear(); }
   void clear();
 
   // Writes the next packet into `room`. Returns its bytes, 0 when nothing can be sent now, or the negative code of an
@@ -42,15 +43,15 @@ class SendQueues {
   ngtcp2_ssize write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_info& info, std::span<std::uint8_t> room,
                      std::int64_t now_ns, SendObserver& observer);
 
-  [[nodiscard]] std::size_t datagram_count() const { return datagrams_.size(); }
+  [[nodiscard]] std::size_t datagram_count() const { return datagrams_.count(); }
+  [[nodiscard]] const DatagramQueue& datagrams() const { return datagrams_; }
   [[nodiscard]] std::size_t unsent_bytes() const;
   // Of streams, unsent or not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const;
 
  private:
   std::map<std::int64_t, SendBuffer> streams_;
-  std::deque<std::vector<std::uint8_t>> datagrams_;
-  std::size_t datagram_bytes_ = 0;
+  DatagramQueue datagrams_;
   std::vector<std::uint8_t> datagram_prefix_;
 };
 

@@ -70,13 +70,15 @@ Fault read(const fb::GroomData& in, GroomData& out) {
 
 Offset<fb::CharacterAdded> write(FlatBufferBuilder& to, const CharacterAdded& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
-  return fb::CreateCharacterAdded(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), m.member);
+  return fb::CreateCharacterAdded(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), m.member,
+                                  m.generation);
 }
 
 Fault read(const fb::CharacterAdded& in, CharacterAdded& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(*in.groom());
   out.member = in.member();
+  out.generation = in.generation();
   return read_enum(in.level(), "level", out.level);
 }
 
@@ -93,8 +95,8 @@ Offset<fb::MemberJoined> write(FlatBufferBuilder& to, const MemberJoined& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
   const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
   const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
-  return fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member, tag,
-                                m.appearance ? &appearance : nullptr);
+  return fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member, tag, m.appearance ? &appearance : nullptr,
+                                m.generation);
 }
 
 Fault read(const fb::MemberJoined& in, MemberJoined& out) {
@@ -103,6 +105,7 @@ Fault read(const fb::MemberJoined& in, MemberJoined& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(*in.groom());
   if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
+  out.generation = in.generation();
   return read_tag(in.tag(), out.tag);
 }
 
@@ -213,7 +216,10 @@ Offset<fb::FrameBatch> write(FlatBufferBuilder& to, const FrameBatch& m) {
     member = f.member;
   }
   HAIRNET_ASSERT(at == end);
-  return fb::CreateFrameBatch(to, m.tick, m.sample_time_ns, frames);
+  HAIRNET_ASSERT(m.generations.empty() || m.generations.size() == m.frames.size());
+  Offset<flatbuffers::Vector<std::uint8_t>> generations;
+  if (!m.generations.empty()) generations = to.CreateVector(m.generations);
+  return fb::CreateFrameBatch(to, m.tick, m.sample_time_ns, frames, generations);
 }
 
 namespace {
@@ -284,6 +290,10 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
   while (!packed.empty()) {
     if (Fault fault = read_frame(packed, member, out.frames.emplace_back()); !fault.empty()) return fault;
     member = out.frames.back().member;
+  }
+  if (in.generations()) {
+    if (in.generations()->size() != out.frames.size()) return "frame batch: not a generation for each frame";
+    from_flatbuffer(*in.generations(), out.generations);
   }
   out.storage = std::move(storage);
   return {};

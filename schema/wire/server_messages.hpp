@@ -45,7 +45,8 @@ struct CharacterAdded {  // to its owner
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::rigid;
-  std::uint32_t member = 0;  // its number in frames
+  std::uint32_t member = 0;     // its number in frames
+  std::uint8_t generation = 0;  // counts the characters that have had this member number
 };
 struct MemberJoined {  // to all others in the room
   std::uint32_t member = 0;
@@ -54,6 +55,7 @@ struct MemberJoined {  // to all others in the room
   GroomHash groom{};
   std::string tag = {};                       // the owner's, as in AddCharacter
   std::optional<Appearance> appearance = {};  // the owner's; none: the receiver's default
+  std::uint8_t generation = 0;                // counts the characters that have had this member number
 };
 struct MemberChanged {  // its tag, its appearance or both; to all others in the room
   std::uint32_t member = 0;
@@ -94,6 +96,8 @@ struct FrameBatch {
   std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
   std::vector<Frame> frames;        // members ascend
   std::shared_ptr<const std::vector<std::uint8_t>> storage = {};  // what the contents of a decoded batch lie in
+  // Of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded; else empty.
+  std::vector<std::uint8_t> generations = {};
 };
 struct Error {
   ErrorReason reason = ErrorReason::none;

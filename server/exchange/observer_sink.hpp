@@ -25,6 +25,8 @@ class ObserverSink {
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // The largest packet that may be lost; 0: none, everything arrives in order.
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
+  // What its connection carries in a second, as the network said last; 0: unknown.
+  [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Queues the frames of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
   // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true.

@@ -220,7 +220,8 @@ void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
 }
 
 bool Connection::is_writable() const {
-  return state_ == State::open && unsent_bytes() < kUnsentBytesMax && queues_.kept_bytes() < kKeptBytesMax;
+  return state_ == State::open && !queues_.datagrams().is_full() && unsent_bytes() < kUnsentBytesMax &&
+         queues_.kept_bytes() < kKeptBytesMax;
 }
 
 std::size_t Connection::datagram_bytes_max() const {
@@ -414,6 +415,11 @@ ngtcp2_conn_stat Connection::statistics() const {
   ngtcp2_conn_stat statistics{};
   ngtcp2_conn_get_conn_stat(quic_, &statistics);
   return statistics;
+}
+
+double Connection::bytes_per_s() const {
+  const ngtcp2_conn_stat is = statistics();
+  return is.smoothed_rtt == 0 ? 0 : 1e9 * static_cast<double>(is.cwnd) / static_cast<double>(is.smoothed_rtt);
 }
 
 }  // namespace hairnet::quic

@@ -63,7 +63,8 @@ class ConnectionHost {
 // One QUIC connection of the server's side, its HTTP/3 and its session. No I/O: packets in, packets out.
 class Connection final : private http3::Owner, private SendObserver {
  public:
-  // Bytes that may wait to be sent before is_writable() is false; more would only delay a slow peer's frames.
+  // Bytes that may wait to be sent before is_writable() is false; more would only delay a slow peer's frames. Of
+  // datagrams fewer may wait, see DatagramQueue.
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
   // The same for bytes that were sent and are not acknowledged.
   static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
@@ -110,6 +111,8 @@ class Connection final : private http3::Owner, private SendObserver {
   [[nodiscard]] const Address& remote() const { return remote_; }
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] ngtcp2_conn_stat statistics() const;
+  // What congestion control lets through: its window each round trip.
+  [[nodiscard]] double bytes_per_s() const;
 
  private:
   friend struct ConnectionCallbacks;

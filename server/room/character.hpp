@@ -27,9 +27,10 @@ struct FrameVariant {
 // A character on the tick thread; its lattice is in the World.
 struct Character {
   CharacterKey key = 0;
-  std::uint32_t room = 0;     // index
-  std::uint32_t slot = 0;     // in its room; the member number minus one
-  std::uint32_t subject = 0;  // its owner's; pays for it in the budget
+  std::uint32_t room = 0;       // index
+  std::uint32_t slot = 0;       // in its room; the member number minus one
+  std::uint8_t generation = 0;  // the slot's, modulo 256: frames that overtake a MemberJoined say whose they are
+  std::uint32_t subject = 0;    // its owner's; pays for it in the budget
   wire::GroomHash groom{};
   LevelIndex requested_level = LevelIndex::high;  // the finest level that its owner asked for
   MaterialScale material;

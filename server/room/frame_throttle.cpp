@@ -17,6 +17,8 @@ constexpr std::array<Rung, 6> kRungs{{{0, 1, 1}, {1, 1, 0.7}, {2, 1, 0.7}, {3, 1
 constexpr int kCoarsest = kRungs.size() - 1;
 constexpr double kReserve = 0.9;  // of the bytes, so that a finer rung does not go back at once
 constexpr double kLostShare = 0.7;
+// Of what the network carries: messages, files and the headers of packets need the rest.
+constexpr double kNetworkShare = 0.8;
 // Frames for less than this are too few to tell a rate.
 constexpr double kWindow_s = 0.4;
 // A connection that loses frames carries less than was sent; nobody knows how much less. It is tried with a little more
@@ -26,30 +28,34 @@ constexpr double kGrowth = 1.05;
 }  // namespace
 
 void FrameThrottle::on_lost_frames() {
-  connection_bytes_per_s_ = kLostShare * std::max(rate_, window_s_ > 0 ? window_bytes_ / window_s_ : 0.0);
+  carried_bytes_per_s_ = kLostShare * std::max(rate_, window_s_ > 0 ? window_bytes_ / window_s_ : 0.0);
   rung_ = std::min(rung_ + 1, kCoarsest);
   window_s_ = window_bytes_ = 0;
 }
 
-void FrameThrottle::end_tick(std::size_t sent_bytes, double tick_s, double client_bytes_per_s) {
+void FrameThrottle::end_tick(std::size_t sent_bytes, double tick_s, double client_bytes_per_s,
+                             double network_bytes_per_s) {
   HAIRNET_ASSERT(tick_s > 0);
   HAIRNET_ASSERT(client_bytes_per_s >= 0);
+  HAIRNET_ASSERT(network_bytes_per_s >= 0);
   window_s_ += tick_s;
   window_bytes_ += static_cast<double>(sent_bytes);
-  if (window_s_ >= kWindow_s) end_window(client_bytes_per_s);
+  if (window_s_ >= kWindow_s) end_window(client_bytes_per_s, network_bytes_per_s);
 }
 
-void FrameThrottle::end_window(double client_bytes_per_s) {
+void FrameThrottle::end_window(double client_bytes_per_s, double network_bytes_per_s) {
   rate_ = window_bytes_ / window_s_;
   window_s_ = window_bytes_ = 0;
-  connection_bytes_per_s_ *= kGrowth;
-  double most = client_bytes_per_s;
-  if (connection_bytes_per_s_ > 0) most = most > 0 ? std::min(most, connection_bytes_per_s_) : connection_bytes_per_s_;
+  carried_bytes_per_s_ *= kGrowth;
+  double most = 0;  // unknown
+  for (const double bound : {client_bytes_per_s, carried_bytes_per_s_, kNetworkShare * network_bytes_per_s}) {
+    if (bound > 0) most = most > 0 ? std::min(most, bound) : bound;
+  }
   if (most > 0 && rate_ > most) {
     rung_ = std::min(rung_ + 1, kCoarsest);
   } else if (most == 0 || rate_ < kReserve * kRungs[static_cast<std::size_t>(rung_)].share * most) {
     rung_ = std::max(rung_ - 1, 0);
-    if (rung_ == 0) connection_bytes_per_s_ = 0;
+    if (rung_ == 0) carried_bytes_per_s_ = 0;
   }
 }
 

@@ -10,19 +10,20 @@ class FrameThrottle {
  public:
   // The connection lost frames: it carries less than what was sent.
   void on_lost_frames();
-  // After each tick: what was sent, over the number of bytes a second that the client asks for; 0: any number.
-  void end_tick(std::size_t sent_bytes, double tick_s, double client_bytes_per_s);
+  // After each tick: what was sent, and how much a second the client asks for at most (0: any number) and its network
+  // carries (0: unknown).
+  void end_tick(std::size_t sent_bytes, double tick_s, double client_bytes_per_s, double network_bytes_per_s);
 
   [[nodiscard]] int coarser_octaves() const;  // 2^this times the error that is wanted
   [[nodiscard]] int stride() const;           // ticks from frame to frame, at least
 
  private:
-  void end_window(double client_bytes_per_s);
+  void end_window(double client_bytes_per_s, double network_bytes_per_s);
 
   int rung_ = 0;                            // 0: as wanted
   double window_s_ = 0, window_bytes_ = 0;  // since the last choice of a rung
   double rate_ = 0;                         // bytes a second of the last whole window
-  double connection_bytes_per_s_ = 0;       // what the connection carries; 0: unknown
+  double carried_bytes_per_s_ = 0;          // what a connection that lost frames carries, about; 0: it lost none
 };
 
 }  // namespace hairnet::server

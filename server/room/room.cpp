@@ -93,6 +93,7 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   HAIRNET_ASSERT(!slot.character);
   slot.character = &character;
   ++slot.generation;
+  character.generation = static_cast<std::uint8_t>(slot.generation);
   ++room.member_count;
   check_invariants();
   check_invariants(room);

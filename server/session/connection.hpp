@@ -26,6 +26,8 @@ class Connection {
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
   // Queues a packet that may get lost, or overtake others. Call it only while writable().
   virtual void send_datagram(std::vector<std::uint8_t> packet) { send(std::move(packet)); }
+  // What the network lets through, as far as the connection knows; 0: unknown.
+  [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Whether the send queue has room. PacketSink::on_writable is called when it has room again.
   [[nodiscard]] virtual bool writable() const = 0;
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <list>
 #include <mutex>
@@ -35,6 +36,7 @@ class Outbox final : public ObserverSink {
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) override;
   [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_bytes_max_; }
+  [[nodiscard]] double bytes_per_s() const override { return bytes_per_s_.load(std::memory_order_relaxed); }
   void push_frames(std::vector<FramePacket> packets) override;
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
@@ -42,6 +44,7 @@ class Outbox final : public ObserverSink {
 
   // The next packet, its clock set to `now_ns`. False when nothing waits. `may_be_lost`: see FramePacket.
   bool take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns);
+  void set_bytes_per_s(double bytes_per_s) { bytes_per_s_.store(bytes_per_s, std::memory_order_relaxed); }
   // Call it when the connection is not writable. The next take() resets it.
   void mark_blocked();
 
@@ -78,6 +81,7 @@ class Outbox final : public ObserverSink {
   const std::size_t control_bytes_max_, datagram_bytes_max_;
   std::size_t message_max_ = std::variant_size_v<wire::Message>;
   SessionCounters* counters_;
+  std::atomic<double> bytes_per_s_{0};
   mutable std::mutex mutex_;
   Queue waiting_;
   std::unordered_map<std::uint32_t, Queue::iterator> joined_;   // by member: the last MemberJoined that waits

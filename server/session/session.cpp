@@ -54,28 +54,30 @@ void Session::check_invariants() const {
 
 void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
-  receive(packet, false, now_ns);
+  receive(packet, now_ns);
 }
 
 void Session::on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   // Poses follow the welcome: what comes before it, or too late, is like lost.
   if (state_ != State::active) return context_->counters.datagrams_dropped.add();
-  receive(packet, true, now_ns);
+  reads_datagram_ = true;
+  receive(packet, now_ns);
+  reads_datagram_ = false;
 }
 
-void Session::receive(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns) {
+void Session::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   context_->counters.packets_received.add();
   context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
   const bool was_full = context_->is_memory_full();
-  take_packet(packet, poses_only, now_ns);
+  take_packet(packet, now_ns);
   // It was this packet for which no memory was left.
   if (!was_full && context_->is_memory_full()) end_for_memory(now_ns);
 }
 
-void Session::take_packet(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns) {
+void Session::take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error == wire::DecodeError::none) {
-    if (!poses_only || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message))
+    if (!reads_datagram_ || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message))
       return on_message(std::move(decoded.envelope), now_ns);
     if (take_message(now_ns)) refuse_unexpected("a datagram has poses only", now_ns);
     return;
@@ -185,6 +187,7 @@ void Session::send(const wire::Message& message, std::int64_t now_ns) {
 
 void Session::flush(std::int64_t now_ns) {
   if (state_ == State::closed || !connection_) return;
+  outbox_->set_bytes_per_s(connection_->bytes_per_s());
   std::vector<std::uint8_t> packet;
   bool may_be_lost = false;
   while (connection_->writable()) {

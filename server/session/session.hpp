@@ -99,8 +99,8 @@ class Session final : public PacketSink {
  private:
   struct MessageHandler;  // in session_messages.cpp
 
-  void receive(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns);
-  void take_packet(std::span<const std::uint8_t> packet, bool poses_only, std::int64_t now_ns);
+  void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  void take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
@@ -126,6 +126,7 @@ class Session final : public PacketSink {
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
   std::int64_t pose_error_next_ns_;  // at most one error about poses is sent a second
   bool joined_ = false;              // the room knows the session
+  bool reads_datagram_ = false;      // the packet in hand may have overtaken others, or come after them
 };
 
 }  // namespace hairnet::server

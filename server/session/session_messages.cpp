@@ -476,6 +476,8 @@ struct Session::MessageHandler {
     std::size_t kept = 0;
     for (wire::PoseSample& sample : passed.poses) {
       if (const Refused refused = check_pose(sample)) {
+        // A datagram may come before its character's AddCharacter, or after its end.
+        if (session.reads_datagram_ && refused.reason == ErrorReason::character_unknown) continue;
         if (now_ns < session.pose_error_next_ns_) continue;
         session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
         session.refuse(refused, now_ns, sample.character);

@@ -17,7 +17,7 @@ static_assert(kStrideMax == wire::kStrideMax);
 constexpr std::uint8_t kToleranceCount = 24;
 constexpr std::uint8_t kPoseOnly = kToleranceCount;  // of a frame without coefficients
 constexpr float kFinestTolerance_m = 0.25e-3f;
-constexpr std::size_t kBatchBytes = 112;  // of a packet beside its frames, at most
+constexpr std::size_t kBatchBytes = 128;  // of a packet beside its frames and their generations, at most
 constexpr float kSmallestHeight = 0.02f;  // of a head on the screen that makes a difference
 
 float tolerance_m(std::uint8_t tolerance) {
@@ -60,7 +60,8 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   const auto send_to = [&](std::size_t i) {
     Observer& observer = *observers_[i];
     send(terms, observer);
-    observer.throttle.end_tick(observer.sent_bytes, def_.tick_s, observer.observe.bytes_per_s);
+    observer.throttle.end_tick(observer.sent_bytes, def_.tick_s, observer.observe.bytes_per_s,
+                               observer.sink->bytes_per_s());
   };
   run_loop(parallel_for, everyone.size(), begin_frame_of);
   run_loop(parallel_for, rooms.rooms().size(), request_for);
@@ -267,11 +268,12 @@ class Publisher::Packer {
   Packer(const Terms& terms, std::size_t bytes_max, bool may_be_lost, std::vector<FramePacket>& packets)
       : terms_(&terms), bytes_max_(bytes_max), may_be_lost_(may_be_lost), packets_(&packets) {}
 
-  void add(const wire::Frame& frame, std::size_t frame_bytes) {
+  void add(const wire::Frame& frame, std::uint8_t generation, std::size_t frame_bytes) {
     HAIRNET_ASSERT(batch_.frames.empty() || batch_.frames.back().member < frame.member);
     if (bytes_ + frame_bytes > bytes_max_) flush();
     bytes_ += frame_bytes;
     batch_.frames.push_back(frame);
+    if (may_be_lost_) batch_.generations.push_back(generation);
   }
   void flush() {
     if (batch_.frames.empty()) return;
@@ -313,10 +315,10 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     evaluated_count += frame.evaluated ? 1 : 0;
     frame.step_stride = static_cast<std::uint8_t>(character.stride);
     frame.content = variant.content;
-    const std::size_t frame_bytes = wire::frame_bytes(frame);
+    const std::size_t frame_bytes = wire::frame_bytes(frame) + 1;  // and its generation
     // No newer frame makes up for these marks.
     const bool may_be_lost = !frame.asleep && !frame.discontinuous && frame_bytes <= losable_bytes_max;
-    (may_be_lost ? losable : certain).add(frame, frame_bytes);
+    (may_be_lost ? losable : certain).add(frame, character.generation, frame_bytes);
   }
   certain.flush();
   losable.flush();

@@ -17,7 +17,7 @@ constexpr std::int64_t kCharacterMessagesMax = 32'768;
 constexpr std::uint32_t kAppearanceChangesPer_s = 4;  // of one character
 
 wire::MemberJoined joined_message(const Character& c) {
-  return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance};
+  return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance, c.generation};
 }
 
 }  // namespace
@@ -131,7 +131,7 @@ struct Scheduler::CommandHandler {
     if (!observer) return;
     const auto told = observer->learnt_told.find(evaluate.groom);
     if (told != observer->learnt_told.end() && told->second.file == evaluate.learnt) {
-      if (!told->second.evaluated_since) told->second.evaluated_since = scheduler.inputs_.tick;
+      told->second.evaluated_since = scheduler.inputs_.tick;  // again: frames got lost on the way to it
       return;
     }
     scheduler.counters_->evaluations_refused.add();
@@ -210,7 +210,7 @@ void Scheduler::announce_members(Observer& observer, std::int64_t now_ns) {
 void Scheduler::announce(const Observer& observer, const Character& c, std::int64_t now_ns) {
   if (!observer.sink) return;
   if (session_of(c.key) == observer.session)
-    observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c)}, now_ns);
+    observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c), c.generation}, now_ns);
   else
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
 }

@@ -45,6 +45,7 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] std::size_t datagram_bytes_max() const override;
   void send_datagram(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] double bytes_per_s() const override { return quic_ ? quic_->bytes_per_s() : 0; }
   [[nodiscard]] bool writable() const override { return quic_ && quic_->is_writable(); }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return peer_; }

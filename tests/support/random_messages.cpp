@@ -105,6 +105,7 @@ FrameBatch RandomMessages::frame_batch() {
     batch.frames[i].content = std::span(*storage).subspan(begins[i], end - begins[i]);
   }
   batch.storage = std::move(storage);
+  if (!batch.frames.empty() && coin()) batch.generations = bytes(batch.frames.size());
   return batch;
 }
 

@@ -51,7 +51,7 @@ Json sequence_case() {
     frame.level = LevelIndex::low;
     frame.content = encoded.bytes;
     const link::Members::DecodedFrame decoded =
-        members.decode_frame(frame, static_cast<std::uint64_t>(n + 1), n * kTick_ns, 0);
+        members.decode_frame(frame, std::nullopt, static_cast<std::uint64_t>(n + 1), n * kTick_ns, 0);
     HAIRNET_ASSERT(decoded.outcome == link::Members::Outcome::decoded);
     out["contents"].push_back(hex(encoded.bytes));
     out["coefficients"].push_back(std::vector<float>(decoded.coefficients.begin(), decoded.coefficients.end()));

@@ -1,19 +1,72 @@
 #include "tests/whole/network.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::whole {
 
-Pipe::Pipe(Timeline& timeline, const NetworkQuality& quality, std::uint64_t seed)
-    : timeline_(&timeline), quality_(quality), random_(seed, 1) {}
+void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams) {
+  const NetworkQuality usual;
+  segment_bytes_max = PacketSender::kPacketBytes;  // each takes a packet
+  in_small_pieces = false;
+  window_bytes = std::max(window_bytes, usual.window_bytes);
+  lossy = {up, down, has_datagrams};
+  delay_ns = std::max(up.delay_ns, down.delay_ns);
+  jitter_ns = std::max(up.jitter_ns, down.jitter_ns);
+  bytes_per_s = std::min(up.bytes_per_s, down.bytes_per_s);
+}
+
+double NetworkQuality::least_bytes_per_s() const {
+  const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
+  const double most = std::min(
+      bytes_per_s, static_cast<double>(window_bytes) / (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
+  if (!lossy) return most;
+  // After Mathis et al., less for time-outs. Overtaken packets count as lost.
+  const auto losses = [](const PathQuality& path) { return path.loss + path.reorder; };
+  const double loss = std::max(1e-4, std::max(losses(lossy->up), losses(lossy->down)));
+  const double carried = 0.6 * PacketSender::kPacketBytes / (std::max(2 * arrival_s, 0.02) * std::sqrt(loss));
+  return std::min(most, carried);
+}
+
+Pipe::Pipe(Timeline& timeline, const NetworkQuality& quality, bool is_up, std::uint64_t seed)
+    : timeline_(&timeline), quality_(quality), random_(seed, 1) {
+  if (!quality.lossy) return;
+  const auto& [up, down, has_datagrams] = *quality.lossy;
+  const Path forth(timeline, is_up ? up : down, random_.next());
+  PathQuality other = is_up ? down : up;
+  other.bytes_per_s = PathQuality{}.bytes_per_s;  // acknowledgements are small
+  const Path back(timeline, other, random_.next());
+  sender_ = std::make_shared<PacketSender>(timeline, has_datagrams ? Recovery::quic() : Recovery::tcp(), forth, back);
+  quality_.segment_bytes_max = std::min(quality_.segment_bytes_max, PacketSender::kPacketBytes);
+}
+
+void Pipe::listen() {
+  if (!sender_) return;
+  sender_->on_segment = [weak = weak_from_this()](std::vector<std::uint8_t> segment) {
+    if (const auto self = weak.lock()) self->arrive(std::move(segment));
+  };
+  sender_->on_datagram = [weak = weak_from_this()](std::span<const std::uint8_t> datagram) {
+    const auto self = weak.lock();
+    if (self && !self->dead_ && !self->paused_ && self->on_datagram) self->on_datagram(datagram);
+  };
+  sender_->on_room = [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->pump_soon();
+  };
+}
 
 void Pipe::write(std::span<const std::uint8_t> bytes) {
   if (dead_ || ended_ || bytes.empty()) return;
   unsent_.emplace_back(bytes.begin(), bytes.end());
   unsent_bytes_ += bytes.size();
+  pump_soon();
+}
+
+void Pipe::write_datagram(std::vector<std::uint8_t> bytes) {
+  if (dead_ || ended_) return;
+  datagrams_.push(std::move(bytes));
   pump_soon();
 }
 
@@ -43,33 +96,55 @@ void Pipe::pump_soon() {
   timeline_->after(0, [self = shared_from_this()] { self->pump(); });
 }
 
-void Pipe::pump() {
-  pumping_ = false;
-  if (dead_) return;  // waiting bytes stay: no peer takes them
-  bool moved = false;
-  while (unsent_bytes_ > 0 && way_bytes_ < quality_.window_bytes) {
-    std::vector<std::uint8_t>& first = unsent_.front();
-    std::size_t count =
-        std::min({first.size() - first_sent_, quality_.segment_bytes_max, quality_.window_bytes - way_bytes_});
+// The next bytes that travel together: of one write, or, over packets, of as many as fit.
+std::vector<std::uint8_t> Pipe::take_segment() {
+  std::vector<std::uint8_t> segment;
+  const std::size_t most = std::min(quality_.segment_bytes_max, quality_.window_bytes - way_bytes_);
+  do {
+    const std::vector<std::uint8_t>& first = unsent_.front();
+    std::size_t count = std::min(first.size() - first_sent_, most - segment.size());
     if (quality_.in_small_pieces) count = 1 + static_cast<std::size_t>(random_.next() % count);
-    std::vector<std::uint8_t> segment(first.begin() + static_cast<std::ptrdiff_t>(first_sent_),
-                                      first.begin() + static_cast<std::ptrdiff_t>(first_sent_ + count));
+    const auto begin = first.begin() + static_cast<std::ptrdiff_t>(first_sent_);
+    segment.insert(segment.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
     first_sent_ += count;
+    unsent_bytes_ -= count;
     if (first_sent_ == first.size()) {
       unsent_.pop_front();
       first_sent_ = 0;
     }
-    unsent_bytes_ -= count;
+  } while (sender_ && segment.size() < most && unsent_bytes_ > 0);
+  return segment;
+}
+
+void Pipe::pump() {
+  pumping_ = false;
+  if (dead_) return;  // waiting bytes stay: no peer takes them
+  bool moved = false;
+  while (!sender_ || sender_->may_send()) {
+    const bool has_bytes = unsent_bytes_ > 0 && way_bytes_ < quality_.window_bytes;
+    if (datagrams_.is_next(has_bytes)) {
+      sender_->send_datagram(datagrams_.pop());
+      moved = true;
+      continue;
+    }
+    if (!has_bytes) break;
+    datagrams_.on_stream_sent();
+    const std::vector<std::uint8_t> segment = take_segment();
+    const std::size_t count = segment.size();
     way_bytes_ += count;
     moved = true;
+    if (sender_) {
+      sender_->send_segment(segment);
+      continue;
+    }
     free_ns_ = std::max(free_ns_, timeline_->now_ns()) +
                static_cast<std::int64_t>(1e9 * static_cast<double>(count) / quality_.bytes_per_s);
     const auto jitter_ns = static_cast<std::int64_t>(random_.unit() * static_cast<double>(quality_.jitter_ns));
     last_arrival_ns_ = std::max(last_arrival_ns_, free_ns_ + quality_.delay_ns + jitter_ns);
-    timeline_->at(last_arrival_ns_,
-                  [self = shared_from_this(), s = std::move(segment)]() mutable { self->arrive(std::move(s)); });
+    timeline_->at(last_arrival_ns_, [self = shared_from_this(), segment] { self->arrive(segment); });
   }
-  if (ended_ && !end_sent_ && unsent_bytes_ == 0) {
+  const bool is_all_sent = unsent_bytes_ == 0 && (!sender_ || way_bytes_ == 0);
+  if (ended_ && !end_sent_ && is_all_sent) {
     end_sent_ = true;
     last_arrival_ns_ = std::max(last_arrival_ns_, timeline_->now_ns() + quality_.delay_ns);
     timeline_->at(last_arrival_ns_, [self = shared_from_this()] {
@@ -109,7 +184,7 @@ void Pipe::read() {
     }
   }
   if (dead_ || paused_) return;
-  if (unsent_bytes_ > 0) pump_soon();
+  if (unsent_bytes_ > 0 || (sender_ && ended_)) pump_soon();
   if (end_arrived_ && unread_.empty() && on_end) std::exchange(on_end, nullptr)();
 }
 
@@ -121,13 +196,22 @@ SimulatedConnection::SimulatedConnection(Timeline& timeline, Host& host, ClientE
       quality_(quality),
       address_(address),
       network_(std::to_string(address)),
-      up_(std::make_shared<Pipe>(timeline, quality, 2 * seed)),
-      down_(std::make_shared<Pipe>(timeline, quality, 2 * seed + 1)),
+      up_(std::make_shared<Pipe>(timeline, quality, true, 2 * seed)),
+      down_(std::make_shared<Pipe>(timeline, quality, false, 2 * seed + 1)),
       splitter_(server::kHelloPacketBytesMax) {}
 
 void SimulatedConnection::connect(bool into_nothing) {
   if (into_nothing) return;
   const std::weak_ptr<SimulatedConnection> weak = weak_from_this();
+  up_->listen();
+  down_->listen();
+  up_->on_datagram = [weak](std::span<const std::uint8_t> bytes) {
+    if (const auto self = weak.lock()) self->take_datagram(bytes);
+  };
+  down_->on_datagram = [weak](std::span<const std::uint8_t> bytes) {
+    const auto self = weak.lock();
+    if (self && self->client_ && !self->over_) self->client_->on_datagram(bytes);
+  };
   up_->on_bytes = [weak](std::span<const std::uint8_t> bytes) {
     if (const auto self = weak.lock()) self->take(bytes);
   };
@@ -182,6 +266,14 @@ void SimulatedConnection::take(std::span<const std::uint8_t> bytes) {
 
 void SimulatedConnection::send(std::vector<std::uint8_t> packet) {
   if (!server_closed_) down_->write(packet);
+}
+
+void SimulatedConnection::take_datagram(std::span<const std::uint8_t> bytes) {
+  if (sink_ && !broken_stream_) sink_->on_datagram(bytes, host_->clock_ns());
+}
+
+void SimulatedConnection::send_datagram(std::vector<std::uint8_t> packet) {
+  if (!server_closed_) down_->write_datagram(std::move(packet));
 }
 
 void SimulatedConnection::close(std::string_view) {

@@ -12,12 +12,15 @@
 
 #include "core/random.hpp"
 #include "schema/channel/packet_splitter.hpp"
+#include "server/quic/connection.hpp"
 #include "server/session/connection.hpp"
 #include "server/transport/admission.hpp"
+#include "tests/whole/packet_sender.hpp"
 #include "tests/whole/timeline.hpp"
 
-// A simulated network without sockets: connections are byte streams with delay, jitter, limited bandwidth and breaks.
-// Everything follows from a seed and runs in simulated time.
+// A simulated network without sockets. Connections are byte streams with delay, jitter, limited bandwidth and breaks;
+// some run over paths that lose packets, and some of these have datagrams, like WebTransport. Everything follows from a
+// seed and runs in simulated time.
 namespace hairnet::whole {
 
 // The quality of one connection, in both directions.
@@ -30,20 +33,27 @@ struct NetworkQuality {
   std::size_t unsent_bytes_max = 64u << 10;  // with so much the sender is not writable
   bool in_small_pieces = false;              // reads may give any piece of the stream
 
+  // Packets get lost; `delay_ns`, `jitter_ns` and `bytes_per_s` are then those of the worse of its paths.
+  struct Lossy {
+    PathQuality up, down;
+    bool has_datagrams = false;  // WebTransport; else TCP
+  };
+  std::optional<Lossy> lossy;
+  void set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams);
+
   // The least throughput: a small window must wait until its bytes arrive.
-  [[nodiscard]] double least_bytes_per_s() const {
-    const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
-    return std::min(bytes_per_s,
-                    static_cast<double>(window_bytes) / (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
-  }
+  [[nodiscard]] double least_bytes_per_s() const;
 };
 
-// One direction: bytes written, carried in segments, read in pieces, in order.
+// One direction: bytes written, carried in segments, read in pieces, in order; and datagrams.
 class Pipe : public std::enable_shared_from_this<Pipe> {
  public:
-  Pipe(Timeline& timeline, const NetworkQuality& quality, std::uint64_t seed);
+  // `is_up`: from the client to the server.
+  Pipe(Timeline& timeline, const NetworkQuality& quality, bool is_up, std::uint64_t seed);
 
+  void listen();  // once, before the first byte
   void write(std::span<const std::uint8_t> bytes);
+  void write_datagram(std::vector<std::uint8_t> bytes);
   void end();                                                             // after the bytes written so far
   void kill();                                                            // nothing arrives any more
   void pause(bool paused);                                                // the receiver's reading
@@ -51,22 +61,29 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   void kill_never() { kill_at_bytes_.reset(); }                           // after all
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
+  [[nodiscard]] const quic::DatagramQueue& datagrams() const { return datagrams_; }
+  // See PacketSender; 0 without one.
+  [[nodiscard]] double bytes_per_s() const { return sender_ ? sender_->bytes_per_s() : 0; }
+  [[nodiscard]] std::size_t kept_bytes() const { return sender_ ? sender_->kept_bytes() : 0; }
   [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
 
-  std::function<void(std::span<const std::uint8_t>)> on_bytes;
+  std::function<void(std::span<const std::uint8_t>)> on_bytes, on_datagram;
   std::function<void()> on_end;
   std::function<void()> on_room;  // some of what waited is on its way
 
  private:
   void pump_soon();
   void pump();
+  std::vector<std::uint8_t> take_segment();
   void arrive(std::vector<std::uint8_t> segment);
   void read();
 
   Timeline* timeline_;
   NetworkQuality quality_;
   Random random_;
+  std::shared_ptr<PacketSender> sender_;  // null: nothing gets lost
+  quic::DatagramQueue datagrams_;
   std::deque<std::vector<std::uint8_t>> unsent_;
   std::size_t unsent_bytes_ = 0, first_sent_ = 0;  // of the first of unsent_, the bytes on their way
   std::size_t way_bytes_ = 0;                      // on the way or unread
@@ -84,6 +101,7 @@ class ClientEvents {
   virtual ~ClientEvents() = default;
   virtual void on_open() = 0;
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
+  virtual void on_datagram(std::span<const std::uint8_t>) {}
   virtual void on_room() = 0;                          // more can be written
   virtual void on_closed(const std::string& why) = 0;  // the last call
 };
@@ -112,8 +130,14 @@ class SimulatedConnection final : public server::Connection, public std::enable_
                       std::uint64_t address, std::uint64_t seed);
 
   // The client's side.
+  static constexpr std::size_t kWaitingBytesMax = 1024;
   void connect(bool into_nothing);  // on_open() or on_closed() follow, or nothing
   void write(std::span<const std::uint8_t> bytes) { up_->write(bytes); }
+  // It is lost where the datagrams before it wait already: it would be outdated.
+  void write_datagram(std::vector<std::uint8_t> bytes) {
+    if (up_->datagrams().bytes() < kWaitingBytesMax) up_->write_datagram(std::move(bytes));
+  }
+  [[nodiscard]] bool has_datagrams() const { return quality_.lossy && quality_.lossy->has_datagrams; }
   [[nodiscard]] bool takes_more() const { return open_ && !over_ && up_->unsent_bytes() < quality_.unsent_bytes_max; }
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
   [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
@@ -131,8 +155,15 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   // The server's side.
   void mark_joined() override { splitter_.allow(wire::kPacketBytesMax); }
   void send(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] std::size_t datagram_bytes_max() const override {
+    return has_datagrams() ? quic::kDatagramBytesMax : 0;
+  }
+  void send_datagram(std::vector<std::uint8_t> packet) override;
+  // As far as quic::Connection knows it.
+  [[nodiscard]] double bytes_per_s() const override { return has_datagrams() ? down_->bytes_per_s() : 0; }
   [[nodiscard]] bool writable() const override {
-    return !server_closed_ && down_->unsent_bytes() < quality_.unsent_bytes_max;
+    return !server_closed_ && !down_->datagrams().is_full() && down_->kept_bytes() < quic::Connection::kKeptBytesMax &&
+           down_->unsent_bytes() + down_->datagrams().bytes() < quality_.unsent_bytes_max;
   }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return "simulated"; }
@@ -149,6 +180,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
  private:
   void answer();
   void take(std::span<const std::uint8_t> bytes);
+  void take_datagram(std::span<const std::uint8_t> bytes);
   void tell_client(const std::string& why);
   void tell_server(std::string_view why);
   void end_at_server();

@@ -17,6 +17,14 @@ const T& one_of(const std::vector<T>& all, Random& random) {
   return all[static_cast<std::size_t>(random.next() % all.size())];
 }
 
+// Which packets a client sends in datagrams.
+bool may_be_lost(std::span<const std::uint8_t> packet) {
+  if (packet.size() > quic::kDatagramBytesMax) return false;
+  const wire::DecodedPacket decoded = wire::decode_packet(packet);
+  const auto* batch = std::get_if<wire::PoseBatch>(&decoded.envelope.message);
+  return batch && !batch->poses.empty() && std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
+}
+
 }  // namespace
 
 Player::Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed)
@@ -48,13 +56,13 @@ void Player::make_core() {
   options.client_name = name();
   options.room = plan_.room;
   options.token = plan_.token;
-  options.connect_timeout_s = 1;
+  options.connect_timeout_s = plan_.quality.lossy ? 5 : 1;
   options.keep_alive_s = 1;
   options.seed = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
   members_.clear();
   removing_.clear();
-  counted_undecodable_ = counted_unknown_ = 0;
+  counted_undecodable_ = counted_unknown_ = counted_evaluated_ = 0;
   core_->start();
   for (const auto& [number, character] : characters_) {
     const Assets::GroomFile& groom = assets().grooms[character.groom];
@@ -71,7 +79,8 @@ void Player::add_character() {
   Character& character = characters_[number];
   character.groom = static_cast<std::size_t>(random_.next() % assets().grooms.size());
   const std::uint64_t pick = random_.next() % 16;
-  character.level = pick < 9    ? LevelIndex::ether
+  character.level = pick < 6    ? LevelIndex::ether
+                    : pick < 9  ? LevelIndex::learnt
                     : pick < 13 ? LevelIndex::low
                     : pick < 14 ? LevelIndex::medium
                                 : LevelIndex::rigid;
@@ -209,7 +218,10 @@ void Player::turn() {
     while (connection_ && connection_->takes_more()) {
       const std::vector<std::uint8_t> packet = core_->take_packet(clock_ns());
       if (packet.empty()) break;
-      connection_->write(packet);
+      if (connection_->has_datagrams() && may_be_lost(packet))
+        connection_->write_datagram(packet);
+      else
+        connection_->write(packet);
     }
     if (connection_ && core_->wants_half_close() && !std::exchange(half_closed_, true)) connection_->half_close();
     hear();
@@ -258,6 +270,13 @@ void Player::on_open() {
 void Player::on_bytes(std::span<const std::uint8_t> bytes) {
   if (!core_) return;
   core_->on_bytes(bytes, clock_ns());
+  turn();
+}
+
+void Player::on_datagram(std::span<const std::uint8_t> bytes) {
+  if (!core_) return;
+  journal_->count("datagrams received");
+  core_->on_packet(bytes, clock_ns());
   turn();
 }
 
@@ -377,7 +396,8 @@ void Player::act() {
     journal_->count("character removed");
   } else if (pick <= 3 && !numbers.empty() && !plain) {
     const std::uint32_t number = one_of(numbers, random_);
-    characters_[number].level = std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid}[random_.next() % 3];
+    characters_[number].level =
+        std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
     core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");
   } else if (pick == 4 && !numbers.empty()) {

@@ -45,6 +45,7 @@ class Player final : public ClientEvents {
   void set_moving(bool moving);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
+  [[nodiscard]] bool has_datagrams() const { return plan_.quality.lossy && plan_.quality.lossy->has_datagrams; }
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
@@ -58,6 +59,8 @@ class Player final : public ClientEvents {
     std::int64_t last_ns = 0;
     bool asleep = false, discontinuous = false;
     LevelIndex level = LevelIndex::rigid;
+    std::int64_t learnt_ns = -1;  // of the last frame of level learnt
+    std::int64_t like_ns = 0;     // when its hair was last as in the World, or could not be compared
     Pose pose;
     std::string tag;
     std::optional<wire::Appearance> appearance;
@@ -85,6 +88,7 @@ class Player final : public ClientEvents {
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
+  void on_datagram(std::span<const std::uint8_t> bytes) override;
   void on_room() override { turn(); }
   void on_closed(const std::string& why) override;
 
@@ -105,6 +109,7 @@ class Player final : public ClientEvents {
   void change_appearance(Character& character);
   void check(const link::FrameBatch& batch);
   void check(const link::FrameBatch& batch, const link::Frame& frame, Member& member);
+  void check_hair(const link::FrameBatch& batch, const link::Frame& frame, const GroundTruth& truth, Member& member);
   void check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member);
   void check_counters();
   [[nodiscard]] wire::GroomHash first_groom() const {
@@ -138,7 +143,7 @@ class Player final : public ClientEvents {
   bool had_character_ = false;   // then; a session without one gives way when the server is full
   int broken_life_ = -1;
   std::int64_t groom_wanted_ns_ = -1;  // since when the groom of its first character is not ready; negative: it is
-  std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0;
+  std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0, counted_evaluated_ = 0;
 };
 
 }  // namespace hairnet::whole

@@ -16,16 +16,19 @@ using wire::GoodbyeReason;
 // From the run of a tick to the arrival of its frame at a steady client, without the network's own delay.
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
-// Within what the client has asked for, of a head of any size, or coarser where its connection is throttled.
-bool is_near(std::span<const float> got, std::span<const float> wanted, float error_m, int coarser_octaves) {
-  constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f;
+constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f;
+
+float apart(std::span<const float> got, std::span<const float> wanted) {
   float squares = 0;
-  for (std::size_t k = 0; k < std::max(got.size(), wanted.size()); ++k) {
-    const float apart = (k < got.size() ? got[k] : 0) - (k < wanted.size() ? wanted[k] : 0);
-    squares += apart * apart;
-  }
+  for (std::size_t k = 0; k < std::max(got.size(), wanted.size()); ++k)
+    squares += std::pow((k < got.size() ? got[k] : 0) - (k < wanted.size() ? wanted[k] : 0), 2.0f);
+  return std::sqrt(squares);
+}
+
+// What the client has asked for, of a head of any size, or coarser where its connection is throttled.
+float most_apart(float error_m, int coarser_octaves) {
   if (coarser_octaves > 0) error_m = std::ldexp(std::max(error_m, kFinest_m), coarser_octaves);
-  return std::sqrt(squares) <= std::max(error_m / kSmallestHeight, kFinest_m);
+  return std::max(error_m / kSmallestHeight, kFinest_m);
 }
 
 }  // namespace
@@ -51,7 +54,10 @@ struct Player::EventHandler {
     const server::SessionLimits& limits = p.host_->config().sessions;
     const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
     const std::int64_t since_ns = p.timeline_->now_ns() - broken_ns;
-    if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed && p.had_character_)
+    // Its line may have lost the goodbye.
+    const bool may_be_slow =
+        p.plan_.quality.lossy && p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
+    if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed && p.had_character_ && !may_be_slow)
       p.fault("is not resumed " + std::to_string(since_ns / kMs) + " ms after its connection broke");
   }
   void operator()(const link::Reconnecting& e) const {
@@ -172,7 +178,14 @@ void Player::hear() {
 void Player::check_counters() {
   const link::LinkCounters counters = core_->counters();
   if (counters.frames_undecodable > counted_undecodable_) fault("cannot decode a frame");
-  if (counters.frames_unknown > counted_unknown_) fault("gets a frame of no member, or not newer than the last");
+  const std::uint64_t unknown = counters.frames_unknown - counted_unknown_;
+  if (unknown > 0) {
+    if (!has_datagrams()) fault("gets a frame of no member, or not newer than the last");
+    journal_->count("frames overtaken", unknown);
+  }
+  if (counters.frames_lacking_learnt > 0) fault("is to evaluate hair and lacks its network");
+  journal_->count("frames evaluated", counters.frames_evaluated - counted_evaluated_);
+  counted_evaluated_ = counters.frames_evaluated;
   counted_undecodable_ = counters.frames_undecodable;
   counted_unknown_ = counters.frames_unknown;
 }
@@ -197,10 +210,14 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   for (const float c : frame.coefficients) journal_->mix(std::bit_cast<std::uint32_t>(c));
   journal_->mix(static_cast<std::uint64_t>(std::llround(1e4 * frame.pose.head().position.x())));
   if (wire::validate_pose(frame.pose) != wire::PoseRefusal::none) fault(what + "its pose is not valid");
-  if (member.last_tick && batch.tick <= *member.last_tick) fault(what + "ticks do not rise");
+  // One that waited for its basis comes again.
+  if (member.last_tick && batch.tick <= *member.last_tick && !(frame.repeated && batch.tick == *member.last_tick))
+    fault(what + "ticks do not rise");
   if (member.own != (frame.character != 0)) fault(what + "is not whose it was");
   // Last known hair stands for a lattice that the new server does not have yet.
   const LevelIndex level = frame.last_known ? LevelIndex::rigid : frame.level;
+  // The frame may have overtaken what it needs.
+  const bool lacks_basis = frame.last_known && has_datagrams();
   if (frame.last_known) journal_->count("frames of kept hair");
   if (frame.last_known && !member.own) fault(what + "has kept hair, and is another's");
   const int life = connection_ ? connection_->life() : host_->life();
@@ -208,7 +225,7 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   if (!truth) {
     fault(what + "was not in the World");
   } else {
-    if (truth->level != level) fault(what + "is on another level than in the World");
+    if (truth->level != level && !lacks_basis) fault(what + "is on another level than in the World");
     if (truth->asleep != frame.asleep && !frame.discontinuous) fault(what + "sleeps here or in the World, not in both");
     for (std::size_t b = 0; b < kBoneCount; ++b) {
       if (truth->pose.bones[b].position != frame.pose.bones[b].position ||
@@ -217,10 +234,7 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
         break;
       }
     }
-    const int octaves = host_->coarser_octaves(life, batch.tick, static_cast<server::SessionId>(session()));
-    if (level != LevelIndex::rigid && frame.basis &&
-        !is_near(frame.coefficients, truth->coefficients, coarsest_m_, octaves))
-      fault(what + "has other hair than in the World");
+    check_hair(batch, frame, *truth, member);
   }
   // Out of a client's view one may wake and sleep again: only who sees all can tell.
   const bool saw_all = calm_since_ns_ > 0 && member.last_ns > calm_since_ns_ + kSecond_ns;
@@ -233,6 +247,40 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   member.level = level;
   member.pose = frame.pose;
   ++member.frames;
+}
+
+// On the learnt level, and while it fades, the hair may be off for a moment: a network that has missed frames begins
+// again, and the server has to hear of it.
+void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame, const GroundTruth& truth,
+                        Member& member) {
+  constexpr std::int64_t kFade_ns = kSecond_ns;
+  constexpr std::int64_t kCalm_ns = 4 * kSecond_ns;
+  constexpr float kLearntApart_m = 8e-3f;
+  const std::int64_t now_ns = timeline_->now_ns();
+  if (frame.level == LevelIndex::learnt) member.learnt_ns = now_ns;
+  const bool is_learnt = member.learnt_ns >= 0 && now_ns - member.learnt_ns < kFade_ns;
+  const bool is_shown = frame.level != LevelIndex::rigid && frame.basis && !frame.last_known;
+  const int life = connection_ ? connection_->life() : host_->life();
+  const int octaves = host_->coarser_octaves(life, batch.tick, static_cast<server::SessionId>(session()));
+  const float apart_m = apart(frame.coefficients, truth.coefficients);
+  // Once all is calm, every head is half as high as the screen, and the error that is asked for the usual one.
+  const bool is_usual = calm_since_ns_ > 0 && now_ns > calm_since_ns_ + kCalm_ns;
+  const float coded_m =
+      is_usual && is_learnt ? std::ldexp(2 * wire::Observe{}.error_m, octaves) : most_apart(coarsest_m_, octaves);
+  const float most_m = coded_m + (is_learnt ? kLearntApart_m : 0);
+  const bool is_like = !is_shown || apart_m <= most_m;
+  if (is_like || member.frames == 0) member.like_ns = now_ns;
+  if (is_like) return;
+  const std::string what = "member " + std::to_string(frame.member) + " at tick " + std::to_string(batch.tick);
+  if (!is_learnt) return fault(what + ": has other hair than in the World");
+  journal_->count("frames of learnt hair that is off");
+  const NetworkQuality& quality = plan_.quality;
+  const std::int64_t trip_ns = 2 * (quality.delay_ns + quality.jitter_ns);
+  // The client's message may wait behind a groom, or get lost.
+  const std::int64_t off_ns_max = quality.lossy || !plan_.steady ? 6 * kSecond_ns : kSecond_ns + trip_ns;
+  if (now_ns - member.like_ns > off_ns_max)
+    fault(what + ": has had other hair than in the World for " + std::to_string((now_ns - member.like_ns) / kMs) +
+          " ms, which is " + std::to_string(1e3 * apart_m) + " mm off");
 }
 
 // A steady client misses no step of its own first character, and has it soon.

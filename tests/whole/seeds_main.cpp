@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/whole/frame_gaps.hpp"
 #include "tests/whole/refusals.hpp"
 #include "tests/whole/scenario.hpp"
 
@@ -104,6 +105,49 @@ class Sweep {
   std::vector<std::uint64_t> failed_;
 };
 
+struct GapsOptions {
+  double loss_percent = 5, round_trip_ms = 60, seconds = 300, burst_ms = 0, kbit_per_s = 0;
+  std::uint32_t characters = 10;
+};
+
+// A row for each transport: how long a viewer waits from frame to frame.
+int print_gaps(const Options& options, const GapsOptions& line) {
+  constexpr double kTick_ms = 1000.0 / 30;
+  fmt::print("{} seeds of {} s, 30 Hz, {} characters at the finest level, {} % loss, {} ms round trip\n", options.count,
+             line.seconds, line.characters, line.loss_percent, line.round_trip_ms);
+  fmt::print("{:>12} {:>8} {:>8} {:>8} {:>8} {:>11} {:>9}\n", "gap, ticks", "p50", "p99", "p99.9", "max", "bytes/s",
+             "coarser");
+  for (const bool has_datagrams : {true, false}) {
+    hairnet::whole::GapsDef def;
+    def.has_datagrams = has_datagrams;
+    def.duration_s = line.seconds;
+    def.characters = line.characters;
+    def.path.loss = line.loss_percent / 100;
+    def.path.delay_ns = static_cast<std::int64_t>(1e6 * line.round_trip_ms / 2);
+    def.path.burst_ns = static_cast<std::int64_t>(1e6 * line.burst_ms);
+    if (line.kbit_per_s > 0) def.path.bytes_per_s = 125 * line.kbit_per_s;
+    std::vector<float> all;
+    double bytes_per_s = 0, coarser = 0;
+    for (std::uint64_t seed = options.first; seed < options.first + options.count; ++seed) {
+      const hairnet::whole::Gaps gaps = hairnet::whole::measure_gaps(def, seed);
+      all.insert(all.end(), gaps.ms.begin(), gaps.ms.end());
+      bytes_per_s += gaps.frame_bytes_per_s / static_cast<double>(options.count);
+      coarser += gaps.coarser_share / static_cast<double>(options.count);
+    }
+    if (all.empty()) {
+      fmt::print("no frames came\n");
+      return 1;
+    }
+    std::sort(all.begin(), all.end());
+    const auto at = [&](double share) {
+      return all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))] / kTick_ms;
+    };
+    fmt::print("{:>12} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>11.0f} {:>8.0f}%\n",
+               has_datagrams ? "WebTransport" : "TCP", at(0.5), at(0.99), at(0.999), at(1), bytes_per_s, 100 * coarser);
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -119,8 +163,18 @@ int main(int argc, char** argv) {
                  "of so many seeds one is run twice, for the same outcome; 0: none");
   app.add_flag("--verbose", options.is_verbose, "show what the scenario and the server do");
   app.add_flag("--quiet", options.quiet, "no list of events");
+  bool measures_gaps = false;
+  GapsOptions line;
+  app.add_flag("--gaps", measures_gaps,
+               "instead: how long a viewer waits from frame to frame on a line that loses packets");
+  app.add_option("--loss", line.loss_percent, "of that line, percent")->check(CLI::Range(0.0, 50.0));
+  app.add_option("--burst-ms", line.burst_ms, "in which all get lost, on average; 0: each by itself");
+  app.add_option("--round-trip-ms", line.round_trip_ms, "of that line");
+  app.add_option("--kbit", line.kbit_per_s, "that line's rate; 0: as fast as may be");
+  app.add_option("--characters", line.characters, "that the viewer sees")->check(CLI::Range(1u, 64u));
+  app.add_option("--seconds", line.seconds, "for so long, simulated, with each of --count seeds");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_level(options.is_verbose ? spdlog::level::debug : spdlog::level::off);
   for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) std::signal(signal, tell_seed);
-  return Sweep(options).run();
+  return measures_gaps ? print_gaps(options, line) : Sweep(options).run();
 }

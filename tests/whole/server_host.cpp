@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "core/modes/make_modes.hpp"
 #include "schema/codec/pose_code.hpp"
+#include "tests/support/learnt.hpp"
 #include "tests/support/quick_training.hpp"
 
 namespace hairnet::whole {
@@ -23,6 +25,13 @@ constexpr int kUnfair_s_max = 4;
 thread_local std::int64_t measured_ns = 0, reading_lasts_ns = 0;
 std::int64_t measure_ns() {
   return measured_ns += reading_lasts_ns;
+}
+
+// Learning takes a minute. A network that has learnt nothing is as good where clients and the server evaluate the same.
+Result<std::shared_ptr<const LearntHair>> learn_nothing(const Groom&, const std::shared_ptr<const LevelSet>&,
+                                                        const BuildCallbacks&) {
+  static const auto hair = std::make_shared<const LearntHair>(support::random_learnt_hair(3));
+  return hair;
 }
 
 Pose as_frames_have_it(const Pose& pose) {
@@ -53,7 +62,8 @@ void ServerHost::start() {
     quick.training = support::kQuickTraining;
     return server::build_levels_here(quick, hash, file, groom, goes_on);
   };
-  auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly);
+  auto created =
+      server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly, {}, learn_nothing);
   if (!created) return fault("does not start: " + created.error());
   server_ = std::move(*created);
   connections_.clear();
@@ -115,7 +125,7 @@ void ServerHost::run_tick(int life) {
     return timeline_->at(stalled_until_ns_, [this, life] { run_tick(life); });
   reading_lasts_ns = work_ns_;
   if (server_->poll_tick(clock_ns())) {
-    note_tick();
+    if (notes_) note_tick();
     check_shares();
     check_rates();
     const auto flush_in_ns = static_cast<std::int64_t>(random_.unit() * kFlush_ns_max);
@@ -132,6 +142,7 @@ void ServerHost::run_builder(int life) {
   if (!server_ || life != this->life()) return;
   building_ns_ = reading_lasts_ns = 0;
   server_->poll_builder();
+  server_->poll_learner();
   timeline_->after(building_ns_ + static_cast<std::int64_t>(random_.between(5e6, 60e6)),
                    [this, life] { run_builder(life); });
 }
@@ -193,7 +204,10 @@ void ServerHost::check_coefficients(std::uint64_t number, server::CharacterKey k
   if (!std::cmp_equal(map.matrix().cols(), 3 * lattice.displacement.size())) return;
   std::vector<float> wanted(truth.coefficients.size());
   map.coefficients_of(lattice.displacement, wanted);
-  if (wanted != truth.coefficients) fault("frames show another hair than the World has");
+  // The server sums up in another order when it does many characters at once.
+  constexpr float kRounding_m = 1e-6f;
+  const auto is_same = [](float a, float b) { return std::abs(a - b) <= kRounding_m; };
+  if (!std::ranges::equal(wanted, truth.coefficients, is_same)) fault("frames show another hair than the World has");
 }
 
 void ServerHost::check_bounds() {
@@ -285,7 +299,7 @@ void ServerHost::check_shares() {
       continue;
     Share& share = shares[character.subject];
     ++share.count;
-    // Nothing has been learnt here.
+    // It has low where nothing is learnt, or the network does not hold.
     const LevelIndex wanted =
         character.requested_level == LevelIndex::learnt ? LevelIndex::low : character.requested_level;
     share.below += character.level != wanted || character.stride != 1;

@@ -29,8 +29,9 @@ class ServerHost final : public Host {
   ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed);
 
   void start();
-  void kill(const ConnectionLoss& how);  // how its clients' connections end
-  void drain();                          // sends a goodbye to all; call kill() later
+  void kill(const ConnectionLoss& how);    // how its clients' connections end
+  void drain();                            // sends a goodbye to all; call kill() later
+  void note_nothing() { notes_ = false; }  // for long runs: truth() is then not known
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
   // Sets the duration that the server measures for its work, for each reading of its clock: with a long one it must
   // lower levels.
@@ -93,6 +94,7 @@ class ServerHost final : public Host {
   std::vector<Life> lives_;
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
+  bool notes_ = true;
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
   std::int64_t building_ns_ = 0;                                       // that the builder's last job took
   Rates rates_;                                                        // when they were last checked

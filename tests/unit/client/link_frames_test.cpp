@@ -64,6 +64,7 @@ class Receiving : public ::testing::Test {
   struct Coded {
     bool discontinuous = false, damaged = false, asleep = false;
     std::size_t count = 12;  // of coefficients
+    std::optional<std::uint8_t> generation = std::nullopt;
   };
   void send_frame(std::uint64_t tick, std::uint32_t member) { send_frame(tick, member, Coded()); }
   void send_frame(std::uint64_t tick, std::uint32_t member, Coded coded) {
@@ -80,6 +81,7 @@ class Receiving : public ::testing::Test {
     frame.step_stride = 2;
     frame.content = content;
     batch.frames.push_back(frame);
+    if (coded.generation) batch.generations.push_back(*coded.generation);
     d.send(batch);
   }
   // Sends the frame of a character whose groom is not ready, or which is at its coarsest level.
@@ -194,6 +196,43 @@ TEST_F(Receiving, frames_of_unknown_members_and_old_ticks_are_counted) {
   EXPECT_EQ(d.core.counters().frames_unknown, 4u);
   EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
   EXPECT_FALSE(d.take());
+}
+
+// As datagrams may overtake MemberJoined, or come after it.
+TEST_F(Receiving, frames_of_an_earlier_or_later_member_of_the_same_number_are_counted_and_dropped) {
+  send_frame(2, kOther, {.generation = 0});
+  EXPECT_TRUE(received());
+  send_frame(5, kOther, {.generation = 1});
+  EXPECT_FALSE(received()) << "of the next member, which is not announced yet";
+  d.send(wire::MemberLeft{kOther});
+  d.send(wire::MemberJoined{kOther, 9, 1, hash_of(2), "", {}, 1});
+  send_frame(4, kOther, {.generation = 0});
+  EXPECT_FALSE(received()) << "of the member before";
+  send_frame(6, kOther, {.generation = 1});
+  EXPECT_TRUE(received());
+  send_frame(7, kOther);
+  EXPECT_TRUE(received()) << "on the channel nothing is overtaken";
+  EXPECT_EQ(d.core.counters().frames_unknown, 2u);
+  d.send(wire::CharacterAdded{kOwnCharacter, hash_of(1), LevelIndex::low, kOwnMember, 255});
+  send_frame(8, kOwnMember, {.generation = 255});
+  EXPECT_TRUE(received());
+}
+
+TEST(LinkFrames, of_a_datagram_that_overtakes_the_welcome_are_dropped) {
+  LinkCoreDriver d;
+  d.core.start();
+  d.open();
+  d.expect<wire::Hello>();
+  const std::vector<std::uint8_t> content = content_at(1, kOther);
+  wire::FrameBatch batch;
+  batch.frames.emplace_back().member = kOther;
+  batch.frames.back().content = content;
+  batch.generations = {1};
+  d.send(batch);
+  EXPECT_EQ(d.core.counters().frames_unknown, 1u);
+  EXPECT_FALSE(d.core.wants_close());
+  d.send(welcome_to(5));
+  EXPECT_TRUE(d.core.active());
 }
 
 TEST_F(Receiving, hair_continues_from_its_last_lattice_on_a_new_server) {

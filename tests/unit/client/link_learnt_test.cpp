@@ -14,7 +14,8 @@ namespace hairnet::link {
 namespace {
 
 constexpr std::uint32_t kMember = 40;
-constexpr float kNear_m = 5e-3f;  // RMS over the hair
+constexpr float kNear_m = 5e-3f;     // RMS over the hair
+constexpr float kSurprise_m = 0.2f;  // that fades
 constexpr std::uint64_t kSettled = kLearntSettled_ticks;
 
 Pose moved_pose(std::uint64_t tick, std::uint32_t member = kMember) {
@@ -198,9 +199,40 @@ TEST_F(ReceivingLearnt, goes_on_from_what_was_shown_after_a_gap_that_the_server_
   fetch(100);
   for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
   const std::vector<float> before = show_evaluated(180);
+  EXPECT_EQ(told(), 1u);
   EXPECT_LT(distance_m(show_evaluated(195), before), 1e-6f);
-  for (std::uint64_t tick = 196; tick < 196 + kSettled; ++tick) show_evaluated(tick);
-  EXPECT_LT(distance_m(show_evaluated(196 + kSettled), served(kMember, 196 + kSettled)), kNear_m);
+  EXPECT_EQ(told(), 1u) << "the server is told of the gap";
+  for (std::uint64_t tick = 196; tick < 200; ++tick) show_evaluated(tick);
+  for (std::uint64_t tick = 200; tick < 200 + kSettled; ++tick)
+    EXPECT_LT(distance_m(show(tick), served(kMember, tick)), tick < 201 ? 1 : kSurprise_m) << tick;
+  for (std::uint64_t tick = 200 + kSettled; tick < 260 + kSettled; ++tick)
+    EXPECT_LT(distance_m(show_evaluated(tick), served(kMember, tick)), kNear_m) << tick;
+  EXPECT_EQ(told(), 0u) << "once is enough";
+}
+
+TEST_F(ReceivingLearnt, tells_of_no_gap_that_a_network_does_not_notice) {
+  fetch(100);
+  for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
+  told();
+  for (std::uint64_t tick = 180; tick < 400; tick += kLearntGapMax_ticks) show_evaluated(tick);
+  EXPECT_EQ(told(), 0u);
+}
+
+TEST_F(ReceivingLearnt, tells_of_each_gap_and_again_when_nothing_changes) {
+  fetch(100);
+  for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
+  told();
+  for (std::uint64_t tick = 200; tick < 200 + kSettled; ++tick) show_evaluated(tick);
+  EXPECT_EQ(told(), 1u);
+  show_evaluated(300);
+  EXPECT_EQ(told(), 1u);
+  show(301);  // the answer
+  show_evaluated(330);
+  EXPECT_EQ(told(), 1u);
+  show_evaluated(350);
+  EXPECT_EQ(told(), 0u) << "the same message is on its way";
+  for (std::uint64_t tick = 351; tick < 400; ++tick) show_evaluated(tick);
+  EXPECT_EQ(told(), 1u);
 }
 
 TEST_F(ReceivingLearnt, goes_on_smoothly_to_another_level_and_ends_with_its_hair) {

@@ -250,6 +250,19 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
   EXPECT_FALSE(equal(received, pose));
 }
 
+TEST(Packet, with_generations_of_some_frames_only_is_invalid) {
+  FrameBatch batch;
+  for (const std::uint32_t member : {5u, 6u}) batch.frames.emplace_back().member = member;
+  batch.generations = {0xa7, 0xb8};
+  Bytes packet = encode(batch);
+  EXPECT_EQ(std::get<FrameBatch>(decode_packet(packet).envelope.message).generations, batch.generations);
+  const Bytes vector{2, 0, 0, 0, 0xa7, 0xb8};
+  const auto found = std::ranges::search(packet, vector);
+  ASSERT_FALSE(found.empty());
+  *found.begin() = 1;
+  EXPECT_EQ(decode_packet(packet).error, DecodeError::invalid);
+}
+
 TEST(Packet, with_a_bad_frame_is_invalid) {
   const Bytes content{1, 2, 3};
   Frame sound;

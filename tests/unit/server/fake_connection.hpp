@@ -21,6 +21,7 @@ class FakeConnection final : public Connection {
     largest_packet_bytes = std::max(largest_packet_bytes, packet.size());
     received.push_back(std::move(decoded.envelope));
   }
+  [[nodiscard]] double bytes_per_s() const override { return network_bytes_per_s; }
   [[nodiscard]] bool writable() const override { return takes_more && room != 0; }
   void close(std::string_view reason) override {
     closed = true;
@@ -42,6 +43,7 @@ class FakeConnection final : public Connection {
   std::optional<std::size_t> room;  // for so many packets more
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
+  double network_bytes_per_s = 0;
   bool takes_more = true, joined = false, closed = false, sound = true;
   std::string close_reason, address;
 };

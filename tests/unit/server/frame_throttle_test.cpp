@@ -14,7 +14,7 @@ class ThrottledRoom {
  public:
   explicit ThrottledRoom(int characters) : characters_(characters) {}
 
-  void run(double duration_s, double client_bytes_per_s) {
+  void run(double duration_s, double client_bytes_per_s, double network_bytes_per_s = 0) {
     sent_ = 0;
     changes_ = 0;
     const auto ticks = static_cast<int>(std::lround(duration_s / kThrottledTick_s));
@@ -22,7 +22,7 @@ class ThrottledRoom {
       const int octaves = throttle_.coarser_octaves(), stride = throttle_.stride();
       const double bytes = tick_ % stride == 0 ? characters_ * (25 + 80 * std::pow(0.65, octaves)) : 0;
       sent_ += bytes;
-      throttle_.end_tick(static_cast<std::size_t>(bytes), kThrottledTick_s, client_bytes_per_s);
+      throttle_.end_tick(static_cast<std::size_t>(bytes), kThrottledTick_s, client_bytes_per_s, network_bytes_per_s);
       if (octaves != throttle_.coarser_octaves() || stride != throttle_.stride()) ++changes_;
     }
     rate_ = sent_ / duration_s;
@@ -57,6 +57,40 @@ TEST(FrameThrottle, keeps_a_bound_that_it_can_keep_and_stays_there) {
     EXPECT_GT(room.rate(), 0.4 * bound) << share;
     EXPECT_EQ(room.changes(), 0) << share;
   }
+}
+
+TEST(FrameThrottle, leaves_a_part_of_what_the_network_carries_to_others) {
+  const double wanted = 10 * 105 / kThrottledTick_s;
+  for (const double share : {1.2, 0.9, 0.6, 0.4}) {
+    ThrottledRoom room(10);
+    room.run(4, 0, share * wanted);
+    room.run(20, 0, share * wanted);
+    EXPECT_LE(room.rate(), 0.81 * share * wanted) << share;
+    EXPECT_GT(room.rate(), 0.3 * share * wanted) << share;
+    EXPECT_EQ(room.changes(), 0) << share;
+  }
+}
+
+TEST(FrameThrottle, keeps_to_the_lesser_of_what_the_client_asks_for_and_the_network_carries) {
+  const double wanted = 10 * 105 / kThrottledTick_s;
+  for (const bool is_client_less : {false, true}) {
+    ThrottledRoom room(10);
+    room.run(4, is_client_less ? 0.4 * wanted : wanted, is_client_less ? 2 * wanted : 0.5 * wanted);
+    room.run(10, is_client_less ? 0.4 * wanted : wanted, is_client_less ? 2 * wanted : 0.5 * wanted);
+    EXPECT_LE(room.rate(), 0.41 * wanted);
+  }
+}
+
+TEST(FrameThrottle, follows_a_network_that_changes) {
+  const double wanted = 10 * 105 / kThrottledTick_s;
+  ThrottledRoom room(10);
+  room.run(4, 0, 3 * wanted);
+  EXPECT_EQ(room.throttle().coarser_octaves(), 0);
+  room.run(4, 0, 0.3 * wanted);
+  EXPECT_LE(room.rate(), 0.5 * wanted);
+  room.run(4, 0, 3 * wanted);
+  EXPECT_EQ(room.throttle().coarser_octaves(), 0);
+  EXPECT_EQ(room.throttle().stride(), 1);
 }
 
 TEST(FrameThrottle, comes_as_near_as_it_can_to_a_bound_that_is_too_small) {

@@ -153,6 +153,23 @@ TEST_F(EvaluatedFrames, come_two_seconds_after_the_client_says_so_and_are_smalle
   EXPECT_GT(metrics_.tick.frames_evaluated_by_clients.value(), 10u);
 }
 
+// Frames got lost on their way to it.
+TEST_F(EvaluatedFrames, have_coefficients_for_two_seconds_when_the_client_says_so_again) {
+  const wire::GroomHash file = announced(*owner_);
+  owner_->send(wire::EvaluateLearnt{hash_, file}, now_ns_);
+  run(2500);
+  ASSERT_TRUE(evaluated(*owner_).back());
+  owner_->send(wire::EvaluateLearnt{hash_, file}, now_ns_);
+  run(100);
+  owner_->connection->received.clear();
+  run(1800);
+  EXPECT_THAT(evaluated(*owner_), testing::AllOf(SizeIs(testing::Gt(40u)), Each(false)));
+  run(300);
+  owner_->connection->received.clear();
+  run(500);
+  EXPECT_THAT(evaluated(*owner_), Each(true));
+}
+
 TEST_F(EvaluatedFrames, do_not_come_for_hair_that_the_server_does_not_know) {
   const wire::GroomHash file = announced(*owner_);
   const FakeClient::SeenFrame before = owner_->frames(1).back();

@@ -32,6 +32,7 @@ class FakeObserverSink final : public ObserverSink {
   }
   bool drop_if_congested() override { return std::exchange(full, false); }
   [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_max; }
+  [[nodiscard]] double bytes_per_s() const override { return network_bytes_per_s; }
 
   // The frames of the newest tick, by member.
   std::vector<wire::Frame> newest(std::uint64_t tick) const {
@@ -45,6 +46,7 @@ class FakeObserverSink final : public ObserverSink {
   std::vector<wire::FrameBatch> batches;
   std::vector<std::size_t> datagram_bytes;
   std::size_t ticks_waiting = 0, frames_announced = 0, losable_frames = 0, certain_frames = 0, datagram_max = 0;
+  double network_bytes_per_s = 0;
   bool full = false;
 };
 
@@ -231,6 +233,34 @@ TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the
     EXPECT_LE(std::ranges::max(sink->datagram_bytes), bytes_max);
     EXPECT_GT(std::ranges::max(sink->datagram_bytes), bytes_max * 2 / 3);
   }
+}
+
+TEST_F(PublishTest, frames_in_datagrams_name_the_generation_of_their_member_and_others_do_not) {
+  const auto near = open(1), far = open(2);
+  far->datagram_max = 1024;
+  for (std::uint32_t c = 1; c <= 3; ++c) add(1, c);
+  tick();
+  rooms_.remove(character_key(1, 2), 1);
+  add(1, 4);  // has the number of the second
+  tick();
+  near->batches.clear();
+  far->batches.clear();
+  tick();
+  ASSERT_EQ(far->batches.size(), 1u);
+  EXPECT_THAT(far->batches[0].generations, ElementsAre(1, 2, 1));
+  ASSERT_EQ(near->batches.size(), 1u);
+  EXPECT_EQ(near->batches[0].frames.size(), 3u);
+  EXPECT_THAT(near->batches[0].generations, IsEmpty());
+}
+
+TEST_F(PublishTest, frames_are_fewer_where_the_network_carries_less) {
+  const auto wide = open(1), narrow = open(2);
+  narrow->network_bytes_per_s = 30 * 200;
+  for (std::uint32_t c = 1; c <= 20; ++c) add(1, c);
+  for (int t = 0; t < 150; ++t) tick();
+  EXPECT_EQ(rooms_.observer(1)->throttle.stride(), 1);
+  EXPECT_GT(rooms_.observer(2)->throttle.stride(), 1);
+  EXPECT_LT(narrow->frames_announced, wide->frames_announced * 2 / 3);
 }
 
 TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_lost) {

@@ -57,7 +57,7 @@ class QuicNetwork : public Gate {
     const Path path{loopback(static_cast<std::uint16_t>(10'000 + clients.size()), host), loopback(kPort)};
     return *clients.emplace_back(std::make_unique<QuicClient>(path, now_ns, options));
   }
-  // Runs for a while, or until `done`. Packets arrive at once, but for those that `loses` names.
+  // Runs for a while, or until `done`. Packets to the server arrive at once, but for those that `loses` names.
   bool run(
       double seconds, const std::function<bool()>& done = [] { return false; }) {
     const std::int64_t end_ns = now_ns + static_cast<std::int64_t>(seconds * 1e9);
@@ -90,6 +90,7 @@ class QuicNetwork : public Gate {
         }
       }
       endpoint.flush(now_ns);
+      if (!in_flight.empty()) now_ns += travel_ns;
       for (auto& [to, packet] : std::exchange(in_flight, {})) {
         is_quiet = false;
         if (loses && loses()) continue;
@@ -129,6 +130,7 @@ class QuicNetwork : public Gate {
 
   const std::shared_ptr<const Credentials> credentials = Credentials::make(0, 2'000'000'000).value();
   std::int64_t now_ns = 1'000'000'000;
+  std::int64_t travel_ns = 0;  // that packets to clients take
   QuicCounters counters;
   bool begins = true, admits = true;
   int status = 200;

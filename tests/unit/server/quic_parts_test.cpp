@@ -3,9 +3,11 @@
 #include <gnutls/x509.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
+#include "schema/quic/datagram_queue.hpp"
 #include "schema/quic/send_buffer.hpp"
 #include "server/quic/outgoing.hpp"
 #include "server/quic/own_certificates.hpp"
@@ -15,6 +17,40 @@ namespace hairnet::quic {
 namespace {
 
 constexpr std::int64_t kNow_s = 1'800'000'000, kDay_s = OwnCertificates::kDay_s;
+
+TEST(QuicDatagramQueue, goes_first_but_lets_every_fourth_packet_be_a_streams) {
+  DatagramQueue queue;
+  for (std::uint8_t n = 0; n < 12; ++n) queue.push({n});
+  std::vector<bool> order;
+  while (!queue.empty()) {
+    order.push_back(queue.is_next(true));
+    if (order.back())
+      queue.pop();
+    else
+      queue.on_stream_sent();
+  }
+  EXPECT_EQ(std::ranges::count(order, false), 3);
+  EXPECT_THAT(std::vector(order.begin(), order.begin() + 5), testing::ElementsAre(true, true, true, false, true));
+  queue.push({1});
+  for (int n = 0; n < 10; ++n) {
+    EXPECT_TRUE(queue.is_next(false)) << "no stream waits";
+    queue.pop();
+    queue.push({1});
+  }
+}
+
+TEST(QuicDatagramQueue, is_full_by_its_bytes_and_gives_what_came_first) {
+  DatagramQueue queue;
+  EXPECT_FALSE(queue.is_next(false));
+  for (std::uint8_t n = 0; !queue.is_full(); ++n) queue.push(std::vector<std::uint8_t>(1000, n));
+  EXPECT_EQ(queue.bytes(), 9000u);
+  EXPECT_EQ(queue.front()[0], 0);
+  EXPECT_EQ(queue.pop()[0], 0);
+  EXPECT_FALSE(queue.is_full());
+  queue.clear();
+  EXPECT_EQ(queue.bytes(), 0u);
+  EXPECT_TRUE(queue.empty());
+}
 
 TEST(QuicOwnCertificates, are_valid_for_less_than_the_14_days_that_browsers_take) {
   EXPECT_LE(OwnCertificates::kValid_s, 14 * kDay_s);

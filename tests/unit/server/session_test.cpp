@@ -88,6 +88,25 @@ TEST_F(SessionTest, takes_poses_as_datagrams_once_it_is_active_and_nothing_else)
   EXPECT_THAT(goodbyes(), testing::ElementsAre(wire::GoodbyeReason::protocol_error));
 }
 
+// It may come before the AddCharacter, or after the RemoveCharacter.
+TEST_F(SessionTest, does_not_answer_a_datagram_of_a_character_that_is_not_there) {
+  hello();
+  session_.on_datagram(wire::encode_packet({now_ns_, one_pose(rigid_pose({}), now_ns_)}), now_ns_);
+  EXPECT_TRUE(errors().empty());
+  EXPECT_EQ(counters_.poses_rejected_character.value(), 1u);
+  send(one_pose(rigid_pose({}), now_ns_));
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::character_unknown)) << "in the channel it is a mistake";
+}
+
+TEST_F(SessionTest, tells_the_tick_what_the_network_carries) {
+  hello();
+  const auto sink = commands<OpenSession>().at(0).sink;
+  EXPECT_EQ(sink->bytes_per_s(), 0);
+  connection_->network_bytes_per_s = 12'345;
+  session_.flush(now_ns_);
+  EXPECT_EQ(sink->bytes_per_s(), 12'345);
+}
+
 TEST_F(SessionTest, refuses_a_second_hello_and_continues) {
   hello();
   hello();

@@ -1,4 +1,4 @@
-import { kLearntGapMaxTicks } from "../generated/constants";
+import { kLearntGapMaxTicks, kLearntSettledTicks } from "../generated/constants";
 import { LearntState, stepLearntMotion, type LearntHair, type LearntMotion } from "../hair/learntHair";
 import type { Pose } from "../hair/pose";
 
@@ -40,10 +40,19 @@ export class LearntTrack {
   #surprise: Float32Array = kNone;
   /** the last frame had no coefficients */
   #wasEvaluated = false;
+  /** ticks since the network began */
+  #followed = 0;
 
   /** Whether frames of other levels are shown as they are. */
   get isIdle(): boolean {
     return this.#hair === null && this.#surprise.length === 0;
+  }
+
+  /**
+   * Whether the network has begun so late that a frame without coefficients came too early. The server knows of no gap.
+   */
+  get isUnsettled(): boolean {
+    return this.#state !== null && this.#followed < kLearntSettledTicks - kLearntGapMaxTicks;
   }
 
   /**
@@ -91,6 +100,7 @@ export class LearntTrack {
     }
     if (isGap || hair !== this.#hair) this.#state = null;
     this.#hair = hair;
+    this.#followed = this.#state ? this.#followed + frame.ticks : 0;
     if (this.#state && frame.discontinuous) {
       this.#state.poses.forget(); // the World does not step it either
       return false;

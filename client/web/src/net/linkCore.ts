@@ -319,6 +319,10 @@ export class LinkCore {
       return this.#lose(GoodbyeReason.protocolError, `the server sent a bad packet: ${error.message}`, nowNs);
     }
     const { message, clockNs } = envelope;
+    if (this.#state === "greeting" && message.type === "frameBatch" && message.generations.length > 0) {
+      this.#counters.framesUnknown += message.frames.length; // a datagram that has overtaken the welcome
+      return;
+    }
     // A new session may be of another server, whose clock is another.
     if (message.type === "welcome" && !message.resumed) this.#clock = new ClockEstimate();
     this.#clock.observe(clockNs, nowNs);
@@ -540,10 +544,11 @@ export class LinkCore {
     else if (what === "changed") this.#push({ type: "memberChanged", member, tag, appearance }); // during the outage
   }
 
-  #onFrameBatch({ tick, sampleTimeNs, frames }: m.CodedFrameBatch, nowNs: number): void {
+  #onFrameBatch({ tick, sampleTimeNs, frames, generations }: m.CodedFrameBatch, nowNs: number): void {
     const events: Frame[] = [];
-    for (const coded of frames) {
-      const decoded = this.#members.decodeMemberFrame(coded, tick, sampleTimeNs, nowNs);
+    for (const [i, coded] of frames.entries()) {
+      const generation = generations.length > 0 ? generations[i] : null;
+      const decoded = this.#members.decodeMemberFrame(coded, generation, tick, sampleTimeNs, nowNs);
       ++this.#counters.framesReceived;
       if (decoded.outcome === "unknown") ++this.#counters.framesUnknown;
       if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;

@@ -8,6 +8,7 @@ import type { GroomHash } from "./groomHash";
 import { hairStateOf, type HairMoment } from "./hairState";
 import type { HairSnapshot } from "./lastKnownHair";
 import { decodeLearnt } from "./learntFile";
+import { kLearntSettledTicks } from "../generated/constants";
 import { LearntTrack } from "./learntTrack";
 import type { CharacterAdded, CodedFrame, EvaluateLearnt, GroomLearnt, MemberChanged, MemberJoined } from "./messages";
 
@@ -32,6 +33,8 @@ class Member {
     readonly groom: GroomHash,
     public tag: Uint8Array = new Uint8Array(),
     public appearance: Appearance | null = null,
+    /** counts the characters that have had this number, modulo 256 */
+    public generation = 0,
   ) {}
 
   get isOwn(): boolean {
@@ -41,13 +44,16 @@ class Member {
 
 /** What became of a frame. */
 export interface DecodedFrame {
-  /** undecodable: its bytes are wrong; unknown: no such member, or not newer than the last frame */
+  /**
+   * undecodable: its bytes are wrong; unknown: no such member, of an earlier or later one of its number, or not newer
+   * than the last frame
+   */
   readonly outcome: "decoded" | "undecodable" | "unknown";
   /** the file of a basis that the frame lacks */
   readonly wantsBasis: GroomHash | null;
   /** the file of the learnt hair that the frame shows, if it is not here */
   readonly wantsLearnt: GroomHash | null;
-  /** to tell the server: what the hair depends on is here */
+  /** to tell the server: what the hair depends on is here; or again, since the network has missed too many frames */
   readonly evaluates: EvaluateLearnt | null;
   /** it has no coefficients, and the learnt hair is not here */
   readonly lacksLearnt: boolean;
@@ -90,8 +96,11 @@ export class Members {
   readonly learnt = new GroomFiles(decodeLearnt);
   /** whether the groom's hair is of use now: its basis and learnt hair are asked for then */
   isOfUse: (groom: GroomHash) => boolean = () => true;
-  /** grooms whose hair the server knows this client to evaluate */
-  readonly #learntTold = new Set<GroomHash>();
+  /**
+   * Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so again;
+   * null: frames have had coefficients since.
+   */
+  readonly #learntTold = new Map<GroomHash, number | null>();
   readonly #members = new Map<number, Member>();
 
   /** The server announces the hair again over each connection, and is told again that this client evaluates it. */
@@ -105,8 +114,8 @@ export class Members {
    * appearance has changed.
    */
   join(joined: MemberJoined): "new" | "same" | "changed" {
-    const { session, character, groom, tag, appearance } = joined;
-    if (this.#put(joined.member, new Member(session, character, groom, tag, appearance))) return "new";
+    const { session, character, groom, tag, appearance, generation } = joined;
+    if (this.#put(joined.member, new Member(session, character, groom, tag, appearance, generation))) return "new";
     return this.change(joined) ? "changed" : "same";
   }
 
@@ -122,7 +131,8 @@ export class Members {
   }
 
   addOwn(added: CharacterAdded): boolean {
-    return this.#put(added.member, new Member(null, added.character, added.groom));
+    const { character, groom, generation } = added;
+    return this.#put(added.member, new Member(null, character, groom, undefined, null, generation));
   }
 
   leave(member: number): boolean {
@@ -135,10 +145,19 @@ export class Members {
     if (found) this.#members.delete(found[0]);
   }
 
-  /** After a frame that cannot be decoded, the character still has the one before. */
-  decodeMemberFrame(frame: CodedFrame, tick: number, timeNs: number, nowNs: number): DecodedFrame {
+  /**
+   * After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the
+   * frame is of; null: its packet has not overtaken others.
+   */
+  decodeMemberFrame(
+    frame: CodedFrame,
+    generation: number | null,
+    tick: number,
+    timeNs: number,
+    nowNs: number,
+  ): DecodedFrame {
     const member = this.#members.get(frame.member);
-    if (!member) return kUnknown;
+    if (!member || (generation !== null && generation !== member.generation)) return kUnknown;
     if (tick <= member.lastTick) {
       // A newer frame has overtaken it: the next one is discontinuous in its place.
       member.discontinuityPending ||= frame.discontinuous && tick < member.lastTick;
@@ -190,11 +209,8 @@ export class Members {
       member.newest = { ...newest, coefficients };
       return { ...decoded, wantsLearnt, lacksLearnt: true, coefficients };
     }
-    let evaluates: EvaluateLearnt | null = null;
-    if (hair && isLearnt && !this.#learntTold.has(groom)) {
-      this.#learntTold.add(groom);
-      evaluates = { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! };
-    }
+    const isFirst = hair !== null && isLearnt && !this.#learntTold.has(groom);
+    if (isFirst || (hair && isLearnt && !frame.evaluated)) this.#learntTold.set(groom, null);
     const motion = {
       from: lastPose?.pose ?? null,
       to: newest.pose,
@@ -205,7 +221,18 @@ export class Members {
     };
     const coefficients = member.learnt.show(hair, motion, shownBefore, newest.coefficients);
     member.newest = { ...newest, coefficients };
+    const isGap = frame.evaluated && member.learnt.isUnsettled && this.#tellsOfGap(groom, tick);
+    const evaluates: EvaluateLearnt | null =
+      isFirst || isGap ? { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! } : null;
     return { ...decoded, wantsLearnt, evaluates, coefficients };
+  }
+
+  /** Once, until the answer has come. */
+  #tellsOfGap(groom: GroomHash, tick: number): boolean {
+    const told = this.#learntTold.get(groom) ?? null;
+    if (told !== null && tick - told < kLearntSettledTicks) return false;
+    this.#learntTold.set(groom, tick);
+    return true;
   }
 
   /** Decodes the frames that waited for the basis of this groom and are still the newest. */
@@ -298,8 +325,10 @@ export class Members {
       known.session === member.session &&
       known.character === member.character &&
       known.groom === member.groom;
-    if (same) known.confirmed = true;
-    else this.#members.set(number, member);
+    if (same) {
+      known.confirmed = true;
+      known.generation = member.generation;
+    } else this.#members.set(number, member);
     return !same;
   }
 

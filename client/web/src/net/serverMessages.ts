@@ -107,11 +107,14 @@ export interface CharacterAdded {
   readonly level: LevelIndex;
   /** its number in frames */
   readonly member: number;
+  /** counts the characters that have had this number, modulo 256; absent: 0 */
+  readonly generation?: number;
 }
 const characterAdded: MessageReader<CharacterAdded> = {
   read(from) {
     const groom = hashOf(from.groom());
-    return { character: from.character(), groom, level: levelOf(from.level()), member: from.member() };
+    const [member, generation] = [from.member(), from.generation()];
+    return { character: from.character(), groom, level: levelOf(from.level()), member, generation };
   },
 };
 
@@ -135,13 +138,16 @@ export interface MemberJoined {
   readonly tag: Uint8Array;
   /** the owner's; null: this client's default */
   readonly appearance: Appearance | null;
+  /** counts the characters that have had this number, modulo 256; absent: 0 */
+  readonly generation?: number;
 }
 const memberJoined: MessageReader<MemberJoined> = {
   read(from) {
     const groom = hashOf(from.groom());
     const tag = tagOf(from.tagArray());
     const appearance = appearanceOf(from.appearance());
-    return { member: from.member(), session: from.session(), character: from.character(), groom, tag, appearance };
+    const [member, session, character] = [from.member(), from.session(), from.character()];
+    return { member, session, character, groom, tag, appearance, generation: from.generation() };
   },
 };
 
@@ -211,13 +217,19 @@ export interface CodedFrameBatch {
   readonly sampleTimeNs: number;
   /** members ascend */
   readonly frames: readonly CodedFrame[];
+  /** of the member of each frame, in a packet that may overtake its memberJoined or characterAdded; else empty */
+  readonly generations: Uint8Array;
 }
+const kNoGenerations = new Uint8Array();
 const frameBatch: MessageReader<CodedFrameBatch> = {
-  read: (from) => ({
-    tick: Number(from.tick()),
-    sampleTimeNs: timeOf(from.sampleTimeNs(), "frames' sample time"),
-    frames: decodeFrames(from.framesArray()!),
-  }),
+  read(from) {
+    const frames = decodeFrames(from.framesArray()!);
+    const generations = from.generationsArray() ?? kNoGenerations;
+    if (generations.length > 0 && generations.length !== frames.length)
+      throw invalid("frame batch: not a generation for each frame");
+    const sampleTimeNs = timeOf(from.sampleTimeNs(), "frames' sample time");
+    return { tick: Number(from.tick()), sampleTimeNs, frames, generations };
+  },
 };
 
 /** Something was refused. */

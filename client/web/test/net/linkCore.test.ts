@@ -322,6 +322,32 @@ describe("link: frames", () => {
     expect(taken).toEqual([false, true, false]);
   });
 
+  it("drops those in datagrams that are of an earlier or later member of the same number", () => {
+    const driver = new LinkCoreDriver();
+    driver.join();
+    driver.tell(joined);
+    giveBasis(driver);
+    driver.tell(batch(1, {}, 101, 0));
+    expect(framesOf(driver.events())).toHaveLength(1);
+    driver.tell(batch(5, {}, 105, 1)); // of the next member, which is not announced yet
+    driver.tell({ type: "memberLeft", member: 300 });
+    driver.tell({ ...joined, generation: 1 });
+    driver.tell(batch(4, {}, 104, 0)); // of the member before
+    expect(framesOf(driver.events())).toEqual([]);
+    expect(driver.core.counters.framesUnknown).toBe(2);
+    driver.tell(batch(6, {}, 106, 1));
+    driver.tell(batch(7)); // in the channel nothing is overtaken
+    expect(framesOf(driver.events())).toHaveLength(2);
+  });
+
+  it("drops those in a datagram that overtakes the welcome", () => {
+    const driver = new LinkCoreDriver();
+    driver.open();
+    driver.tell(batch(1, {}, 101, 0));
+    expect(driver.core.hasEnded).toBe(false);
+    expect(driver.core.counters.framesUnknown).toBe(1);
+  });
+
   it("refuses spoilt contents without harm to those that follow", () => {
     const driver = joinedDriver();
     driver.tell(batch(0, { content: Uint8Array.of(...fromHex(sequence.contents[0]), 1) }));

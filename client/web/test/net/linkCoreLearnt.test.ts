@@ -67,6 +67,24 @@ describe("link: learnt hair", () => {
     expect(driver.core.counters).toMatchObject({ framesEvaluated: 0, framesLackingLearnt: 2 });
   });
 
+  it("tells the server again when the network has missed too many frames, once until there are coefficients", () => {
+    const driver = told();
+    driver.tell(batch(1, coded));
+    driver.tell(data);
+    for (let tick = 102; tick < 160; ++tick) driver.tell(batch(tick % 16, coded, tick));
+    driver.tell(batch(1, evaluated, 167));
+    driver.sent();
+    driver.tell(batch(1, evaluated, 175));
+    expect(driver.sent()).toEqual([]);
+    driver.tell(batch(2, evaluated, 184));
+    expect(driver.sent()).toEqual([evaluate]);
+    driver.tell(batch(3, evaluated, 185));
+    expect(driver.sent()).toEqual([]);
+    driver.tell(batch(4, coded, 186));
+    driver.tell(batch(5, evaluated, 195));
+    expect(driver.sent()).toEqual([evaluate]);
+  });
+
   it("tells a server that resumes the session again", () => {
     const driver = told();
     show(driver, 1, coded);

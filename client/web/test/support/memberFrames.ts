@@ -37,8 +37,13 @@ export const basisData: m.GroomData = {
   bytes: file,
 };
 
-/** The frame number n of the sequence. */
-export function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + n): m.CodedFrameBatch {
+/** The frame number n of the sequence. `generation`: it comes in a datagram. */
+export function batch(
+  n: number,
+  more: Partial<m.CodedFrame> = {},
+  tick = 100 + n,
+  generation: number | null = null,
+): m.CodedFrameBatch {
   const frame: m.CodedFrame = {
     member: 300,
     level: LevelIndex.low,
@@ -49,7 +54,8 @@ export function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + 
     content: fromHex(sequence.contents[n]),
     ...more,
   };
-  return { type: "frameBatch", tick, sampleTimeNs: tick * 33e6, frames: [frame] };
+  const generations = generation === null ? new Uint8Array() : Uint8Array.of(generation);
+  return { type: "frameBatch", tick, sampleTimeNs: tick * 33e6, frames: [frame], generations };
 }
 
 /** Gives the client the basis of a groom, of which it has a member: a frame makes it ask. */

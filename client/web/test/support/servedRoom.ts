@@ -66,6 +66,6 @@ export class ServedRoom {
       stepStride: 1,
     };
     const frames = [{ ...frame, content: rigidContent() }];
-    this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames });
+    this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames, generations: new Uint8Array() });
   }
 }

@@ -66,6 +66,7 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.CharacterAdded.addCharacter(to, message.character);
       fb.CharacterAdded.addLevel(to, message.level);
       fb.CharacterAdded.addMember(to, message.member);
+      fb.CharacterAdded.addGeneration(to, message.generation ?? 0);
       return [fb.Body.CharacterAdded, fb.CharacterAdded.endCharacterAdded(to)];
     case "characterRemoved":
       return [fb.Body.CharacterRemoved, fb.CharacterRemoved.createCharacterRemoved(to, message.character)];
@@ -78,6 +79,7 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.MemberJoined.addMember(to, message.member);
       fb.MemberJoined.addTag(to, tag);
       if (message.appearance) fb.MemberJoined.addAppearance(to, writeAppearance(to, message.appearance));
+      fb.MemberJoined.addGeneration(to, message.generation ?? 0);
       return [fb.Body.MemberJoined, fb.MemberJoined.endMemberJoined(to)];
     }
     case "memberChanged": {
@@ -113,10 +115,13 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       return [fb.Body.GroomLearnt, fb.GroomLearnt.endGroomLearnt(to)];
     case "frameBatch": {
       const frames = fb.FrameBatch.createFramesVector(to, packFrames(message.frames));
+      const generations =
+        message.generations.length > 0 ? fb.FrameBatch.createGenerationsVector(to, message.generations) : 0;
       fb.FrameBatch.startFrameBatch(to);
       fb.FrameBatch.addTick(to, BigInt(message.tick));
       fb.FrameBatch.addSampleTimeNs(to, BigInt(message.sampleTimeNs));
       fb.FrameBatch.addFrames(to, frames);
+      if (generations !== 0) fb.FrameBatch.addGenerations(to, generations);
       return [fb.Body.FrameBatch, fb.FrameBatch.endFrameBatch(to)];
     }
     case "error": {

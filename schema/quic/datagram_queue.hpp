@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <utility>
+#include <vector>
+
+namespace hairnet::quic {
+
+// The datagrams of a connection that wait for its congestion window, and whether they go before the streams.
+class DatagramQueue {
+ public:
+  // With so many bytes a server takes no more packets: frames that wait here get old, and the session still
+  // chooses which of its own are worth sending.
+  static constexpr std::size_t kBytesMax = std::size_t{8} << 10;
+  // Datagrams go first, but no flood of them keeps messages back.
+  static constexpr int kInARowMax = 3;
+
+  void push(std::vector<std::uint8_t> datagram) {
+    bytes_ += datagram.size();
+    waiting_.push_back(std::move(datagram));
+  }
+  [[nodiscard]] bool empty() const { return waiting_.empty(); }
+  [[nodiscard]] std::size_t count() const { return waiting_.size(); }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  [[nodiscard]] bool is_full() const { return bytes_ >= kBytesMax; }
+  void clear() {
+    waiting_.clear();
+    bytes_ = 0;
+  }
+
+  // Whether a datagram is to be sent next. `streams_wait`: a stream has something to send.
+  [[nodiscard]] bool is_next(bool streams_wait) const { return !empty() && (!streams_wait || in_a_row_ < kInARowMax); }
+  [[nodiscard]] std::vector<std::uint8_t>& front() { return waiting_.front(); }
+  std::vector<std::uint8_t> pop() {
+    std::vector<std::uint8_t> first = std::move(waiting_.front());
+    waiting_.pop_front();
+    bytes_ -= first.size();
+    ++in_a_row_;
+    return first;
+  }
+  void on_stream_sent() { in_a_row_ = 0; }
+
+ private:
+  std::deque<std::vector<std::uint8_t>> waiting_;
+  std::size_t bytes_ = 0;
+  int in_a_row_ = 0;  // datagrams since a stream was sent
+};
+
+}  // namespace hairnet::quic

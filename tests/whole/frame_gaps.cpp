@@ -1,0 +1,152 @@
+#include "tests/whole/frame_gaps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "client/link/link_core.hpp"
+#include "tests/whole/assets.hpp"
+#include "tests/whole/server_host.hpp"
+
+namespace hairnet::whole {
+namespace {
+
+constexpr std::int64_t kWarmUp_ns = 10 * kSecond_ns;  // grooms are built, files downloaded
+constexpr std::int64_t kPose_ns = kSecond_ns / 72;
+
+// A client without whims: a core over one connection.
+class PlainClient final : public ClientEvents {
+ public:
+  PlainClient(Timeline& timeline, ServerHost& host, const NetworkQuality& quality, std::uint64_t address,
+              std::uint64_t seed)
+      : timeline_(&timeline), core_(options()) {
+    core_.start();
+    core_.on_opening(timeline.now_ns());
+    wire_ = std::make_shared<SimulatedConnection>(timeline, host, *this, quality, address, seed);
+    wire_->connect(false);
+    poll();
+  }
+  link::LinkCore& core() { return core_; }
+  std::function<void(const link::FrameBatch&)> on_frames;
+
+  void turn() {
+    const std::int64_t now_ns = timeline_->now_ns();
+    core_.poll(now_ns);
+    while (wire_->takes_more()) {
+      const std::vector<std::uint8_t> packet = core_.take_packet(now_ns);
+      if (packet.empty()) break;
+      wire_->write(packet);
+    }
+    for (const link::Event& event : core_.take_events()) {
+      const auto* batch = std::get_if<link::FrameBatch>(&event);
+      if (batch && on_frames) on_frames(*batch);
+    }
+  }
+  void on_open() override {
+    core_.on_open(timeline_->now_ns());
+    turn();
+  }
+  void on_bytes(std::span<const std::uint8_t> bytes) override {
+    core_.on_bytes(bytes, timeline_->now_ns());
+    turn();
+  }
+  void on_datagram(std::span<const std::uint8_t> bytes) override {
+    core_.on_packet(bytes, timeline_->now_ns());
+    turn();
+  }
+  void on_room() override { turn(); }
+  void on_closed(const std::string&) override {}
+
+ private:
+  static link::LinkCoreOptions options() {
+    link::LinkCoreOptions options;
+    options.evaluate_learnt = false;
+    return options;
+  }
+  void poll() {
+    turn();
+    timeline_->after(kSecond_ns / 4, [this] { poll(); });
+  }
+
+  Timeline* timeline_;
+  link::LinkCore core_;
+  std::shared_ptr<SimulatedConnection> wire_;
+};
+
+Pose lively_pose(double t, std::uint32_t character) {
+  const double phase = 0.7 * character;
+  const Quat turn(Eigen::AngleAxisd(0.7 * std::sin(5 * t + phase), Vec3(0.3, 1, 0.2).normalized()));
+  return rigid_pose({turn, {0.6 * character + 0.1 * std::sin(4 * t + phase), 1.6, 0.1 * std::cos(3 * t)}});
+}
+
+}  // namespace
+
+Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
+  seed_secrets(seed);
+  Timeline timeline;
+  Journal journal(seed, timeline);
+  server::Config config;
+  config.tick_rate_hz = 30;
+  config.workers = config.build_threads = 1;
+  config.sessions.characters_per_session_max = config.sessions.characters_per_subject_max = 64;
+  config.grooms.learning = server::Learning::never;
+  ServerHost host(timeline, journal, config, seed);
+  host.note_nothing();
+  host.start();
+
+  PlainClient owner(timeline, host, {}, 1, seed);
+  NetworkQuality lossy;
+  lossy.set_lossy(def.path, def.path, def.has_datagrams);
+  PlainClient viewer(timeline, host, lossy, 2, seed + 1'000'000);
+  wire::Observe observe;
+  observe.error_m = 0;  // the hair of these grooms is small: frames then have the size of others' frames
+  viewer.core().send(observe);
+  const Assets::GroomFile& groom = assets().grooms[0];
+  owner.core().offer_groom(groom.hash, groom.bytes);
+  for (std::uint32_t c = 1; c <= def.characters; ++c)
+    owner.core().send(wire::AddCharacter{c, groom.hash, LevelIndex::high, {}});
+  std::uint32_t sequence = 0;
+  std::function<void()> pose = [&] {
+    std::vector<wire::PoseSample> poses;
+    ++sequence;
+    const std::int64_t now_ns = timeline.now_ns();
+    for (std::uint32_t c = 1; c <= def.characters; ++c)
+      poses.push_back({c, sequence, now_ns, false, lively_pose(1e-9 * static_cast<double>(now_ns), c)});
+    owner.core().push_poses(std::move(poses));
+    owner.turn();
+    timeline.after(kPose_ns, pose);
+  };
+  pose();
+
+  Gaps gaps;
+  std::map<std::uint32_t, std::int64_t> last_ns;
+  viewer.on_frames = [&](const link::FrameBatch& batch) {
+    const std::int64_t now_ns = timeline.now_ns();
+    for (const link::Frame& frame : batch.frames) {
+      const auto [last, is_first] = last_ns.try_emplace(frame.member, now_ns);
+      if (now_ns > kWarmUp_ns && !is_first)
+        gaps.ms.push_back(static_cast<float>(1e-6 * static_cast<double>(now_ns - last->second)));
+      last->second = now_ns;
+    }
+  };
+  timeline.run(kWarmUp_ns);
+  const std::uint64_t bytes = viewer.core().counters().frame_bytes_received;
+  const std::int64_t end_ns = kWarmUp_ns + static_cast<std::int64_t>(1e9 * def.duration_s);
+  std::size_t looks = 0, coarser = 0;
+  while (timeline.now_ns() < end_ns) {
+    timeline.run(std::min(end_ns, timeline.now_ns() + kSecond_ns / 10));
+    for (const auto& [session, observer] : host.server()->scheduler().rooms().observers()) {
+      if (observer.session == 1) continue;
+      ++looks;
+      coarser += observer.throttle.coarser_octaves() > 0 ? 1 : 0;
+    }
+  }
+  gaps.frame_bytes_per_s = static_cast<double>(viewer.core().counters().frame_bytes_received - bytes) / def.duration_s;
+  gaps.coarser_share = static_cast<double>(coarser) / static_cast<double>(std::max<std::size_t>(looks, 1));
+  std::ranges::sort(gaps.ms);
+  return gaps;
+}
+
+}  // namespace hairnet::whole

@@ -1,0 +1,215 @@
+#include "tests/whole/packet_sender.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace hairnet::whole {
+namespace {
+
+constexpr std::size_t kAcknowledgementBytes = 60;
+constexpr std::uint64_t kReorderedPackets = 3;  // so many newer ones have arrived: it is lost
+constexpr double kReorderedTrips = 9.0 / 8;     // or so many round trips have gone
+constexpr double kShrink = 0.7;                 // of the window, by a loss
+constexpr double kUnusedMax = 64e3;             // bytes of a window that nobody needs
+constexpr std::int64_t kFirstTimeout_ns = kSecond_ns / 3;
+constexpr int kTimeoutDoublingsMax = 6;
+
+}  // namespace
+
+bool PacketSender::may_send() const {
+  return static_cast<double>(in_flight_ + kPacketBytes) <= std::max(window_, double{kPacketBytes});
+}
+
+double PacketSender::bytes_per_s() const {
+  return round_trip_ns_ == 0 ? 0 : 1e9 * window_ / round_trip_ns_;
+}
+
+void PacketSender::send_segment(std::vector<std::uint8_t> bytes) {
+  kept_[segment_count_] = bytes.size();
+  kept_bytes_ += bytes.size();
+  transmit(Kind::segment, segment_count_++, std::move(bytes));
+}
+
+void PacketSender::send_datagram(std::vector<std::uint8_t> bytes) {
+  transmit(Kind::datagram, 0, std::move(bytes));
+}
+
+void PacketSender::transmit(Kind kind, std::uint64_t segment, std::vector<std::uint8_t> bytes) {
+  const std::uint64_t number = first_ + packets_.size();
+  const std::size_t wire_bytes = bytes.size() + kOverheadBytes;
+  packets_.push_back({.kind = kind,
+                      .segment = segment,
+                      .bytes = std::move(bytes),
+                      .sent_ns = timeline_->now_ns(),
+                      .wire_bytes = wire_bytes});
+  in_flight_ += wire_bytes;
+  is_limited_ = is_limited_ || !may_send();
+  forth_.send(wire_bytes, [weak = weak_from_this(), number, kind, segment, bytes = packets_.back().bytes] {
+    if (const auto self = weak.lock()) self->arrive(number, kind, segment, bytes);
+  });
+  timer_from_ns_ = timeline_->now_ns();
+  set_timer();
+}
+
+// At the receiver. Segments come once and in order; a datagram comes as often as the path has it.
+void PacketSender::arrive(std::uint64_t number, Kind kind, std::uint64_t segment,
+                          const std::vector<std::uint8_t>& bytes) {
+  const auto self = shared_from_this();
+  arrivals_.push_back(number);
+  back_.send(kAcknowledgementBytes, [weak = weak_from_this(), count = arrivals_before_ + arrivals_.size()] {
+    if (const auto sender = weak.lock()) sender->on_acknowledgement(count);
+  });
+  if (kind == Kind::datagram && on_datagram) on_datagram(bytes);
+  if (kind != Kind::segment || segment < next_segment_) return;
+  early_.try_emplace(segment, bytes);
+  while (!early_.empty() && early_.begin()->first == next_segment_) {
+    std::vector<std::uint8_t> next = std::move(early_.begin()->second);
+    early_.erase(early_.begin());
+    ++next_segment_;
+    if (on_segment) on_segment(std::move(next));
+  }
+}
+
+// Of the first `count` arrivals: it says all that earlier ones said.
+void PacketSender::on_acknowledgement(std::uint64_t count) {
+  const auto self = shared_from_this();
+  const std::int64_t now_ns = timeline_->now_ns();
+  bool is_new = false;
+  std::optional<std::int64_t> newest_sent_ns;
+  for (; arrivals_before_ < count; ++arrivals_before_) {
+    const std::uint64_t number = arrivals_.front();
+    arrivals_.pop_front();
+    if (number < first_) continue;
+    Packet& packet = packets_[number - first_];
+    if (std::exchange(packet.is_acknowledged, true)) continue;
+    is_new = true;
+    if (number >= acknowledged_below_) {
+      acknowledged_below_ = number + 1;
+      newest_sent_ns = packet.sent_ns;
+    }
+    if (packet.kind == Kind::segment) {
+      if (const auto kept = kept_.find(packet.segment); kept != kept_.end()) {
+        kept_bytes_ -= kept->second;
+        kept_.erase(kept);
+      }
+      lost_.erase(packet.segment);
+    }
+    if (packet.is_lost) continue;
+    in_flight_ -= packet.wire_bytes;
+    const auto bytes = static_cast<double>(packet.wire_bytes);
+    const bool grows = is_limited_ || (recovery_.grows_unused && window_ < kUnusedMax);
+    if (grows && packet.sent_ns > recovery_since_ns_)
+      window_ += window_ < threshold_ ? bytes : recovery_.growth * kPacketBytes * bytes / window_;
+  }
+  if (!is_new) return;
+  if (newest_sent_ns) measure(now_ns - *newest_sent_ns);
+  is_limited_ = false;
+  timeouts_ = 0;
+  timer_from_ns_ = now_ns;
+  find_losses();
+  go_on();
+}
+
+void PacketSender::measure(std::int64_t round_trip_ns) {
+  const auto sample = static_cast<double>(round_trip_ns);
+  if (round_trip_ns_ == 0) {
+    round_trip_ns_ = sample;
+    deviation_ns_ = sample / 2;
+    return;
+  }
+  deviation_ns_ = 0.75 * deviation_ns_ + 0.25 * std::abs(round_trip_ns_ - sample);
+  round_trip_ns_ = 0.875 * round_trip_ns_ + 0.125 * sample;
+}
+
+std::int64_t PacketSender::loss_wait_ns() const {
+  return static_cast<std::int64_t>(kReorderedTrips * round_trip_ns_);
+}
+
+void PacketSender::find_losses() {
+  const std::int64_t now_ns = timeline_->now_ns();
+  for (std::uint64_t number = first_; number < acknowledged_below_; ++number) {
+    Packet& packet = packets_[number - first_];
+    if (packet.is_acknowledged || packet.is_lost) continue;
+    if (number + kReorderedPackets < acknowledged_below_ || now_ns - packet.sent_ns >= loss_wait_ns()) lose(packet);
+  }
+  while (!packets_.empty() && (packets_.front().is_acknowledged || packets_.front().is_lost)) {
+    packets_.pop_front();
+    ++first_;
+  }
+}
+
+void PacketSender::lose(Packet& packet) {
+  packet.is_lost = true;
+  in_flight_ -= packet.wire_bytes;
+  if (packet.kind == Kind::segment && kept_.contains(packet.segment)) lost_[packet.segment] = packet.bytes;
+  if (packet.sent_ns <= recovery_since_ns_) return;
+  recovery_since_ns_ = timeline_->now_ns();
+  window_ = threshold_ = std::max(kShrink * window_, 2.0 * (kPacketBytes + kOverheadBytes));
+}
+
+// Sends again what is lost, then what is new.
+void PacketSender::go_on() {
+  while (!lost_.empty() && may_send()) {
+    const auto first = lost_.begin();
+    const std::uint64_t segment = first->first;
+    std::vector<std::uint8_t> bytes = std::move(first->second);
+    lost_.erase(first);
+    transmit(Kind::segment, segment, std::move(bytes));
+  }
+  set_timer();
+  if (may_send() && on_room) on_room();
+}
+
+std::int64_t PacketSender::timeout_ns() const {
+  if (round_trip_ns_ == 0) return kFirstTimeout_ns << std::min(timeouts_, kTimeoutDoublingsMax);
+  if (recovery_.has_tail_probe && timeouts_ == 0) return std::llround(2 * round_trip_ns_);
+  const std::int64_t trip_ns = std::llround(round_trip_ns_ + std::max(4 * deviation_ns_, 1e6));
+  const std::int64_t once_ns = std::max(trip_ns + recovery_.timeout_more_ns, recovery_.timeout_least_ns);
+  return once_ns << std::min(timeouts_ - (recovery_.has_tail_probe ? 1 : 0), kTimeoutDoublingsMax);
+}
+
+// One timer: for the next packet that is late behind newer ones, else for the end of all patience.
+void PacketSender::set_timer() {
+  ++timer_;
+  std::optional<std::int64_t> late_ns;
+  for (std::uint64_t number = first_; number < acknowledged_below_ && !late_ns; ++number) {
+    const Packet& packet = packets_[number - first_];
+    if (!packet.is_acknowledged && !packet.is_lost) late_ns = packet.sent_ns + loss_wait_ns();
+  }
+  if (!late_ns && in_flight_ == 0) return;
+  timeline_->at(late_ns.value_or(timer_from_ns_ + timeout_ns()),
+                [weak = weak_from_this(), timer = timer_, is_late = late_ns.has_value()] {
+                  const auto self = weak.lock();
+                  if (!self || timer != self->timer_) return;
+                  if (is_late) {
+                    self->find_losses();
+                    self->go_on();
+                  } else {
+                    self->on_timeout();
+                  }
+                });
+}
+
+void PacketSender::on_timeout() {
+  timer_from_ns_ = timeline_->now_ns();
+  if (++timeouts_ > 1 && recovery_.timeout_loses_all) {
+    for (Packet& packet : packets_) {
+      if (!packet.is_acknowledged && !packet.is_lost) lose(packet);
+    }
+    first_ += packets_.size();
+    acknowledged_below_ = first_;
+    packets_.clear();
+    window_ = kPacketBytes;
+    return go_on();
+  }
+  const auto is_kept = [this](const Packet& packet) {
+    return packet.kind == Kind::segment && kept_.contains(packet.segment);
+  };
+  const auto oldest = std::ranges::find_if(packets_, is_kept);
+  if (oldest == packets_.end()) return transmit(Kind::probe, 0, {});
+  transmit(Kind::segment, oldest->segment, std::vector<std::uint8_t>(oldest->bytes));
+}
+
+}  // namespace hairnet::whole

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "tests/whole/path.hpp"
+
+namespace hairnet::whole {
+
+// How a sender notices losses and how fast it recovers.
+struct Recovery {
+  std::int64_t timeout_least_ns = 0;  // without an acknowledgement, until something is sent again
+  std::int64_t timeout_more_ns = 0;   // beside the round trip and its deviation
+  bool has_tail_probe = false;        // the first time-out comes after two round trips
+  bool timeout_loses_all = false;     // the second one counts all packets on the way as lost
+  double growth = 0.53;               // of the window, packets a round trip, after a loss
+  bool grows_unused = false;          // also while the sender does not need the window
+
+  // As Linux: RACK, a tail loss probe, then the RTO; CUBIC's least growth.
+  static Recovery tcp() { return {.timeout_least_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
+  // RFC 9002. The growth is such that the window is the one of ngtcp2 at 5 % loss
+  // (tests/unit/server/quic_pace_test.cpp).
+  static Recovery quic() { return {.timeout_more_ns = 25 * kMs, .growth = 2, .grows_unused = true}; }
+};
+
+// One direction of a connection over paths that lose packets: segments, which are sent again and arrive in order, and
+// datagrams, which are not. A model of TCP's and QUIC's loss recovery and congestion control (Reno with CUBIC's
+// factors), without handshakes; every packet is acknowledged by one of its own, which may get lost too.
+class PacketSender : public std::enable_shared_from_this<PacketSender> {
+ public:
+  static constexpr std::size_t kPacketBytes = 1200;  // payload, at most
+  static constexpr std::size_t kOverheadBytes = 60;  // of a packet: IP, UDP or TCP, and what QUIC adds
+
+  // `forth` carries packets, `back` their acknowledgements.
+  PacketSender(Timeline& timeline, const Recovery& recovery, Path forth, Path back)
+      : timeline_(&timeline), recovery_(recovery), forth_(std::move(forth)), back_(std::move(back)) {}
+
+  // Whether the congestion window has room.
+  [[nodiscard]] bool may_send() const;
+  void send_segment(std::vector<std::uint8_t> bytes);
+  void send_datagram(std::vector<std::uint8_t> bytes);
+  // What the window allows; 0: no round trip has been measured yet.
+  [[nodiscard]] double bytes_per_s() const;
+  [[nodiscard]] std::size_t kept_bytes() const { return kept_bytes_; }  // of segments that are not acknowledged
+
+  // At the receiver.
+  std::function<void(std::vector<std::uint8_t>)> on_segment;
+  std::function<void(std::span<const std::uint8_t>)> on_datagram;
+  std::function<void()> on_room;  // may_send() again
+
+ private:
+  enum class Kind : std::uint8_t { segment, datagram, probe };
+  struct Packet {
+    Kind kind = Kind::probe;
+    std::uint64_t segment = 0;
+    std::vector<std::uint8_t> bytes;
+    std::int64_t sent_ns = 0;
+    std::size_t wire_bytes = 0;
+    bool is_acknowledged = false, is_lost = false;
+  };
+  void transmit(Kind kind, std::uint64_t segment, std::vector<std::uint8_t> bytes);
+  void arrive(std::uint64_t number, Kind kind, std::uint64_t segment, const std::vector<std::uint8_t>& bytes);
+  void on_acknowledgement(std::uint64_t count);
+  void measure(std::int64_t round_trip_ns);
+  void find_losses();
+  void lose(Packet& packet);
+  void go_on();
+  void set_timer();
+  void on_timeout();
+  [[nodiscard]] std::int64_t timeout_ns() const;
+  [[nodiscard]] std::int64_t loss_wait_ns() const;
+
+  Timeline* timeline_;
+  Recovery recovery_;
+  Path forth_, back_;
+  std::deque<Packet> packets_;            // numbers from first_ on
+  std::uint64_t first_ = 0;               // packets before it have arrived, or are lost
+  std::uint64_t acknowledged_below_ = 0;  // number of the newest packet that is acknowledged, plus 1
+  std::deque<std::uint64_t> arrivals_;    // numbers in the order of arrival, without those that the sender knows
+  std::uint64_t arrivals_before_ = 0;
+  std::uint64_t segment_count_ = 0, next_segment_ = 0;        // sent; delivered
+  std::map<std::uint64_t, std::size_t> kept_;                 // bytes of segments that are not acknowledged
+  std::map<std::uint64_t, std::vector<std::uint8_t>> early_;  // segments that arrived before earlier ones
+  std::map<std::uint64_t, std::vector<std::uint8_t>> lost_;   // segments to send again
+  std::size_t in_flight_ = 0, kept_bytes_ = 0;
+  double window_ = 10 * kPacketBytes, threshold_ = 1e12;
+  std::int64_t recovery_since_ns_ = -1;          // losses of packets that were sent before count once
+  bool is_limited_ = false;                      // by the window, since the last acknowledgement
+  double round_trip_ns_ = 0, deviation_ns_ = 0;  // smoothed; 0: unknown
+  int timeouts_ = 0;                             // in a row
+  std::uint64_t timer_ = 0;                      // counts what was set
+  std::int64_t timer_from_ns_ = 0;
+};
+
+}  // namespace hairnet::whole
