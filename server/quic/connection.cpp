@@ -10,6 +10,7 @@ namespace hairnet::quic {
 namespace {
 
 constexpr std::int64_t kClosing_ns_max = 1'000'000'000;
+constexpr std::int64_t kHeldBack_ns = 1'000'000'000;  // so long the window counts as the limit
 
 constexpr std::uint64_t value_of(http3::ErrorCode code) {
   return static_cast<std::uint64_t>(code);
@@ -220,8 +221,7 @@ void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
 }
 
 bool Connection::is_writable() const {
-  return state_ == State::open && !queues_.datagrams().is_full() && unsent_bytes() < kUnsentBytesMax &&
-         queues_.kept_bytes() < kKeptBytesMax;
+  return takes_datagrams() && unsent_bytes() < kUnsentBytesMax && queues_.kept_bytes() < kKeptBytesMax;
 }
 
 std::size_t Connection::datagram_bytes_max() const {
@@ -365,6 +365,8 @@ void Connection::write(Outgoing& out, std::int64_t now_ns) {
   was_full_ = was_full_ || !is_writable();
   for (std::size_t packets = 0; packets < packets_max && write_packet(out, now_ns); ++packets) tell_writable();
   tell_writable();  // acknowledgements make room, too
+  if (!queues_.datagrams().empty() && ngtcp2_conn_get_cwnd_left(quic_) < ngtcp2_conn_get_max_tx_udp_payload_size(quic_))
+    held_back_ns_ = now_ns;
   if (state_ == State::closing) return write(out, now_ns);
   if (state_ != State::over) ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
 }
@@ -418,6 +420,7 @@ ngtcp2_conn_stat Connection::statistics() const {
 }
 
 double Connection::bytes_per_s() const {
+  if (!held_back_ns_ || now_ns_ - *held_back_ns_ > kHeldBack_ns) return 0;
   const ngtcp2_conn_stat is = statistics();
   return is.smoothed_rtt == 0 ? 0 : 1e9 * static_cast<double>(is.cwnd) / static_cast<double>(is.smoothed_rtt);
 }

@@ -102,6 +102,7 @@ class Connection final : private http3::Owner, private SendObserver {
   void send(std::vector<std::uint8_t> bytes);           // on the channel
   void send_datagram(std::vector<std::uint8_t> bytes);  // asserts that it has at most datagram_bytes_max()
   [[nodiscard]] bool is_writable() const;
+  [[nodiscard]] bool takes_datagrams() const { return state_ == State::open && !queues_.datagrams().is_full(); }
   [[nodiscard]] std::size_t datagram_bytes_max() const;  // 0: the peer takes none
   void widen();  // the peer is no stranger any more: it may send more before it is read
   // Sends what waits on the channel, for up to linger_ns, then ends the session and the connection. `reason`: one line.
@@ -111,7 +112,8 @@ class Connection final : private http3::Owner, private SendObserver {
   [[nodiscard]] const Address& remote() const { return remote_; }
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] ngtcp2_conn_stat statistics() const;
-  // What congestion control lets through: its window each round trip.
+  // What congestion control lets through: its window each round trip. 0: unknown, as the window has held nothing back
+  // in the last second; after losses it may be small without being the limit.
   [[nodiscard]] double bytes_per_s() const;
 
  private:
@@ -174,12 +176,13 @@ class Connection final : private http3::Owner, private SendObserver {
   State state_ = State::open;
   Failure failure_ = Failure::none;
   http3::ErrorCode http3_error_ = http3::ErrorCode::no_error;
-  std::string why_;                 // of the failure
-  std::string close_reason_;        // while finishing
-  bool is_session_closed_ = false;  // while finishing: the close capsule has been queued
-  std::int64_t now_ns_ = 0;         // of the current call
-  std::int64_t deadline_ns_ = 0;    // of opening, finishing or closing; 0: none
-  bool is_in_quic_ = false;         // ngtcp2 calls us
+  std::string why_;                           // of the failure
+  std::string close_reason_;                  // while finishing
+  bool is_session_closed_ = false;            // while finishing: the close capsule has been queued
+  std::int64_t now_ns_ = 0;                   // of the current call
+  std::optional<std::int64_t> held_back_ns_;  // when the congestion window last held something back
+  std::int64_t deadline_ns_ = 0;              // of opening, finishing or closing; 0: none
+  bool is_in_quic_ = false;                   // ngtcp2 calls us
   bool is_verified_ = false, was_full_ = false, has_peer_ended_ = false;
 };
 

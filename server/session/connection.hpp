@@ -24,12 +24,14 @@ class Connection {
   virtual void send(std::vector<std::uint8_t> packet) = 0;
   // The largest packet that send_datagram() takes; 0: the connection has no datagrams.
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
-  // Queues a packet that may get lost, or overtake others. Call it only while writable().
+  // Queues a packet that may get lost, or overtake others. Call it only while takes_datagrams().
   virtual void send_datagram(std::vector<std::uint8_t> packet) { send(std::move(packet)); }
   // What the network lets through, as far as the connection knows; 0: unknown.
   [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Whether the send queue has room. PacketSink::on_writable is called when it has room again.
   [[nodiscard]] virtual bool writable() const = 0;
+  // Whether a datagram has room, also while packets that are sent in order have none.
+  [[nodiscard]] virtual bool takes_datagrams() const { return writable(); }
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
   [[nodiscard]] virtual std::string_view peer() const = 0;

@@ -162,25 +162,43 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int
     const std::lock_guard lock(mutex_);
     is_blocked_ = false;
     if (waiting_.empty()) return false;
-    Waiting& first = waiting_.front();
-    packet = std::move(first.packet);
-    may_be_lost = first.may_be_lost;
-    if (first.tick == 0) {
-      control_bytes_ -= std::min(control_bytes_, packet.size());
-    } else {
-      counters_->frames_sent.add(first.frame_count);
-      // The packets of one tick are pushed together, so they are adjacent.
-      HAIRNET_ASSERT(ticks_waiting_ > 0);
-      if (waiting_.size() == 1 || std::next(waiting_.begin())->tick != first.tick) --ticks_waiting_;
-    }
-    const auto joined = joined_.find(first.joined_member);
-    if (joined != joined_.end() && joined->second == waiting_.begin()) joined_.erase(joined);
-    if (first.changed_member != 0) changed_.erase(first.changed_member);
-    waiting_.pop_front();
-    check_invariants();
+    may_be_lost = waiting_.front().may_be_lost;
+    packet = take_out(waiting_.begin());
   }
   wire::set_clock(packet, now_ns);
   return true;
+}
+
+bool Outbox::take_losable(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto first = std::ranges::find(waiting_, true, &Waiting::may_be_lost);
+    if (first == waiting_.end()) return false;
+    packet = take_out(first);
+  }
+  wire::set_clock(packet, now_ns);
+  return true;
+}
+
+std::vector<std::uint8_t> Outbox::take_out(Queue::iterator taken) {
+  std::vector<std::uint8_t> packet = std::move(taken->packet);
+  if (taken->tick == 0) {
+    control_bytes_ -= std::min(control_bytes_, packet.size());
+  } else {
+    counters_->frames_sent.add(taken->frame_count);
+    // The packets of one tick are pushed together, so they are adjacent.
+    const auto is_of_tick = [&](Queue::iterator other) { return other->tick == taken->tick; };
+    const bool is_last = !(taken != waiting_.begin() && is_of_tick(std::prev(taken))) &&
+                         !(std::next(taken) != waiting_.end() && is_of_tick(std::next(taken)));
+    HAIRNET_ASSERT(ticks_waiting_ > 0);
+    if (is_last) --ticks_waiting_;
+  }
+  const auto joined = joined_.find(taken->joined_member);
+  if (joined != joined_.end() && joined->second == taken) joined_.erase(joined);
+  if (taken->changed_member != 0) changed_.erase(taken->changed_member);
+  waiting_.erase(taken);
+  check_invariants();
+  return packet;
 }
 
 void Outbox::mark_blocked() {

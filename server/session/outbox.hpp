@@ -44,6 +44,8 @@ class Outbox final : public ObserverSink {
 
   // The next packet, its clock set to `now_ns`. False when nothing waits. `may_be_lost`: see FramePacket.
   bool take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns);
+  // The next packet that may be lost, if one waits: it need not wait for others.
+  bool take_losable(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   void set_bytes_per_s(double bytes_per_s) { bytes_per_s_.store(bytes_per_s, std::memory_order_relaxed); }
   // Call it when the connection is not writable. The next take() resets it.
   void mark_blocked();
@@ -75,6 +77,7 @@ class Outbox final : public ObserverSink {
   bool cancel_joined(std::uint32_t member);
   void cancel_changed(std::uint32_t member);  // the MemberChanged of that member, if it waits
   void erase_message(Queue::iterator message);
+  std::vector<std::uint8_t> take_out(Queue::iterator taken);  // to be sent
   void drop_frames();
   void check_invariants() const;
 

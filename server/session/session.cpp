@@ -196,10 +196,7 @@ void Session::flush(std::int64_t now_ns) {
       if (state_ == State::draining) close("drained", now_ns);
       return;
     }
-    context_->counters.packets_sent.add();
-    context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
-    context_->counters.bytes_sent.add(packet.size());
-    download_scheduler_.sent_urgent(packet.size(), downloads_.is_waiting());
+    note_sent(packet);
     if (may_be_lost)
       connection_->send_datagram(std::move(packet));
     else
@@ -208,6 +205,17 @@ void Session::flush(std::int64_t now_ns) {
   }
   outbox_->mark_blocked();
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;
+  while (connection_->takes_datagrams() && outbox_->take_losable(packet, now_ns)) {
+    note_sent(packet);
+    connection_->send_datagram(std::move(packet));
+  }
+}
+
+void Session::note_sent(const std::vector<std::uint8_t>& packet) {
+  context_->counters.packets_sent.add();
+  context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
+  context_->counters.bytes_sent.add(packet.size());
+  download_scheduler_.sent_urgent(packet.size(), downloads_.is_waiting());
 }
 
 bool Session::send_download(std::int64_t now_ns) {

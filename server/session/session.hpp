@@ -108,7 +108,8 @@ class Session final : public PacketSink {
   void set_state(State state);
   // Counts against the rate of messages; false: the session ends with over_rate.
   bool take_message(std::int64_t now_ns, double price = 1);
-  void remove(std::uint32_t character);     // asserts that it exists
+  void remove(std::uint32_t character);  // asserts that it exists
+  void note_sent(const std::vector<std::uint8_t>& packet);
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);

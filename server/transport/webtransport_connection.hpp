@@ -47,6 +47,7 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   void send_datagram(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] double bytes_per_s() const override { return quic_ ? quic_->bytes_per_s() : 0; }
   [[nodiscard]] bool writable() const override { return quic_ && quic_->is_writable(); }
+  [[nodiscard]] bool takes_datagrams() const override { return quic_ && quic_->takes_datagrams(); }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return peer_; }
   [[nodiscard]] std::string_view network() const override { return network_; }

@@ -7,6 +7,11 @@
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::whole {
+namespace {
+
+constexpr std::int64_t kHeldBack_ns = 1'000'000'000;
+
+}  // namespace
 
 void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams) {
   const NetworkQuality usual;
@@ -143,6 +148,8 @@ void Pipe::pump() {
     last_arrival_ns_ = std::max(last_arrival_ns_, free_ns_ + quality_.delay_ns + jitter_ns);
     timeline_->at(last_arrival_ns_, [self = shared_from_this(), segment] { self->arrive(segment); });
   }
+  if (sender_ && !sender_->may_send() && (unsent_bytes_ > 0 || !datagrams_.empty()))
+    held_back_ns_ = timeline_->now_ns();
   const bool is_all_sent = unsent_bytes_ == 0 && (!sender_ || way_bytes_ == 0);
   if (ended_ && !end_sent_ && is_all_sent) {
     end_sent_ = true;
@@ -153,6 +160,10 @@ void Pipe::pump() {
     });
   }
   if (moved && on_room) on_room();
+}
+
+double Pipe::bytes_per_s() const {
+  return held_back_ns_ && timeline_->now_ns() - *held_back_ns_ <= kHeldBack_ns ? sender_->bytes_per_s() : 0;
 }
 
 void Pipe::arrive(std::vector<std::uint8_t> segment) {

@@ -62,8 +62,9 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
   [[nodiscard]] const quic::DatagramQueue& datagrams() const { return datagrams_; }
-  // See PacketSender; 0 without one.
-  [[nodiscard]] double bytes_per_s() const { return sender_ ? sender_->bytes_per_s() : 0; }
+  // What the sender's window allows; 0: unknown, as it has held nothing back in the last second (as in
+  // server/quic/connection.hpp).
+  [[nodiscard]] double bytes_per_s() const;
   [[nodiscard]] std::size_t kept_bytes() const { return sender_ ? sender_->kept_bytes() : 0; }
   [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
@@ -89,6 +90,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   std::size_t way_bytes_ = 0;                      // on the way or unread
   std::deque<std::vector<std::uint8_t>> unread_;
   std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
+  std::optional<std::int64_t> held_back_ns_;  // when the sender's window last held something back
   std::uint64_t arrived_bytes_ = 0;
   std::optional<std::uint64_t> kill_at_bytes_;
   std::function<void()> on_killed_;
@@ -164,6 +166,9 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] bool writable() const override {
     return !server_closed_ && !down_->datagrams().is_full() && down_->kept_bytes() < quic::Connection::kKeptBytesMax &&
            down_->unsent_bytes() + down_->datagrams().bytes() < quality_.unsent_bytes_max;
+  }
+  [[nodiscard]] bool takes_datagrams() const override {
+    return has_datagrams() ? !server_closed_ && !down_->datagrams().is_full() : writable();
   }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return "simulated"; }

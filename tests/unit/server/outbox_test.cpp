@@ -66,6 +66,31 @@ TEST_F(OutboxTest, says_which_packets_may_be_lost) {
   EXPECT_EQ(seen, (std::vector<bool>{false, false, true}));
 }
 
+TEST_F(OutboxTest, packets_that_may_be_lost_need_not_wait_for_others) {
+  Outbox outbox(kControlBytes, counters_, 1024);
+  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) {
+    Packets frames = frames_of(tick, 3);
+    frames[1].may_be_lost = frames[2].may_be_lost = true;
+    outbox.push(wire::CharacterRemoved{static_cast<std::uint32_t>(tick)}, 0);
+    outbox.push_frames(std::move(frames));
+  }
+  outbox.mark_blocked();
+  std::vector<std::uint8_t> packet;
+  std::size_t taken = 0;
+  for (; outbox.take_losable(packet, 9); ++taken) EXPECT_EQ(wire::decode_packet(packet).envelope.clock_ns, 9);
+  EXPECT_EQ(taken, 2 * Outbox::kTicksWaitingMax);
+  EXPECT_EQ(counters_.frames_sent.value(), taken);
+  EXPECT_EQ(outbox.ticks_waiting(), Outbox::kTicksWaitingMax) << "each has a packet that may not be lost";
+  std::size_t messages = 0, ticks = 0;
+  for (bool may_be_lost = false; outbox.take(packet, may_be_lost, 0);) {
+    EXPECT_FALSE(may_be_lost);
+    ++(std::holds_alternative<wire::FrameBatch>(wire::decode_packet(packet).envelope.message) ? ticks : messages);
+  }
+  EXPECT_EQ(messages, Outbox::kTicksWaitingMax);
+  EXPECT_EQ(ticks, Outbox::kTicksWaitingMax);
+  EXPECT_EQ(outbox.ticks_waiting(), 0u);
+}
+
 TEST_F(OutboxTest, only_the_newest_change_of_a_member_waits_and_after_what_came_before_it) {
   outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
   outbox_.push(wire::MemberChanged{6, "b", {}}, 0);
