@@ -174,15 +174,15 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     if (is_v6) set(IPPROTO_IPV6, IPV6_MTU_DISCOVER, IPV6_PMTUDISC_PROBE);
   }
 
-  // Takes what has come and sends what is due; where nothing is there to be read after that, waits until there may be.
+  // Takes what has come and sends what is due. Where nothing had come, waits until something may have; else lets the
+  // rest of the thread's work go on in between, so that a server that never pauses cannot hold it up.
   asio::awaitable<void> turn() {
-    const std::size_t before = arrived_.size();
     const bool was_open = session_->is_open();
-    const bool may_have_more = receive();
+    const bool has_come = receive();
     session_->poll(channel::monotonic_ns());
     flush();
-    if (arrived_.size() != before || session_->is_over() || session_->is_open() != was_open) co_return;
-    if (may_have_more) {
+    if (session_->is_over() || session_->is_open() != was_open) co_return;
+    if (has_come) {
       co_await asio::post(io_->socket.get_executor(), asio::use_awaitable);
       co_return;
     }
@@ -202,19 +202,20 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     });
   }
 
-  // Returns whether more may have come.
+  // Returns whether packets had come.
   bool receive() {
     std::array<std::uint8_t, kPacketBytesMax> buffer;
     const std::int64_t now_ns = channel::monotonic_ns();
-    for (int n = 0; n < kPacketsAtOnceMax && !session_->is_over(); ++n) {
+    int taken = 0;
+    for (; taken < kPacketsAtOnceMax && !session_->is_over(); ++taken) {
       const ssize_t count = ::recv(io_->socket.native_handle(), buffer.data(), buffer.size(), MSG_DONTWAIT);
       if (count < 0) {
         if (errno == ECONNREFUSED) session_->close("nothing listens on its UDP port", now_ns);
-        return false;
+        break;
       }
       session_->receive(std::span(buffer).first(static_cast<std::size_t>(count)), now_ns);
     }
-    return !session_->is_over();
+    return taken > 0;
   }
 
   void flush() {
