@@ -184,7 +184,7 @@ int QuicConnection::verify() {
 // What comes in.
 
 void QuicConnection::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
-  if (is_over()) return;
+  if (is_over() || packet.empty()) return;  // anybody may send an empty datagram; to ngtcp2 it is an error
   const ngtcp2_path native{path_.local.native(), path_.remote.native(), nullptr};
   const ngtcp2_pkt_info info{};
   is_in_quic_ = true;

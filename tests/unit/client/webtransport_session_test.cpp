@@ -214,6 +214,15 @@ TEST(WebTransportSession, stays_through_silence_and_ends_when_the_server_has_gon
   EXPECT_EQ(client.session->why(), "nothing came for too long");
 }
 
+TEST(WebTransportSession, ignores_empty_packets) {
+  quic::QuicNetwork network;
+  ClientEnd client(network, pinned(network));
+  client.session->receive({}, network.now_ns);
+  ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); })) << client.session->why();
+  client.session->receive({}, network.now_ns);
+  EXPECT_TRUE(client.session->is_open());
+}
+
 TEST(WebTransportSession, survives_damaged_packets) {
   std::mt19937 random(6);
   for (int n = 0; n < 30; ++n) {
@@ -229,7 +238,7 @@ TEST(WebTransportSession, survives_damaged_packets) {
       network.endpoint.flush(network.now_ns);
       for (auto& [to, packet] : std::exchange(network.in_flight, {})) {
         if (random() % 2 == 0) packet[random() % packet.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
-        if (random() % 4 == 0) packet.resize(1 + random() % packet.size());
+        if (random() % 4 == 0) packet.resize(random() % packet.size());
         client.session->receive(packet, network.now_ns);
       }
       network.now_ns += 100'000'000;
