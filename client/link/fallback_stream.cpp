@@ -10,8 +10,6 @@ namespace {
 
 using boost::system::error_code;
 
-// Networks that drop UDP say nothing: after this time the address's own transport is tried.
-constexpr std::chrono::milliseconds kWebTransportWait{3000};
 // So long after such an attempt, reconnects do without WebTransport.
 constexpr std::int64_t kBlocked_ns = 60'000'000'000;
 
@@ -30,10 +28,11 @@ class FallbackStream final : public ServerStream {
         if (!error && stream) stream->close();
       });
       std::string fault = co_await attempt->open();
+      const bool is_in_time = timer.cancel() > 0;
       if (is_closed_) co_return "closed";
-      if (fault.empty() && timer.cancel() > 0) co_return fault;
-      if (attempt->failure() == WebTransportFailure::unreachable) co_return fault;
-      if (attempt->failure() != WebTransportFailure::absent)
+      const WebTransportFailure failure = attempt->failure();
+      if (is_in_time && (fault.empty() || failure == WebTransportFailure::unreachable)) co_return fault;
+      if (failure != WebTransportFailure::absent && failure != WebTransportFailure::unreachable)
         memory_->blocked_until_ns = channel::monotonic_ns() + kBlocked_ns;
       attempt->close();
     }

@@ -22,6 +22,14 @@ using std::chrono::milliseconds;
 constexpr milliseconds kDestructionWait_max{600};
 constexpr std::size_t kWriteBytesMax = 64u << 10;  // gathered into one write
 
+// Where WebTransport is tried first, the address's own transport has its full time after that.
+LinkCoreOptions core_options(const LinkOptions& options) {
+  LinkCoreOptions core = options.core;
+  if (options.transport == TransportChoice::automatic)
+    core.connect_timeout_s += std::chrono::duration<double>(kWebTransportWait).count();
+  return core;
+}
+
 }  // namespace
 
 // `mutex` guards the core and the name of the transport, which both threads use; the rest belongs to the I/O thread.
@@ -34,7 +42,7 @@ struct Link::Impl {
     bool over = false;  // the core knows, or has dropped it
   };
 
-  explicit Impl(LinkOptions o) : options(std::move(o)), core(options.core), thread([this] { io.run(); }) {
+  explicit Impl(LinkOptions o) : options(std::move(o)), core(core_options(options)), thread([this] { io.run(); }) {
     asio::post(io, [this] { asio::co_spawn(io, watch(), asio::detached); });
   }
 

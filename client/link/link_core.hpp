@@ -31,7 +31,7 @@ struct LinkCoreOptions {
   std::string client_name = "hairnet-link";
   std::string room, token;  // empty: the lobby; none
   wire::Role role = wire::Role::participant;
-  double connect_timeout_s = 5;  // from the attempt to the welcome
+  double connect_timeout_s = 5;  // from the attempt to the welcome; 3 more in a Link that is `automatic`
   double keep_alive_s = 15;      // after this time without anything to send, an empty pose batch is sent
   bool reconnect = true;         // after the first welcome; a first attempt that fails is the last
   double give_up_after_s = 0;    // of trying to reconnect; 0: never

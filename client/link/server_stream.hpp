@@ -3,6 +3,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -74,6 +75,9 @@ class WebTransportAttempt : public ServerStream {
 // `memory`: of a page that is to be read once for several streams; null: this one reads it for itself.
 std::shared_ptr<WebTransportAttempt> make_web_transport_stream(asio::io_context& io, StreamOptions options,
                                                                std::shared_ptr<WebTransportMemory> memory = {});
+
+// Networks that drop UDP say nothing: after this time the address's own transport is tried.
+constexpr std::chrono::milliseconds kWebTransportWait{3000};
 
 // What one attempt learns for the next ones.
 struct FallbackMemory {

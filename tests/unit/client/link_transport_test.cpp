@@ -22,6 +22,8 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr std::size_t kChunkBytes = 200'000;
+// The server listens there too, but its certificate does not name it.
+constexpr const char* kOtherHost = "127.0.0.2";
 
 // Welcomes every client, breaks the first connection when asked to, and records all other messages.
 class Welcoming : public server::PacketSink {
@@ -78,6 +80,7 @@ class LinkAndPort : public ::testing::Test {
     ASSERT_TRUE(certificate_.sound) << "deploy/certificate failed";
     server::TransportOptions options;
     options.port = 0;
+    options.addresses.emplace_back(kOtherHost);
     options.webtransport = has_webtransport;
     if (has_certificate)
       options.tls = {(certificate_.folder / "chain.pem").string(), (certificate_.folder / "key.pem").string()};
@@ -145,9 +148,6 @@ class LinkByTransport : public LinkAndPort, public ::testing::WithParamInterface
     options_.server.transport = GetParam().value.transport;
     options_.transport = GetParam().value.choice;
   }
-  [[nodiscard]] bool is_encrypted() const {
-    return options_.server.encrypted() || options_.transport == TransportChoice::webtransport;
-  }
 };
 
 TEST_P(LinkByTransport, packets_go_both_ways) {
@@ -179,8 +179,9 @@ TEST_P(LinkByTransport, a_broken_connection_is_replaced_and_resumed) {
   EXPECT_EQ(link.counters().resumes, 1u);
 }
 
-TEST_P(LinkByTransport, an_untrusted_certificate_is_refused_unless_insecure_is_set) {
-  if (!is_encrypted()) return;
+class LinkByEncryptedTransport : public LinkByTransport {};
+
+TEST_P(LinkByEncryptedTransport, an_untrusted_certificate_is_refused_unless_insecure_is_set) {
   options_.tls.ca_file.clear();
   const Result<wire::Welcome> refused = Link(options_).connect();
   ASSERT_FALSE(refused);
@@ -190,24 +191,27 @@ TEST_P(LinkByTransport, an_untrusted_certificate_is_refused_unless_insecure_is_s
   EXPECT_TRUE(link.connect());
 }
 
-TEST_P(LinkByTransport, a_certificate_of_another_host_is_refused) {
-  if (!is_encrypted()) return;
-  options_.server.host = "127.0.0.2";
+TEST_P(LinkByEncryptedTransport, a_certificate_of_another_host_is_refused) {
+  options_.server.host = kOtherHost;
   const Result<wire::Welcome> refused = Link(options_).connect();
   ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), HasSubstr("certificate"));
+  EXPECT_TRUE(sinks_.empty());
 }
 
 constexpr TransportChoice kAddress = TransportChoice::address, kWebTransport = TransportChoice::webtransport,
                           kAutomatic = TransportChoice::automatic;
-INSTANTIATE_TEST_SUITE_P(Transports, LinkByTransport,
+const auto kEncryptedWays = ::testing::Values(support::Named{"tls", Way{Transport::tls, kAddress}},
+                                              support::Named{"wss", Way{Transport::wss, kAddress}},
+                                              support::Named{"webtransport", Way{Transport::tcp, kWebTransport}},
+                                              support::Named{"webtransport_by_tls", Way{Transport::wss, kWebTransport}},
+                                              support::Named{"automatic", Way{Transport::tls, kAutomatic}});
+INSTANTIATE_TEST_SUITE_P(PlainTransports, LinkByTransport,
                          ::testing::Values(support::Named{"tcp", Way{Transport::tcp, kAddress}},
-                                           support::Named{"tls", Way{Transport::tls, kAddress}},
-                                           support::Named{"ws", Way{Transport::ws, kAddress}},
-                                           support::Named{"wss", Way{Transport::wss, kAddress}},
-                                           support::Named{"webtransport", Way{Transport::tcp, kWebTransport}},
-                                           support::Named{"webtransport_by_tls", Way{Transport::wss, kWebTransport}},
-                                           support::Named{"automatic", Way{Transport::tls, kAutomatic}}),
+                                           support::Named{"ws", Way{Transport::ws, kAddress}}),
                          support::CaseName());
+INSTANTIATE_TEST_SUITE_P(Transports, LinkByTransport, kEncryptedWays, support::CaseName());
+INSTANTIATE_TEST_SUITE_P(Transports, LinkByEncryptedTransport, kEncryptedWays, support::CaseName());
 
 // What a link connects to is up to the test.
 class LinkChooses : public LinkAndPort {
@@ -240,6 +244,19 @@ TEST_F(LinkChooses, the_address_where_the_certificate_is_not_to_be_trusted) {
   listen(true);
   options_.tls.ca_file.clear();
   EXPECT_EQ(transport_after_connect(), "tcp");
+}
+
+// Until one of them has ended.
+void pass(boost::asio::ip::tcp::socket& from, boost::asio::ip::tcp::socket& to) {
+  std::array<char, 65536> buffer{};
+  boost::system::error_code error;
+  while (true) {
+    const std::size_t count = from.read_some(boost::asio::buffer(buffer), error);
+    if (!error) boost::asio::write(to, boost::asio::buffer(buffer.data(), count), error);
+    if (error) break;
+  }
+  from.shutdown(boost::asio::ip::tcp::socket::shutdown_both, error);
+  to.shutdown(boost::asio::ip::tcp::socket::shutdown_both, error);
 }
 
 // A page about WebTransport before a server's port; other connections reach the port behind. One connection at a time.
@@ -285,17 +302,6 @@ class PageInFront {
       back.join();
     }
   }
-  static void pass(tcp::socket& from, tcp::socket& to) {
-    std::array<char, 65536> buffer{};
-    error_code error;
-    while (true) {
-      const std::size_t count = from.read_some(boost::asio::buffer(buffer), error);
-      if (!error) boost::asio::write(to, boost::asio::buffer(buffer.data(), count), error);
-      if (error) break;
-    }
-    from.shutdown(tcp::socket::shutdown_both, error);
-    to.shutdown(tcp::socket::shutdown_both, error);
-  }
 
   const std::string page_;
   const std::uint16_t behind_;
@@ -303,6 +309,39 @@ class PageInFront {
   std::atomic<int> pages_asked_{0};
   boost::asio::io_context io_;
   tcp::acceptor acceptor_{io_, {boost::asio::ip::address_v4::loopback(), 0}};
+  std::thread thread_;
+};
+
+// Before a server's port: its first connection gets no answer, the second one reaches the port behind.
+class SilentAtFirst {
+ public:
+  explicit SilentAtFirst(std::uint16_t behind) {
+    thread_ = std::thread([this, behind] {
+      error_code error;
+      const tcp::socket silent = acceptor_.accept(error);
+      tcp::socket socket = acceptor_.accept(error), server(io_);
+      server.connect({boost::asio::ip::address_v4::loopback(), behind}, error);
+      std::thread back([&] { pass(server, socket); });
+      pass(socket, server);
+      back.join();
+    });
+  }
+  ~SilentAtFirst() {
+    // A link that never made both connections must not keep the thread.
+    for (int n = 0; n < 2; ++n) {
+      error_code ignored;
+      tcp::socket(io_).connect(address_, ignored);
+    }
+    thread_.join();
+  }
+  [[nodiscard]] std::uint16_t port() const { return address_.port(); }
+
+ private:
+  using tcp = boost::asio::ip::tcp;
+  using error_code = boost::system::error_code;
+  boost::asio::io_context io_;
+  tcp::acceptor acceptor_{io_, {boost::asio::ip::address_v4::loopback(), 0}};
+  const tcp::endpoint address_ = acceptor_.local_endpoint();
   std::thread thread_;
 };
 
@@ -327,6 +366,16 @@ TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again
   EXPECT_EQ(front.pages_asked(), 1);
   link.close();
   wait_for_end(link);
+}
+
+TEST_F(LinkChooses, the_address_where_the_page_takes_too_long_to_shake_hands) {
+  listen(true);
+  // It accepts the first connection, and says nothing there.
+  const SilentAtFirst front(listener_->port());
+  options_.server.port = front.port();
+  options_.server.transport = Transport::tls;
+  options_.core.connect_timeout_s = 2.5;  // less than WebTransport has
+  EXPECT_EQ(transport_after_connect(), "tls");
 }
 
 TEST_F(LinkChooses, the_address_where_the_udp_port_is_closed) {
