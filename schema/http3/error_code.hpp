@@ -8,6 +8,7 @@ namespace hairnet::http3 {
 enum class ErrorCode : std::uint64_t {
   datagram_error = 0x33,
   no_error = 0x100,
+  general_protocol_error = 0x101,
   stream_creation_error = 0x103,
   closed_critical_stream = 0x104,
   frame_unexpected = 0x105,

@@ -21,6 +21,10 @@ class DatagramQueue {
     bytes_ += datagram.size();
     waiting_.push_back(std::move(datagram));
   }
+  void drop_first() {
+    bytes_ -= waiting_.front().size();
+    waiting_.pop_front();
+  }
   [[nodiscard]] bool empty() const { return waiting_.empty(); }
   [[nodiscard]] std::size_t count() const { return waiting_.size(); }
   [[nodiscard]] std::size_t bytes() const { return bytes_; }

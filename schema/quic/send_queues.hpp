@@ -35,6 +35,7 @@ class SendQueues {
   void push_datagram(std::vector<std::uint8_t> bytes) { datagrams_.push(std::move(bytes)); }
   // What each datagram begins with.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { datagram_prefix_ = std::move(prefix); }
+  void drop_first_datagram() { datagrams_.drop_first(); }
   void drop_datagrams() { datagrams_.clear(); }
   void clear();
 

@@ -85,7 +85,7 @@ TEST_F(WindowTest, a_window_shows_a_room_until_its_duration_is_over) {
   auto server = start_server();
   auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});
   finish(*view, 0);
-  EXPECT_EQ(view->err(), "");
+  EXPECT_EQ(view->err(), "hairnet-view: connected over tcp\n");
   drain(*server);
 }
 

@@ -43,6 +43,9 @@ struct QuicConnectionCallbacks {
   }
   static int handshake_completed(ngtcp2_conn*, void* user) {
     return guard(user, [](QuicConnection& c) {
+      gnutls_datum_t protocol{};
+      if (gnutls_alpn_get_selected_protocol(c.tls_, &protocol) != 0)
+        return c.close(http3::ErrorCode::general_protocol_error, "the server does not say that it speaks HTTP/3", 0);
       c.is_ready_ = true;
       c.events_->on_ready();
     });

@@ -70,6 +70,7 @@ class QuicConnection final : private quic::SendObserver {
   // What each datagram begins with.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { queues_.set_datagram_prefix(std::move(prefix)); }
   void send_datagram(std::vector<std::uint8_t> bytes) { queues_.push_datagram(std::move(bytes)); }
+  void drop_first_datagram() { queues_.drop_first_datagram(); }
   [[nodiscard]] std::size_t datagram_count() const { return queues_.datagram_count(); }  // that wait
   [[nodiscard]] std::size_t datagram_frame_bytes_max() const;                            // 0: the peer takes none
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }

@@ -63,7 +63,9 @@ bool WebTransportSession::send_datagram(std::vector<std::uint8_t> bytes) {
   constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;  // a frame's type and length, and the session
   const std::size_t taken = quic_->datagram_frame_bytes_max();
   if (bytes.size() > quic::kDatagramBytesMax || bytes.size() + kFrame > taken) return false;
-  if (!is_over() && quic_->datagram_count() < kDatagramsMax) quic_->send_datagram(std::move(bytes));
+  if (is_over()) return true;
+  if (quic_->datagram_count() >= kDatagramsMax) quic_->drop_first_datagram();
+  quic_->send_datagram(std::move(bytes));
   return true;
 }
 
