@@ -175,9 +175,12 @@ bool Playout::is_joined(std::size_t i) const {
   return !frames_[i + 1].discontinuous && are_joined(frames_[i].state, frames_[i + 1].state);
 }
 
-// Whether frame i and the next say how fast the character moved.
+// Whether frame i and the next say how fast the character moved. Where they are far nearer than its steps, the estimate
+// of the server's clock has changed between them.
 bool Playout::is_smooth(std::size_t i) const {
-  return is_joined(i) && !frames_[i].asleep && frames_[i + 1].time_ns - frames_[i].time_ns <= kSmooth_ns_max;
+  const std::int64_t apart_ns = frames_[i + 1].time_ns - frames_[i].time_ns;
+  return is_joined(i) && !frames_[i].asleep && apart_ns <= kSmooth_ns_max &&
+         2 * apart_ns >= std::min(frames_[i].step_ns, frames_[i + 1].step_ns);
 }
 
 double Playout::duration_ns(std::size_t i) const {

@@ -29,7 +29,8 @@ class Scene {
       bases_.push_back(std::make_shared<const link::KnownBasis>(make_basis(random_, {3, 4, 3}, mode_count)));
   }
 
-  int basis = 0;  // that frames have, or kNone
+  int basis = 0;                    // that frames have, or kNone
+  std::int64_t clock_error_ns = 0;  // of the client's estimate: frames seem to be that much older
 
   // The frame of a tick; it arrives later by `late_ms`, and 20 ms that every frame takes. Some have fewer coefficients
   // than others.
@@ -51,7 +52,8 @@ class Scene {
         frame.coefficients.push_back(static_cast<float>(0.01 * std::sin(phase)));
       }
     }
-    const std::int64_t sample_ns = tick * kTick_ns, arrival_ns = sample_ns + (20 + late_ms) * kMs;
+    const std::int64_t sample_ns = tick * kTick_ns - clock_error_ns;
+    const std::int64_t arrival_ns = tick * kTick_ns + (20 + late_ms) * kMs;
     playout_.push(frame, sample_ns, arrival_ns);
     steps_.push_back({{"push",
                        {{"level", static_cast<unsigned>(frame.level)},
@@ -182,10 +184,18 @@ Json changes() {
   return scene.finish("hair at rest, and with other bases");
 }
 
+Json corrected_clock() {
+  Scene scene(18);
+  scene.run(0, 12, 4);
+  scene.clock_error_ns = kTick_ns - kMs / 10;  // two frames seem to be of the same moment
+  scene.run(12, 30, 4);
+  return scene.finish("a clock that is corrected");
+}
+
 }  // namespace
 
 Json playout_cases() {
-  return {steady(), gap(), frozen(), lossy(), asleep_before_its_basis(), disorder(), changes()};
+  return {steady(), gap(), frozen(), lossy(), asleep_before_its_basis(), disorder(), changes(), corrected_clock()};
 }
 
 }  // namespace hairnet

@@ -323,6 +323,28 @@ TEST_F(Playing, easing_hair_freezes_where_it_is_and_continues_from_there) {
   EXPECT_NEAR(last, kStep_m * 90, 1e-7);
 }
 
+TEST_F(Playing, a_clock_that_is_corrected_between_two_frames_flings_nothing) {
+  std::int64_t shift = 0;
+  double last = 0;
+  for (std::int64_t i = 0; i < 60; ++i) {
+    if (i % 15 == 10) shift += kInterval - kMs / 10;  // the frame seems to be sampled at once after the last one
+    Frame frame = frame_at(static_cast<int>(10 * i));
+    frame.step_s = 0.04f;
+    const std::int64_t time = i * kInterval - shift;
+    playout_.push(frame, time, time + kLateness);
+    for (std::int64_t part = 0; part < 4; ++part) {
+      const Playout::Sample sample = playout_.sample(time + kLateness + part * kInterval / 4);
+      const double x = sample.pose.head().position.x(),
+                   shown = sample.coefficients.empty() ? 0 : double{sample.coefficients[0]};
+      // Between the frames that are here, or a little ahead of the newest.
+      EXPECT_LE(x, 10.0 * static_cast<double>(i) + 11) << i;
+      EXPECT_GE(x, last - 11) << i;
+      EXPECT_NEAR(shown, kStep_m * x, 12 * kStep_m) << i;
+      last = x;
+    }
+  }
+}
+
 // Hair that swings at several speeds at once, 30 frames a second.
 class Swinging : public ::testing::Test {
  protected:

@@ -256,9 +256,15 @@ export class Playout {
     return !to.discontinuous && areJoined(this.#frames[i].state, to.state);
   }
 
-  /** Whether frame i and the next say how fast the character moved. */
+  /**
+   * Whether frame i and the next say how fast the character moved. Where they are far nearer than its steps, the estimate
+   * of the server's clock has changed between them.
+   */
   #isSmooth(i: number): boolean {
-    return this.#isJoined(i) && !this.#frames[i].asleep && this.#durationNs(i) <= kSmoothNsMax;
+    const [from, to] = [this.#frames[i], this.#frames[i + 1]];
+    const apartNs = this.#durationNs(i);
+    if (!this.#isJoined(i) || from.asleep || apartNs > kSmoothNsMax) return false;
+    return 2 * apartNs >= Math.min(from.stepNs, to.stepNs);
   }
 
   #durationNs(i: number): number {
