@@ -34,8 +34,12 @@ class FallbackStream final : public ServerStream {
       if (is_in_time && (fault.empty() || failure == WebTransportFailure::unreachable)) co_return fault;
       if (failure != WebTransportFailure::absent && failure != WebTransportFailure::unreachable)
         memory_->blocked_until_ns = channel::monotonic_ns() + kBlocked_ns;
+      memory_->why_blocked = is_in_time ? std::move(fault)
+                                        : "no WebTransport with " + options_.server.authority() + " within " +
+                                              std::to_string(kWebTransportWait / std::chrono::seconds(1)) + " s";
       attempt->close();
     }
+    fallback_reason_ = memory_->why_blocked;
     stream_ = make_server_stream(*io_, options_);
     co_return co_await stream_->open();
   }
@@ -50,12 +54,14 @@ class FallbackStream final : public ServerStream {
   }
   [[nodiscard]] bool has_messages() const override { return stream_->has_messages(); }
   [[nodiscard]] std::string_view transport() const override { return stream_->transport(); }
+  [[nodiscard]] std::string_view fallback_reason() const override { return fallback_reason_; }
 
  private:
   asio::io_context* io_;
   const StreamOptions options_;
   const std::shared_ptr<FallbackMemory> memory_;
   std::shared_ptr<ServerStream> stream_;
+  std::string fallback_reason_;
   bool is_closed_ = false;
 };
 

@@ -1,5 +1,6 @@
 #include "client/link/groom_fetch.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -23,9 +24,11 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   if (found == fetches_.end()) return std::nullopt;  // refused or cancelled meanwhile
   std::vector<std::uint8_t>& bytes = found->second;
   if (data.byte_count > wire::kGroomBytesMax) return fail(data.hash, "larger than a groom may be");
-  if (data.offset != bytes.size() || data.offset > data.byte_count || data.bytes.size() > data.byte_count - data.offset)
+  if (data.offset > bytes.size() || bytes.size() > data.byte_count || data.bytes.size() > data.byte_count - data.offset)
     return fail(data.hash, "its pieces do not fit together");
-  bytes.insert(bytes.end(), data.bytes.begin(), data.bytes.end());
+  // Of a download that was given up, pieces may come after the request was repeated.
+  const std::size_t repeated = std::min<std::size_t>(bytes.size() - data.offset, data.bytes.size());
+  bytes.insert(bytes.end(), data.bytes.begin() + static_cast<std::ptrdiff_t>(repeated), data.bytes.end());
   HAIRNET_ASSERT(bytes.size() <= data.byte_count);
   if (bytes.size() < data.byte_count) return std::nullopt;
   if (wire::hash_groom(bytes) != data.hash) return fail(data.hash, "its bytes are not those of its hash");

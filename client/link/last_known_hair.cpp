@@ -20,6 +20,11 @@ void LastKnownHair::drop_of(const wire::GroomHash& groom) {
   std::erase_if(last_known_, [&](const auto& k) { return k.second.hair.groom == groom; });
 }
 
+void LastKnownHair::on_lost(std::int64_t now_ns) {
+  std::erase_if(last_known_, [now_ns](const auto& k) { return now_ns >= k.second.until_ns; });
+  for (auto& [character, kept] : last_known_) kept.until_ns = kNever_ns;
+}
+
 void LastKnownHair::on_ready(const wire::GroomHash& groom, std::int64_t now_ns) {
   for (auto& [character, kept] : last_known_) {
     if (kept.hair.groom == groom && kept.until_ns == kNever_ns) kept.until_ns = now_ns + kLatticeWait_ns;

@@ -27,7 +27,8 @@ class LastKnownHair {
   void keep(std::uint32_t character, HairSnapshot hair);
   void drop(std::uint32_t character) { last_known_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
-  void drop_all() { last_known_.clear(); }
+  // The connection is lost: what is still shown waits for the next server's lattice from its beginning.
+  void on_lost(std::int64_t now_ns);
   // The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
   // the character rigid), the last known hair is no longer shown.
   void on_ready(const wire::GroomHash& groom, std::int64_t now_ns);

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <future>
 #include <mutex>
+#include <random>
 #include <thread>
 #include <utility>
 
@@ -22,17 +23,24 @@ using std::chrono::milliseconds;
 constexpr milliseconds kDestructionWait_max{600};
 constexpr std::size_t kWriteBytesMax = 64u << 10;  // gathered into one write
 
+std::uint64_t draw_trace() {
+  std::random_device device;
+  return std::uniform_int_distribution<std::uint64_t>(1)(device);
+}
+
 // Where WebTransport is tried first, the address's own transport has its full time after that.
 LinkCoreOptions core_options(const LinkOptions& options) {
   LinkCoreOptions core = options.core;
   if (options.transport == TransportChoice::automatic)
     core.connect_timeout_s += std::chrono::duration<double>(kWebTransportWait).count();
+  if (core.trace == 0) core.trace = draw_trace();
   return core;
 }
 
 }  // namespace
 
-// `mutex` guards the core and the name of the transport, which both threads use; the rest belongs to the I/O thread.
+// `mutex` guards the core and what is said of the transport, which both threads use; the rest belongs to the I/O
+// thread.
 struct Link::Impl {
   // One attempt at a connection, and what came of it.
   struct Connection {
@@ -108,6 +116,10 @@ struct Link::Impl {
 
   std::shared_ptr<ServerStream> make_stream() {
     StreamOptions stream{options.server, options.tls};
+    if (const std::optional<wire::ServerAt>& to = core.redirected_to()) {
+      stream.server.host = to->host;
+      stream.server.port = to->port;
+    }
     if (options.transport == TransportChoice::address) return make_server_stream(io, std::move(stream));
     if (options.transport == TransportChoice::webtransport) return make_web_transport_stream(io, std::move(stream));
     return make_fallback_stream(io, std::move(stream), fallback_memory);
@@ -120,7 +132,7 @@ struct Link::Impl {
     current->stream->close();
     current->wake.cancel();
     current.reset();
-    transport = {};
+    transport = fallback_reason = {};
     core.on_closed("", now_ns);
   }
 
@@ -134,6 +146,7 @@ struct Link::Impl {
       c->open = true;
       with_core([&](LinkCore& k) {
         transport = c->stream->transport();
+        fallback_reason = c->stream->fallback_reason();
         k.on_open(channel::monotonic_ns());
       });
       asio::co_spawn(io, transmit(c), asio::detached);
@@ -150,7 +163,7 @@ struct Link::Impl {
     c->wake.cancel();
     current.reset();
     with_core([&](LinkCore& k) {
-      transport = {};
+      transport = fallback_reason = {};
       k.on_closed(std::move(fault), channel::monotonic_ns());
     });
     look_again();
@@ -207,7 +220,7 @@ struct Link::Impl {
   const LinkOptions options;
   mutable std::mutex mutex;
   LinkCore core;
-  std::string transport;  // of the open connection
+  std::string transport, fallback_reason;  // of the open connection
   asio::io_context io;
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
   asio::steady_timer wake{io};
@@ -273,6 +286,11 @@ LinkCounters Link::counters() const {
 std::string Link::transport() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->transport;
+}
+
+std::string Link::fallback_reason() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->fallback_reason;
 }
 
 std::shared_ptr<const Skin> Link::skin_of(const wire::GroomHash& groom) const {

@@ -69,6 +69,9 @@ class Link {
   [[nodiscard]] LinkCounters counters() const;
   // How the open connection's packets travel: "webtransport", or the scheme of an address. Empty: none is open.
   [[nodiscard]] std::string transport() const;
+  // Why these packets do not travel by WebTransport, which was tried before, in one line. Empty: they do, or it was not
+  // tried.
+  [[nodiscard]] std::string fallback_reason() const;
   // Drawn hair must be kept out of it (SkinPush). Null until frames of coefficients have brought the groom's basis.
   [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const;
   // Says goodbye and ends the link; Disconnected is the last event.

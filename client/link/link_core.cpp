@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/wire/frame_datagram.hpp"
 
 namespace hairnet::link {
 namespace {
@@ -21,6 +22,10 @@ constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 constexpr std::int64_t kStable_ns = 5'000'000'000;
 // After a resume the server announces all members. A member that is not announced in this time has left.
 constexpr std::int64_t kMembersResendWait_ns = 1'000'000'000;
+// Servers that send a client on and on contradict each other.
+constexpr std::uint8_t kRedirectsMax = 4;
+// A client that was sent on before its first welcome asks for so long: until a dead server's lease has ended, and more.
+constexpr std::int64_t kRoomPatience_ns = 30'000'000'000;
 
 std::int64_t to_ns(double seconds) {
   return std::llround(seconds * 1e9);
@@ -61,7 +66,7 @@ bool may_be_lost(const wire::ClientMessage& message) {
 
 bool may_come_first(const wire::Message& message) {
   return std::holds_alternative<wire::Welcome>(message) || std::holds_alternative<wire::Error>(message) ||
-         std::holds_alternative<wire::Goodbye>(message);
+         std::holds_alternative<wire::Redirect>(message) || std::holds_alternative<wire::Goodbye>(message);
 }
 
 }  // namespace
@@ -82,7 +87,6 @@ void LinkCore::check_invariants() const {
       HAIRNET_ASSERT(!welcome_);
       break;
     case State::waiting:
-      HAIRNET_ASSERT(welcome_);  // without one, the first attempt was the last
       HAIRNET_ASSERT(deadline_ns_ != kNever_ns);
       break;
     case State::opening:
@@ -123,6 +127,7 @@ void LinkCore::send(wire::ClientMessage message) {
   if (const auto* removed = std::get_if<wire::RemoveCharacter>(&message)) last_known_.drop(removed->character);
   if (const auto* wanted = std::get_if<wire::SetLevel>(&message); wanted && wanted->level == LevelIndex::rigid)
     last_known_.drop(wanted->character);
+  if (const auto* wind = std::get_if<wire::SetWind>(&message)) wind_.set(*wind);
   requested_.store(message);
   enqueue(std::move(message));
 }
@@ -219,7 +224,10 @@ void LinkCore::on_open(std::int64_t) {
   hello.room = options_.room;
   hello.token = options_.token;
   hello.role = options_.role;
-  if (welcome_) {
+  hello.redirects = redirects_;
+  hello.datagram_layout = wire::kFrameDatagramLayout;
+  hello.trace = options_.trace;
+  if (welcome_ && welcomed_at_ == redirected_to_) {
     hello.session = welcome_->session;
     hello.secret = welcome_->secret;
   }
@@ -236,11 +244,32 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
 
 void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
   HAIRNET_ASSERT(state_ == State::opening || state_ == State::greeting || state_ == State::active);
-  if (!welcome_ || !options_.reconnect || is_final(reason)) return end(reason, std::move(detail));
+  const bool was_active = active(), is_patient = sent_on_ns_ && now_ns - *sent_on_ns_ < kRoomPatience_ns;
+  const bool is_refused = is_final(reason) || (!welcome_ && reason == GoodbyeReason::room_refused);
+  if (!(welcome_ ? options_.reconnect : is_patient) || is_refused) return end(reason, std::move(detail));
+  put_down(now_ns);
+  if (!was_active) redirected_to_ = next_to_ask();
+  redirects_ = std::min<std::uint8_t>(redirects_, 1);
+  state_ = State::waiting;
+  const std::int64_t since_ns = away_since_ns_.value_or(sent_on_ns_.value_or(now_ns));
+  const std::int64_t wait_ns = backoff_.next_ns(now_ns - since_ns);
+  deadline_ns_ = now_ns + wait_ns;
+  if (welcome_) push(Reconnecting{reason, std::move(detail), 1e-9 * static_cast<double>(wait_ns)});
+  check_invariants();
+}
+
+// Once the last server does not answer: the caller's, then those that it has named, and so on.
+std::optional<wire::ServerAt> LinkCore::next_to_ask() {
+  const std::size_t count = welcome_ ? welcome_->others.size() : 0, turn = asked_++ % (count + 1);
+  return turn == 0 ? std::nullopt : std::optional(welcome_->others[turn - 1]);
+}
+
+void LinkCore::put_down(std::int64_t now_ns) {
   if (active()) {
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
+  last_known_.on_lost(now_ns);
   for (const auto& [number, character] : requested_.characters()) {
     std::optional<HairSnapshot> hair = members_.hair_of(number);
     if (!hair) continue;
@@ -251,11 +280,6 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
   members_due_ns_ = kNever_ns;
   queue_.clear();
   uploads_.clear();
-  state_ = State::waiting;
-  const std::int64_t wait_ns = backoff_.next_ns(now_ns - away_since_ns_.value_or(now_ns));
-  deadline_ns_ = now_ns + wait_ns;
-  push(Reconnecting{reason, std::move(detail), 1e-9 * static_cast<double>(wait_ns)});
-  check_invariants();
 }
 
 void LinkCore::end(GoodbyeReason reason, std::string detail) {
@@ -302,7 +326,8 @@ void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns
 void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ != State::greeting && state_ != State::active) return;
   counters_.bytes_received += packet.size();
-  wire::DecodedPacket decoded = wire::decode_packet(packet);
+  wire::DecodedPacket decoded =
+      wire::is_frame_datagram(packet) ? wire::decode_frame_datagram(packet) : wire::decode_packet(packet);
   if (decoded.error != wire::DecodeError::none)
     return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
@@ -337,11 +362,14 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   HAIRNET_ASSERT(connection_);
   HAIRNET_ASSERT(welcome.tick_rate_hz > 0);  // a divisor; the decoder has checked it
   welcome_ = welcome;
+  welcomed_at_ = redirected_to_;
+  redirects_ = 0;
+  sent_on_ns_.reset();
+  asked_ = 0;
   counters_.reconnects += again;
   counters_.resumes += resumed;
   push(Connected{welcome, again});
   if (resumed) {
-    last_known_.drop_all();
     members_.mark_all_unconfirmed();
     members_due_ns_ = now_ns + kMembersResendWait_ns;
   } else {
@@ -350,6 +378,7 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
     for (const wire::GroomHash& file : members_.learnt().clear()) fetch_.refuse(file);
   }
   resend_all(resumed);
+  if (const wire::SetWind* wind = wind_.on_welcome(welcome.may_set_wind || !again)) enqueue(*wind);
 }
 
 void LinkCore::resend_all(bool resumed) {
@@ -424,6 +453,7 @@ void LinkCore::on(wire::MemberChanged& changed, std::int64_t) {
 
 void LinkCore::on(wire::RoomWind& wind, std::int64_t) {
   push(wind);
+  if (const wire::SetWind* ours = wind_.on_told(wind, welcome_->session)) enqueue(*ours);
 }
 
 void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
@@ -498,10 +528,9 @@ void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::
   const auto& [tick, sample_time_ns, frame, decoded] = received;
   HAIRNET_ASSERT(welcome_);
   HAIRNET_ASSERT((decoded.pose != nullptr) == (decoded.outcome == Members::Outcome::decoded));
-  if (decoded.character != 0 && decoded.basis) {  // the server simulates it
-    last_known_.drop(decoded.character);
-    requested_.forget_state(decoded.character);
-  }
+  // The server simulates it, or has always had it.
+  if (decoded.character != 0 && (decoded.basis || welcome_->resumed)) last_known_.drop(decoded.character);
+  if (decoded.character != 0 && decoded.basis) requested_.forget_state(decoded.character);
   if (sink_) {
     sink_->on_frame(received);
   } else if (decoded.pose) {
@@ -548,7 +577,32 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   push(wire::CharacterRemoved{error.character});
 }
 
+void LinkCore::on(wire::Redirect& redirect, std::int64_t now_ns) {
+  if (active()) wind_.on_sent_on();
+  if (!sent_on_ns_) sent_on_ns_ = now_ns;
+  if (!redirect.to || redirects_ == kRedirectsMax) {
+    if (redirect.to) ++counters_.redirect_loops;
+    const char* const why =
+        !redirect.to ? "the server does not hold the room any more" : "the servers do not agree on who holds the room";
+    redirects_ = 0;
+    lose(GoodbyeReason::none, why, now_ns);
+    redirected_to_.reset();
+    return;
+  }
+  put_down(now_ns);
+  ++redirects_;
+  ++counters_.redirects;
+  if (welcome_)
+    push(Reconnecting{GoodbyeReason::none,
+                      "the room is held by " + redirect.to->host + ", port " + std::to_string(redirect.to->port), 0});
+  redirected_to_ = std::move(redirect.to);
+  state_ = State::wanting;
+  deadline_ns_ = kNever_ns;
+  check_invariants();
+}
+
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {
+  if (active() && goodbye.reason == GoodbyeReason::server_draining) wind_.on_sent_on();
   lose(goodbye.reason, "the server says goodbye: " + goodbye.detail, now_ns);
 }
 

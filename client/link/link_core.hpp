@@ -17,6 +17,7 @@
 #include "client/link/last_known_hair.hpp"
 #include "client/link/members.hpp"
 #include "client/link/requested_state.hpp"
+#include "client/link/requested_wind.hpp"
 #include "client/link/send_queue.hpp"
 #include "client/link/upload_queue.hpp"
 #include "schema/channel/bulk_scheduler.hpp"
@@ -33,9 +34,10 @@ struct LinkCoreOptions {
   wire::Role role = wire::Role::participant;
   double connect_timeout_s = 5;  // from the attempt to the welcome; 3 more in a Link that is `automatic`
   double keep_alive_s = 15;      // after this time without anything to send, an empty pose batch is sent
-  bool reconnect = true;         // after the first welcome; a first attempt that fails is the last
+  bool reconnect = true;         // after the first welcome; before it, only a redirect is a reason to try again
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
+  std::uint64_t trace = 0;       // that the logs of all its servers name; 0: a Link draws one
   double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
   bool evaluate_learnt = true;   // learnt hair from poses alone: downloads networks, and frames of it are smaller
   std::shared_ptr<FileCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
@@ -54,6 +56,8 @@ struct LinkCounters {
   std::uint64_t frames_lacking_learnt = 0;  // without coefficients, and what to evaluate is not here
   std::uint64_t reconnects = 0;             // welcomes after the first
   std::uint64_t resumes = 0;                // of these, by a server that still had the session
+  std::uint64_t redirects = 0;              // followed, to the server that holds the room
+  std::uint64_t redirect_loops = 0;         // given up, as servers sent it on and on; it asked the first one again
 };
 
 // A frame as received, before any copy.
@@ -83,6 +87,10 @@ class FrameSink {
 //   wants_close()               close at once: on_closed()
 //
 // What arrives goes into on_bytes() (a stream) or on_packet() (a message each), the end into on_closed().
+//
+// A server that does not hold the room names the one that does: the core asks for a connection to that one, and goes on
+// there with a new session and the hair as it was. Where that one does not answer, the core asks the first one again,
+// before its first welcome for half a minute: the lease of a server that has died must end first.
 //
 // When the connection breaks, the core asks for a new one after a wait, then sends the caller's requests again. The
 // caller may call it in every state: requests are stored and sent after the reconnect, but poses are dropped.
@@ -125,12 +133,15 @@ class LinkCore {
   void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t next_deadline_ns() const;
   [[nodiscard]] bool wants_connection() const { return state_ == State::wanting && !connection_; }
+  // Where to: a server that another one has named; none: the one that the caller knows.
+  [[nodiscard]] const std::optional<wire::ServerAt>& redirected_to() const { return redirected_to_; }
   [[nodiscard]] bool wants_half_close() const { return connection_ && state_ == State::leaving && goodbye_taken_; }
   [[nodiscard]] bool wants_close() const;
   void on_opening(std::int64_t now_ns);
   void on_open(std::int64_t now_ns);
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
-  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);  // exactly one, size prefix included
+  // Exactly one, size prefix included, or a frame datagram.
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   // `detail`: one line that says why it could not be opened or how it ended.
   void on_closed(std::string detail, std::int64_t now_ns);
   // The next packet to send, stamped with the time; empty when there is none.
@@ -155,6 +166,7 @@ class LinkCore {
   void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);
   void take(const GroomFetched& basis, const std::vector<wire::GroomHash>& grooms, std::int64_t now_ns);
+  void on(wire::Redirect& redirect, std::int64_t now_ns);
   void on(wire::Error& error, std::int64_t now_ns);
   void on(wire::Goodbye& goodbye, std::int64_t now_ns);
 
@@ -165,6 +177,8 @@ class LinkCore {
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
+  std::optional<wire::ServerAt> next_to_ask();
+  void put_down(std::int64_t now_ns);  // what belongs to the connection; keeps the hair of the caller's characters
   void end(wire::GoodbyeReason reason, std::string detail);
   void check_invariants() const;
 
@@ -183,6 +197,7 @@ class LinkCore {
   channel::PacketSplitter splitter_;
   channel::ClockEstimate clock_;
   RequestedState requested_;
+  RequestedWind wind_;
   UploadQueue uploads_;
   channel::BulkScheduler upload_scheduler_;
   SendQueue queue_;
@@ -195,6 +210,10 @@ class LinkCore {
   EventQueue events_;
   LinkCounters counters_;
   std::optional<wire::Welcome> welcome_;
+  std::optional<wire::ServerAt> redirected_to_, welcomed_at_;  // none: the server that the caller knows
+  std::size_t asked_ = 0;                                      // attempts since the one at the last server failed
+  std::uint8_t redirects_ = 0;                                 // in a row, since the last welcome
+  std::optional<std::int64_t> sent_on_ns_;                     // time of the first redirect since the last welcome
   std::string end_detail_;
 };
 

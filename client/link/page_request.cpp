@@ -45,12 +45,13 @@ PageRequest::PageRequest(asio::io_context& io, StreamOptions options)
     : options_(std::move(options)),
       context_(make_tls_context()),
       fault_(options_.server.encrypted() ? configure(context_, options_.tls) : std::string()),
-      socket_(io, context_) {}
+      socket_(io, context_),
+      lookup_(io.get_executor()) {}
 
 asio::awaitable<std::string> PageRequest::open() {
-  if (!options_.server.encrypted()) co_return co_await connect_socket(socket_.next_layer(), options_);
+  if (!options_.server.encrypted()) co_return co_await connect_socket(socket_.next_layer(), lookup_, options_);
   if (!fault_.empty()) co_return fault_;
-  std::string fault = co_await connect_socket(socket_.next_layer(), options_);
+  std::string fault = co_await connect_socket(socket_.next_layer(), lookup_, options_);
   if (fault.empty()) fault = co_await tls_handshake(socket_, options_);
   co_return fault;
 }
@@ -67,11 +68,16 @@ asio::awaitable<PageRequest::Answer> PageRequest::get(std::string_view path) {
   else
     answer.fault = co_await exchange(socket_.next_layer(), options_, path, answer.text);
   if (error) answer.fault = "no page: " + error.message();
-  cancel();
+  close();
   co_return answer;
 }
 
 void PageRequest::cancel() {
+  lookup_.cancel();
+  close();
+}
+
+void PageRequest::close() {
   error_code ignored;
   socket_.next_layer().close(ignored);
 }

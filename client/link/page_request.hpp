@@ -22,15 +22,17 @@ class PageRequest {
 
   PageRequest(asio::io_context& io, StreamOptions options);
   asio::awaitable<Answer> get(std::string_view path);
-  void cancel();  // get() ends soon
+  void cancel();  // get() ends soon, also one that comes later
 
  private:
   asio::awaitable<std::string> open();
+  void close();
 
   const StreamOptions options_;
   asio::ssl::context context_;
   const std::string fault_;  // of the TLS options
   TlsSocket socket_;         // its lower layer alone where there is no TLS
+  NameLookup lookup_;
 };
 
 }  // namespace hairnet::link

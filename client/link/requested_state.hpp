@@ -11,7 +11,7 @@
 
 namespace hairnet::link {
 
-// Everything that this client has requested (grooms, characters, levels, wind, ...) and which of it the server has
+// Everything that this client has requested (grooms, characters, levels, ...) and which of it the server has
 // confirmed, so that all of it can be sent again over a new connection. No I/O; one thread.
 class RequestedState {
  public:

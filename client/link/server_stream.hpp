@@ -46,6 +46,8 @@ class ServerStream {
   [[nodiscard]] virtual bool has_messages() const = 0;
   // "webtransport", or the scheme of an address.
   [[nodiscard]] virtual std::string_view transport() const = 0;
+  // Why it is not WebTransport, which was tried before, in one line. Empty: it is, or that was not tried.
+  [[nodiscard]] virtual std::string_view fallback_reason() const { return {}; }
 };
 
 std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, StreamOptions options);
@@ -70,6 +72,10 @@ enum class WebTransportFailure : std::uint8_t {
 class WebTransportAttempt : public ServerStream {
  public:
   [[nodiscard]] virtual WebTransportFailure failure() const = 0;
+  // For who does not read now: handles packets for a moment, so that the server hears that this end lives. What
+  // arrives waits for read(), and the server may send no more than the window. Returns false when the connection has
+  // ended; read() then returns the reason.
+  virtual asio::awaitable<bool> rest() = 0;
 };
 
 // `memory`: of a page that is to be read once for several streams; null: this one reads it for itself.
@@ -82,6 +88,7 @@ constexpr std::chrono::milliseconds kWebTransportWait{3000};
 // What one attempt learns for the next ones.
 struct FallbackMemory {
   std::int64_t blocked_until_ns = 0;  // until then WebTransport is not tried
+  std::string why_blocked = {};       // or why it was not to be had, in one line
 };
 
 // A stream over WebTransport, or of the address's kind where that is not to be had in time.

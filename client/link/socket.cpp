@@ -51,12 +51,11 @@ asio::awaitable<void> connect_from(tcp::socket& socket, const asio::ip::address&
 
 }  // namespace
 
-asio::awaitable<std::string> connect_socket(tcp::socket& socket, const StreamOptions& options) {
+asio::awaitable<std::string> connect_socket(tcp::socket& socket, NameLookup& lookup, const StreamOptions& options) {
   const Address& address = options.server;
   error_code error;
   const auto redirect = [&] { return asio::redirect_error(asio::use_awaitable, error); };
-  tcp::resolver resolver(socket.get_executor());
-  const auto found = co_await resolver.async_resolve(address.host, std::to_string(address.port), redirect());
+  const NameLookup::Found found = co_await lookup.find(address, error);
   if (error) co_return "cannot find " + name_of(address) + ": " + error.message();
   if (options.local)
     co_await connect_from(socket, *options.local, found, error);

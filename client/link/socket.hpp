@@ -4,12 +4,15 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <string>
 
+#include "client/link/name_lookup.hpp"
 #include "client/link/server_stream.hpp"
 
 namespace hairnet::link {
 
-// Resolves and connects. Returns an empty string, or one line with the reason of the failure.
-asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const StreamOptions& options);
+// Resolves and connects. Returns an empty string, or one line with the reason of the failure. Ends soon after both
+// `lookup` is cancelled and the socket is closed.
+asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, NameLookup& lookup,
+                                            const StreamOptions& options);
 
 // Describes the end of a connection in one line.
 std::string describe_failure(const boost::system::error_code& error, const Address& address);

@@ -19,7 +19,8 @@ constexpr std::size_t kReadBytesMax = 64u << 10;
 template <class Socket>
 class PacketStream : public ServerStream {
  public:
-  explicit PacketStream(StreamOptions options) : options_(std::move(options)), buffer_(kReadBytesMax) {}
+  PacketStream(asio::io_context& io, StreamOptions options)
+      : options_(std::move(options)), lookup_(io.get_executor()), buffer_(kReadBytesMax) {}
 
   asio::awaitable<Read> read() override {
     error_code error;
@@ -43,6 +44,7 @@ class PacketStream : public ServerStream {
   }
 
   void close() override {
+    lookup_.cancel();
     error_code ignored;
     socket().lowest_layer().close(ignored);
   }
@@ -53,6 +55,7 @@ class PacketStream : public ServerStream {
  protected:
   virtual Socket& socket() = 0;
   const StreamOptions options_;
+  NameLookup lookup_;
 
  private:
   std::vector<std::uint8_t> buffer_;
@@ -60,8 +63,8 @@ class PacketStream : public ServerStream {
 
 class PlainStream : public PacketStream<tcp::socket> {
  public:
-  PlainStream(asio::io_context& io, StreamOptions options) : PacketStream(std::move(options)), socket_(io) {}
-  asio::awaitable<std::string> open() override { return connect_socket(socket_, options_); }
+  PlainStream(asio::io_context& io, StreamOptions options) : PacketStream(io, std::move(options)), socket_(io) {}
+  asio::awaitable<std::string> open() override { return connect_socket(socket_, lookup_, options_); }
 
  private:
   tcp::socket& socket() override { return socket_; }
@@ -71,14 +74,14 @@ class PlainStream : public PacketStream<tcp::socket> {
 class TlsStream : public PacketStream<TlsSocket> {
  public:
   TlsStream(asio::io_context& io, StreamOptions options)
-      : PacketStream(std::move(options)),
+      : PacketStream(io, std::move(options)),
         context_(make_tls_context()),
         fault_(configure(context_, options_.tls)),
         socket_(io, context_) {}
 
   asio::awaitable<std::string> open() override {
     if (!fault_.empty()) co_return fault_;
-    std::string fault = co_await connect_socket(socket_.next_layer(), options_);
+    std::string fault = co_await connect_socket(socket_.next_layer(), lookup_, options_);
     if (fault.empty()) fault = co_await tls_handshake(socket_, options_);
     co_return fault;
   }

@@ -54,6 +54,7 @@ class WebSocketStream : public ServerStream {
   }
 
   void close() override {
+    lookup_.cancel();
     error_code ignored;
     beast::get_lowest_layer(stream_).close(ignored);
   }
@@ -64,11 +65,12 @@ class WebSocketStream : public ServerStream {
  protected:
   template <class... Arguments>
   explicit WebSocketStream(StreamOptions options, Arguments&&... socket)
-      : options_(std::move(options)), stream_(std::forward<Arguments>(socket)...) {}
+      : options_(std::move(options)), stream_(std::forward<Arguments>(socket)...), lookup_(stream_.get_executor()) {}
 
   virtual asio::awaitable<std::string> open_socket() = 0;
   const StreamOptions options_;
   websocket::stream<Socket> stream_;
+  NameLookup lookup_;
 
  private:
   asio::awaitable<std::string> upgrade() {
@@ -109,7 +111,9 @@ class PlainWebSocket : public WebSocketStream<tcp::socket> {
   PlainWebSocket(asio::io_context& io, StreamOptions options) : WebSocketStream(std::move(options), io) {}
 
  private:
-  asio::awaitable<std::string> open_socket() override { return connect_socket(stream_.next_layer(), options_); }
+  asio::awaitable<std::string> open_socket() override {
+    return connect_socket(stream_.next_layer(), lookup_, options_);
+  }
 };
 
 // Members that TLS needs before its stream is constructed, and that must outlive the stream.
@@ -128,7 +132,7 @@ class TlsWebSocket : private TlsBase, public WebSocketStream<TlsSocket> {
   asio::awaitable<std::string> open_socket() override {
     if (!TlsBase::fault.empty()) co_return TlsBase::fault;
     TlsSocket& socket = stream_.next_layer();
-    std::string why_not = co_await connect_socket(socket.next_layer(), options_);
+    std::string why_not = co_await connect_socket(socket.next_layer(), lookup_, options_);
     if (why_not.empty()) why_not = co_await tls_handshake(socket, options_);
     co_return why_not;
   }

@@ -10,12 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "client/link/download_reader.hpp"
 #include "client/link/page_request.hpp"
 #include "client/link/server_stream.hpp"
 #include "client/link/webtransport/session.hpp"
 #include "schema/channel/monotonic_clock.hpp"
 
-// Packets on the channel and in the datagrams of a WebTransport session, over a UDP socket.
+// Packets on the channel, in the datagrams and on the downloads of a WebTransport session, over a UDP socket.
 namespace hairnet::link {
 namespace {
 
@@ -27,7 +28,7 @@ constexpr std::size_t kPacketBytesMax = 2048;
 constexpr int kPacketsAtOnceMax = 64;
 // A tick brings one datagram for every few people, all at once.
 constexpr std::size_t kIncomingDatagramsMax = 1024;
-constexpr std::int64_t kWait_ns_max = 3'600'000'000'000;
+constexpr std::int64_t kWait_ns_max = 3'600'000'000'000, kRest_ns = 20'000'000;
 
 class WebTransportStream final : public WebTransportAttempt, private WebTransportEvents {
  public:
@@ -54,17 +55,23 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
 
   asio::awaitable<Read> read() override {
     session_->take(std::exchange(untaken_bytes_, 0));
-    while (arrived_.empty()) {
+    while (channel_bytes_.empty() && datagrams_.empty() && downloads_.packets().empty()) {
       if (session_->is_over()) co_return Read{{}, describe_end()};
       co_await turn();
     }
-    current_ = std::move(arrived_.front());
-    arrived_.pop_front();
-    if (current_.is_packet)
-      --datagrams_waiting_;
-    else
-      untaken_bytes_ = current_.bytes.size();
-    co_return Read{current_.bytes, {}, current_.is_packet};
+    const bool is_packet = channel_bytes_.empty();
+    if (!is_packet) {
+      current_ = std::exchange(channel_bytes_, {});
+      untaken_bytes_ = current_.size();
+    } else if (!datagrams_.empty()) {
+      current_ = std::move(datagrams_.front());
+      datagrams_.pop_front();
+    } else {
+      DownloadReader::Packet packet = downloads_.take();
+      session_->take_download(packet.download, packet.bytes.size());
+      current_ = std::move(packet.bytes);
+    }
+    co_return Read{current_, {}, is_packet};
   }
 
   asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool may_be_lost) override {
@@ -104,6 +111,10 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   [[nodiscard]] bool has_messages() const override { return true; }
   [[nodiscard]] std::string_view transport() const override { return "webtransport"; }
   [[nodiscard]] WebTransportFailure failure() const override { return failure_; }
+  asio::awaitable<bool> rest() override {
+    co_await turn(kRest_ns);
+    co_return !session_->is_over();
+  }
 
  private:
   // What handlers of Asio use: it lives as long as they do.
@@ -112,10 +123,6 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     udp::socket socket;
     asio::steady_timer event, writable;  // cancelled when something has happened, or may be written
     bool is_watched = false;
-  };
-  struct Arrived {
-    std::vector<std::uint8_t> bytes;
-    bool is_packet = false;
   };
 
   asio::awaitable<std::string> read_page() {
@@ -176,7 +183,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
 
   // Takes what has come and sends what is due. Where nothing had come, waits until something may have; else lets the
   // rest of the thread's work go on in between, so that a server that never pauses cannot hold it up.
-  asio::awaitable<void> turn() {
+  asio::awaitable<void> turn(std::int64_t wait_ns_max = kWait_ns_max) {
     const bool was_open = session_->is_open();
     const bool has_come = receive();
     session_->poll(channel::monotonic_ns());
@@ -188,7 +195,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     }
     watch();
     due_ns_ = session_->due_ns();
-    const std::int64_t wait_ns = std::clamp<std::int64_t>(due_ns_ - channel::monotonic_ns(), 0, kWait_ns_max);
+    const std::int64_t wait_ns = std::clamp<std::int64_t>(due_ns_ - channel::monotonic_ns(), 0, wait_ns_max);
     io_->event.expires_after(std::chrono::nanoseconds(wait_ns));
     error_code ignored;
     co_await io_->event.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
@@ -210,11 +217,12 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     for (; taken < kPacketsAtOnceMax && !session_->is_over(); ++taken) {
       const ssize_t count = ::recv(io_->socket.native_handle(), buffer.data(), buffer.size(), MSG_DONTWAIT);
       if (count < 0) {
-        if (errno == ECONNREFUSED) session_->close("nothing listens on its UDP port", now_ns);
+        if (errno == ECONNREFUSED) is_refused_ = true;
         break;
       }
       session_->receive(std::span(buffer).first(static_cast<std::size_t>(count)), now_ns);
     }
+    end_if_refused();
     return taken > 0;
   }
 
@@ -222,11 +230,19 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     session_->write(
         [this](std::span<const std::uint8_t> packet) {
           // QUIC takes what is dropped here for lost.
-          ::send(io_->socket.native_handle(), packet.data(), packet.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+          const ssize_t count =
+              ::send(io_->socket.native_handle(), packet.data(), packet.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+          // The system tells it to the next call, whichever that is.
+          if (count < 0 && errno == ECONNREFUSED) is_refused_ = true;
         },
         channel::monotonic_ns());
+    end_if_refused();
     if (session_->is_writable() || session_->is_over()) io_->writable.cancel();
     if (session_->due_ns() < due_ns_ || session_->is_over()) io_->event.cancel();
+  }
+
+  void end_if_refused() {
+    if (is_refused_) session_->close("nothing listens on its UDP port", channel::monotonic_ns());
   }
 
   [[nodiscard]] std::string describe_end() const {
@@ -236,27 +252,33 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   }
 
   void on_channel_bytes(std::span<const std::uint8_t> bytes) override {
-    if (arrived_.empty() || arrived_.back().is_packet) arrived_.emplace_back();
-    std::vector<std::uint8_t>& last = arrived_.back().bytes;
-    last.insert(last.end(), bytes.begin(), bytes.end());
+    channel_bytes_.insert(channel_bytes_.end(), bytes.begin(), bytes.end());
   }
   void on_datagram(std::span<const std::uint8_t> bytes) override {
-    if (datagrams_waiting_ >= kIncomingDatagramsMax) return;
-    ++datagrams_waiting_;
-    arrived_.push_back({{bytes.begin(), bytes.end()}, true});
+    if (datagrams_.size() >= kIncomingDatagramsMax) datagrams_.pop_front();  // the newer frame matters
+    datagrams_.emplace_back(bytes.begin(), bytes.end());
   }
+  void on_download_bytes(StreamId download, std::span<const std::uint8_t> bytes, bool is_last) override {
+    if (!downloads_.feed(download, bytes, is_last))
+      session_->close("the server sent a download that is not made of packets", channel::monotonic_ns());
+  }
+  void on_download_reset(StreamId download) override { session_->take_download(download, downloads_.drop(download)); }
 
   const StreamOptions options_;
   const std::shared_ptr<WebTransportMemory> memory_;
   PageRequest page_;
   const std::shared_ptr<Io> io_;
   std::unique_ptr<WebTransportSession> session_;  // null before it is begun
-  std::deque<Arrived> arrived_;
-  Arrived current_;  // as read last
-  std::size_t datagrams_waiting_ = 0, untaken_bytes_ = 0;
+  // What has arrived and is not read yet. The window bounds the channel's bytes. They are read first: datagrams may be
+  // of members that messages announce.
+  std::vector<std::uint8_t> channel_bytes_;
+  std::deque<std::vector<std::uint8_t>> datagrams_;
+  DownloadReader downloads_;
+  std::vector<std::uint8_t> current_;  // as read last
+  std::size_t untaken_bytes_ = 0;
   std::int64_t due_ns_ = 0;  // until when turn() waits
   WebTransportFailure failure_ = WebTransportFailure::none;
-  bool is_closed_ = false;
+  bool is_closed_ = false, is_refused_ = false;
 };
 
 }  // namespace

@@ -1,8 +1,11 @@
 #include "core/learning/learn_hair.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/assert.hpp"
 #include "core/learning/learnt_examples.hpp"
@@ -23,9 +26,10 @@ constexpr std::size_t kMeasuredModes = 64;
 // Motions of training have lower numbers.
 constexpr std::uint32_t kFirstHeldOut = 1000000;
 constexpr std::size_t kSixteensAStep = 2;
+constexpr std::size_t kInputCount = kPoseInputCount + kAirInputCount;
 
-std::uint32_t whole_sixteens(std::uint32_t count) {
-  constexpr std::uint32_t kWhole = kLearntWidth;
+std::uint32_t whole_thirty_twos(std::uint32_t count) {
+  constexpr std::uint32_t kWhole = 2 * kLearntWidth;
   return (count + kWhole - 1) / kWhole * kWhole;
 }
 
@@ -57,7 +61,7 @@ struct Scales {
 };
 
 Scales scales_of(const std::vector<LearntExamples>& examples) {
-  Scales scales{VectorXf::Zero(kPoseInputCount), 0};
+  Scales scales{VectorXf::Zero(kInputCount), 0};
   Index columns = 0;
   for (const LearntExamples& e : examples) {
     scales.input += e.inputs.rowwise().squaredNorm();
@@ -122,15 +126,15 @@ VectorXf first_weights(const NetworkSize& size) {
   return weights;
 }
 
-// Of the scaled examples. Empty when cancelled.
-VectorXf fit(const std::vector<LearntExamples>& examples, const Scales& scales, const NetworkSize& size,
+// Of the examples, which it scales. Empty when cancelled.
+VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const NetworkSize& size,
              const HairLearning& learning, const std::function<bool(double)>& keep_going,
              const ParallelFor& parallel_for) {
   const std::vector<VectorXf> motion_weights = weights_of(examples);
-  std::vector<MatrixXf> inputs, targets, hidden(examples.size());
-  for (const LearntExamples& e : examples) {
-    inputs.push_back(scales.input.cwiseInverse().asDiagonal() * e.inputs);
-    targets.push_back(e.coefficients.topRows(size.outputs) / scales.output);
+  std::vector<MatrixXf> hidden(examples.size());
+  for (LearntExamples& e : examples) {
+    e.inputs.array().colwise() /= scales.input.array();
+    e.coefficients /= scales.output;
   }
   const auto window = std::clamp<Index>(std::lround(learning.window_s / kLearntTick_s), 1, examples[0].tick_count());
   const Index windows = examples[0].tick_count() / window, columns = window * kLearntWidth;
@@ -149,8 +153,9 @@ VectorXf fit(const std::vector<LearntExamples>& examples, const Scales& scales, 
         const std::size_t count = std::min(kSixteensAStep, examples.size() - first);
         run_loop(parallel_for, count, [&](std::size_t i) {
           const std::size_t e = first + i;
-          const auto x = inputs[e].middleCols(begin, columns);
-          MatrixXf error = networks[i].forward(weights, x, hidden[e]) - targets[e].middleCols(begin, columns);
+          const auto x = examples[e].inputs.middleCols(begin, columns);
+          MatrixXf error =
+              networks[i].forward(weights, x, hidden[e]) - examples[e].coefficients.middleCols(begin, columns);
           for (Index c = 0; c < columns; ++c) error.col(c) *= 2 * motion_weights[e][c % kLearntWidth];
           gradients[i].setZero(weights.size());
           networks[i].backward(weights, x, error / static_cast<float>(columns), gradients[i]);
@@ -165,6 +170,11 @@ VectorXf fit(const std::vector<LearntExamples>& examples, const Scales& scales, 
     }
   }
   return weights;
+}
+
+// With 8 bits after the first: the network errs as much, and its file is packed into two thirds of the bytes.
+float shortened(float weight) {
+  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(weight) + 0x4000u) & ~0x7fffu);
 }
 
 std::vector<float> by_rows(const auto& matrix) {
@@ -187,15 +197,15 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
     };
   };
   ExampleRequest request;
-  request.motion_count = whole_sixteens(std::max(learning.motion_count, 1u));
+  request.motion_count = whole_thirty_twos(std::max(learning.motion_count, 1u));
   request.tick_count = static_cast<std::size_t>(learning.duration_s / kLearntTick_s);
   request.mode_count = static_cast<Index>(std::min(learning.mode_count, modes.basis.mode_count()) / 4 * 4);
-  const std::vector<LearntExamples> seen =
+  std::vector<LearntExamples> seen =
       take_examples(groom, levels, modes, request, at(0, 0.5, "moving the hair"), parallel_for);
   if (seen.empty()) return nullptr;
   ExampleRequest held_out = request;
   held_out.first_motion = kFirstHeldOut;
-  held_out.motion_count = whole_sixteens(std::max(learning.held_out_count, 1u));
+  held_out.motion_count = whole_thirty_twos(std::max(learning.held_out_count, 1u));
   held_out.mode_count = static_cast<Index>(std::min(kMeasuredModes, modes.basis.mode_count()));
   held_out.with_low = true;
   const std::vector<LearntExamples> unseen =
@@ -203,33 +213,44 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   if (unseen.empty()) return nullptr;
 
   const Scales scales = scales_of(seen);
-  const NetworkSize size{kPoseInputCount, static_cast<Index>(learning.hidden_count), request.mode_count};
-  VectorXf weights = fit(seen, scales, size, learning, at(0.55, 1, "learning the hair"), parallel_for);
+  const NetworkSize size{kInputCount, static_cast<Index>(learning.hidden_count), request.mode_count};
+  auto hair = std::make_shared<LearntHair>();
+  VectorXf most = VectorXf::Zero(kPoseInputCount);
+  for (const LearntExamples& e : seen) {
+    most = most.cwiseMax(e.inputs.topRows(kPoseInputCount).cwiseAbs().rowwise().maxCoeff());
+    hair->wind.most_m_per_s =
+        std::max(hair->wind.most_m_per_s, e.inputs.bottomRows(kAirInputCount).colwise().norm().maxCoeff());
+  }
+  std::ranges::copy(most, hair->most.begin());
+  VectorXf weights = fit(std::move(seen), scales, size, learning, at(0.55, 1, "learning the hair"), parallel_for);
   if (weights.size() == 0) return nullptr;
   NetworkWeights<float> view(size, weights.data());
   view.input *= scales.input.cwiseInverse().asDiagonal();
   view.output *= scales.output;
-
-  auto hair = std::make_shared<LearntHair>();
+  for (float& weight : weights) weight = shortened(weight);
   hair->hidden_count = learning.hidden_count;
   hair->mode_count = static_cast<std::size_t>(size.outputs);
-  hair->input_weights = by_rows(view.input);
+  hair->input_weights = by_rows(view.input.leftCols(kPoseInputCount));
   hair->hidden_weights = by_rows(view.hidden);
   hair->bias = by_rows(view.bias);
   hair->output_weights = by_rows(view.output);
-  VectorXf most = VectorXf::Zero(kPoseInputCount);
-  for (const LearntExamples& e : seen) most = most.cwiseMax(e.inputs.cwiseAbs().rowwise().maxCoeff());
-  std::ranges::copy(most, hair->most.begin());
-  MeanError error, low_error;
+  hair->wind.weights = by_rows(view.input.rightCols(kAirInputCount));
+  struct Errors {
+    MeanError own, low;
+  };
+  std::array<Errors, 2> errors;  // in still air, in wind
   Network<float> network(size);
   for (const LearntExamples& e : unseen) {
     MatrixXf h = MatrixXf::Zero(size.hidden, kLearntWidth), wrong = e.coefficients;
     wrong.topRows(size.outputs) -= network.forward(weights, e.inputs, h);
-    error.add(wrong, e.coefficients);
-    low_error.add(e.low - e.coefficients, e.coefficients);
+    errors[e.in_wind].own.add(wrong, e.coefficients);
+    errors[e.in_wind].low.add(e.low - e.coefficients, e.coefficients);
   }
-  hair->error = error.mean();
-  hair->low_error = low_error.mean();
+  hair->error = errors[0].own.mean();
+  hair->low_error = errors[0].low.mean();
+  hair->wind.error = errors[1].own.mean();
+  hair->wind.low_error = errors[1].low.mean();
+  if (hair->wind.error > hair->wind.low_error) hair->wind.weights.clear();
   if (const std::string fault = validate(*hair); !fault.empty()) return Refusal(fault);
   if (hair->error > hair->low_error) {
     const auto percent = [](float share) { return std::to_string(std::lround(100 * share)) + " %"; };

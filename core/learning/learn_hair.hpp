@@ -10,22 +10,23 @@
 
 namespace hairnet {
 
-// How a groom's hair is learnt. Counts of motions are rounded up to whole sixteens.
+// How a groom's hair is learnt. Counts of motions are rounded up to whole thirty-twos; half of each is in wind.
 struct HairLearning {
-  std::uint32_t motion_count = 512;
+  std::uint32_t motion_count = 1024;
   std::uint32_t held_out_count = 32;  // more motions, which only measure the error
   double duration_s = 6;              // of each motion
-  std::size_t hidden_count = 48;      // a multiple of 4
+  std::size_t hidden_count = 64;      // a multiple of 4
   std::size_t mode_count = 32;        // driven ones; fewer when the basis has fewer; a multiple of 4
-  int rounds = 40;                    // over all motions
+  int rounds = 20;                    // over all motions
   double window_s = 1;                // through which errors are propagated back
   double rate = 0.01;                 // of the first steps; it falls to a hundredth
   double decay = 0.3;                 // of weights: pull to zero, relative to the rate
 };
 
-// Learns the hair of a groom as it was built, in still air: steps the finest level through training motions, and fits a
-// network to its coefficients. Null when cancelled. Refused when the network errs more from the finest level, in
-// motions that it was not fitted to, than the low level does. The same bits for any `parallel_for`.
+// Learns the hair of a groom as it was built: steps the finest level through training motions, and fits a network to
+// its coefficients. Null when cancelled. Refused when the network errs more from the finest level, in motions that it
+// was not fitted to, than the low level does; where it does so in wind alone, it is not for wind. The same bits for any
+// `parallel_for`.
 Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
                                                      const Modes& modes, const BuildCallbacks& callbacks = {},
                                                      const ParallelFor& parallel_for = {},

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
 
 #include "core/assert.hpp"
 #include "core/learnt/pose_inputs.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/modes/training_motion.hpp"
+#include "core/random.hpp"
 #include "core/smoothstep.hpp"
 #include "core/world/world.hpp"
 
@@ -16,6 +20,12 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
+
+constexpr std::size_t kSixteensAtOnce = 16;  // bounds the memory of lattices and poses
+
+bool is_in_wind(std::uint32_t number) {
+  return number / kLearntWidth % 2 == 1;
+}
 
 // More wild motions than make_training_motion has in a row. Every fourth motion returns to upright rest and stays
 // there: hair must learn to come to rest.
@@ -32,52 +42,70 @@ std::vector<Pose> poses_of(std::uint32_t number, const Body& body, std::size_t t
   return poses;
 }
 
+// From a breeze to a strong wind, from any side, steady or in gusts.
+Wind wind_of(std::uint32_t number) {
+  Random random(20041, number);
+  const double speed = random.between(0, kLearntWindMax_m_per_s), from = 2 * std::numbers::pi * random.unit();
+  Wind wind;
+  wind.mean_m_per_s = speed * Vec3(std::sin(from), 0.2 * random.symmetric(), std::cos(from));
+  wind.gust_ratio = 0.8 * random.unit();
+  wind.gust_period_s = 0.5 * std::pow(8.0, random.unit());
+  wind.turbulence_rms_m_per_s = 0.3 * speed * random.unit();
+  wind.turbulence_scale_m = 0.4 * std::pow(4.0, random.unit());
+  wind.seed = random.next();
+  return wind;
+}
+
 struct Actor {
   std::vector<Pose> poses;
   PoseHistory history;
+  WindField wind;
   CharacterId high, low;
 };
 
-}  // namespace
-
-std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
-                                          const Modes& modes, const ExampleRequest& request,
-                                          const std::function<bool(double)>& keep_going,
-                                          const ParallelFor& parallel_for) {
-  HAIRNET_ASSERT(request.motion_count % kLearntWidth == 0);
+// Of the motions from `first` on, as many as `examples` hold.
+bool take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const MatrixXf& projection,
+                   const ExampleRequest& request, std::uint32_t first, std::span<LearntExamples> examples,
+                   const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for) {
   const LevelMap* map = levels->map(LevelIndex::low, LevelIndex::high);
   HAIRNET_ASSERT(map);
   WorldDef def;
   def.tick_s = kLearntTick_s;
   def.parallel_for = parallel_for;
   World world(def);
-  std::vector<Actor> actors(request.motion_count);
+  std::vector<Actor> actors(examples.size() * kLearntWidth);
   for (std::uint32_t n = 0; n < actors.size(); ++n) {
     Actor& actor = actors[n];
-    actor.poses = poses_of(request.first_motion + n, groom.body, request.tick_count);
+    const std::uint32_t number = first + n;
+    actor.poses = poses_of(number, groom.body, request.tick_count);
     actor.history.next(actor.poses[0]);
-    actor.high = world.add({levels, LevelIndex::high, actor.poses[0]});
-    if (request.with_low) actor.low = world.add({levels, LevelIndex::low, actor.poses[0]});
+    if (is_in_wind(number)) actor.wind = WindField(wind_of(number));
+    Environment environment;
+    environment.wind = actor.wind;
+    world.set_environment(n, environment);
+    actor.high = world.add({levels, LevelIndex::high, actor.poses[0], n});
+    if (request.with_low) actor.low = world.add({levels, LevelIndex::low, actor.poses[0], n});
   }
-  const MatrixXf projection = modes.map(LevelIndex::high).matrix().topRows(request.mode_count);
   const auto ticks = static_cast<Index>(request.tick_count);
-  std::vector<LearntExamples> examples(request.motion_count / kLearntWidth);
-  for (LearntExamples& e : examples) {
-    e.inputs.resize(kPoseInputCount, ticks * kLearntWidth);
+  for (std::size_t i = 0; i < examples.size(); ++i) {
+    LearntExamples& e = examples[i];
+    e.inputs.resize(kPoseInputCount + kAirInputCount, ticks * kLearntWidth);
     e.coefficients.resize(request.mode_count, ticks * kLearntWidth);
     if (request.with_low) e.low.resize(request.mode_count, ticks * kLearntWidth);
+    e.in_wind = is_in_wind(first + static_cast<std::uint32_t>(i) * kLearntWidth);
   }
   for (Index t = 0; t < ticks; ++t) {
-    if (!keep_going(static_cast<double>(t) / static_cast<double>(ticks))) return {};
+    if (!keep_going(static_cast<double>(t) / static_cast<double>(ticks))) return false;
     for (std::size_t n = 0; n < actors.size(); ++n) {
       Actor& actor = actors[n];
       const Pose& pose = actor.poses[static_cast<std::size_t>(t) + 1];
       world.set_pose(actor.high, pose);
       if (request.with_low) world.set_pose(actor.low, pose);
       const PoseInputs inputs = actor.history.next(pose);
-      const auto lane = static_cast<Index>(n) % kLearntWidth;
-      examples[n / kLearntWidth].inputs.col(t * kLearntWidth + lane) =
-          Eigen::Map<const VectorXf>(inputs.data(), kPoseInputCount);
+      const Vec3 air = actor.wind.velocity(pose.head().position, static_cast<double>(t + 1) * kLearntTick_s);
+      auto column = examples[n / kLearntWidth].inputs.col(t * kLearntWidth + static_cast<Index>(n) % kLearntWidth);
+      column << Eigen::Map<const VectorXf>(inputs.data(), kPoseInputCount),
+          (pose.head().rotation.conjugate() * air).cast<float>();
     }
     world.step();
     run_loop(parallel_for, examples.size(), [&](std::size_t e) {
@@ -89,13 +117,35 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
       }
       examples[e].coefficients.middleCols(t * kLearntWidth, kLearntWidth).noalias() = projection * nodes;
       if (!request.with_low) return;
-      std::vector<Vec3f> mapped(modes.basis.node_count);
+      std::vector<Vec3f> mapped(static_cast<std::size_t>(projection.cols()) / 3);
       for (Index lane = 0; lane < kLearntWidth; ++lane) {
         map->apply(world.lattice(own[static_cast<std::size_t>(lane)].low).displacement, mapped);
         nodes.col(lane) = Eigen::Map<const VectorXf>(mapped.data()->data(), nodes.rows());
       }
       examples[e].low.middleCols(t * kLearntWidth, kLearntWidth).noalias() = projection * nodes;
     });
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                                          const Modes& modes, const ExampleRequest& request,
+                                          const std::function<bool(double)>& keep_going,
+                                          const ParallelFor& parallel_for) {
+  HAIRNET_ASSERT(request.first_motion % (2 * kLearntWidth) == 0);
+  HAIRNET_ASSERT(request.motion_count % (2 * kLearntWidth) == 0);
+  const MatrixXf projection = modes.map(LevelIndex::high).matrix().topRows(request.mode_count);
+  std::vector<LearntExamples> examples(request.motion_count / kLearntWidth);
+  for (std::size_t begin = 0; begin < examples.size(); begin += kSixteensAtOnce) {
+    const auto own = std::span(examples).subspan(begin, std::min(kSixteensAtOnce, examples.size() - begin));
+    const auto keep_on = [&](double share) {
+      return keep_going((static_cast<double>(begin) + share * static_cast<double>(own.size())) /
+                        static_cast<double>(examples.size()));
+    };
+    const std::uint32_t first = request.first_motion + static_cast<std::uint32_t>(begin) * kLearntWidth;
+    if (!take_examples(groom, levels, projection, request, first, own, keep_on, parallel_for)) return {};
   }
   return examples;
 }

@@ -13,25 +13,29 @@
 
 namespace hairnet {
 
+// The mean speed of the strongest wind in training; gusts are stronger.
+inline constexpr double kLearntWindMax_m_per_s = 10;
+
 // What the finest level did in kLearntWidth motions side by side. A column is one motion at one tick: [tick][motion].
 struct LearntExamples {
-  Eigen::MatrixXf inputs;        // [input], PoseHistory
+  Eigen::MatrixXf inputs;        // [input], PoseHistory, then the air
   Eigen::MatrixXf coefficients;  // [mode], m
   Eigen::MatrixXf low;  // [mode], m: what the low level did, moved to the finest level by its LevelMap; or empty
+  bool in_wind = false;
 
   [[nodiscard]] Eigen::Index tick_count() const { return inputs.cols() / kLearntWidth; }
 };
 
 struct ExampleRequest {
-  std::uint32_t first_motion = 0;  // make_training_motion's number of the first
-  std::uint32_t motion_count = 0;  // in whole sixteens
+  std::uint32_t first_motion = 0;  // make_training_motion's number of the first; of a whole thirty-two
+  std::uint32_t motion_count = 0;  // in whole thirty-twos: the first half of each is in still air, the other in wind
   std::size_t tick_count = 0;
   Eigen::Index mode_count = 0;
   bool with_low = false;
 };
 
-// Steps the hair through training motions, in still air and as it was built, one tick each kLearntTick_s. Empty when
-// `keep_going`, which gets the finished share, returns false. The same bits for any `parallel_for`.
+// Steps the hair through training motions, as it was built, one tick each kLearntTick_s. Empty when `keep_going`, which
+// gets the finished share, returns false. The same bits for any `parallel_for`.
 std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
                                           const Modes& modes, const ExampleRequest& request,
                                           const std::function<bool(double)>& keep_going,

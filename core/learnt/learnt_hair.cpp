@@ -21,8 +21,13 @@ bool LearntHair::covers(const PoseInputs& inputs) const {
   return true;
 }
 
+bool LearntHair::covers_air(double speed_m_per_s) const {
+  return speed_m_per_s == 0 || (!wind.weights.empty() && speed_m_per_s <= double{kMargin} * double{wind.most_m_per_s});
+}
+
 std::size_t LearntHair::bytes() const {
-  return sizeof(float) * (input_weights.size() + hidden_weights.size() + bias.size() + output_weights.size());
+  return sizeof(float) *
+         (input_weights.size() + hidden_weights.size() + bias.size() + output_weights.size() + wind.weights.size());
 }
 
 std::string validate(const LearntHair& hair) {
@@ -33,15 +38,19 @@ std::string validate(const LearntHair& hair) {
   if (!is_count(hair.mode_count, kLearntModesMax)) return "learnt hair with a wrong number of modes";
   const std::size_t gates = 3 * hair.hidden_count;
   if (hair.input_weights.size() != gates * kPoseInputCount || hair.hidden_weights.size() != gates * hair.hidden_count ||
-      hair.bias.size() != gates || hair.output_weights.size() != hair.mode_count * hair.hidden_count) {
+      hair.bias.size() != gates || hair.output_weights.size() != hair.mode_count * hair.hidden_count ||
+      (!hair.wind.weights.empty() && hair.wind.weights.size() != gates * kAirInputCount)) {
     return "learnt hair with a wrong number of weights";
   }
-  for (const auto* numbers : {&hair.input_weights, &hair.hidden_weights, &hair.bias, &hair.output_weights})
+  for (const auto* numbers :
+       {&hair.input_weights, &hair.hidden_weights, &hair.bias, &hair.output_weights, &hair.wind.weights})
     if (!std::ranges::all_of(*numbers, [](float v) { return std::abs(v) <= kLearntWeightMax; }))
       return "learnt hair with a weight that is not finite, or too great";
   const auto is_size = [](float value) { return std::isfinite(value) && value >= 0; };
-  if (!std::ranges::all_of(hair.most, is_size)) return "learnt hair with a wrong range of inputs";
-  if (!is_size(hair.error) || !is_size(hair.low_error)) return "learnt hair with a wrong error";
+  if (!std::ranges::all_of(hair.most, is_size) || !is_size(hair.wind.most_m_per_s))
+    return "learnt hair with a wrong range of inputs";
+  for (const float error : {hair.error, hair.low_error, hair.wind.error, hair.wind.low_error})
+    if (!is_size(error)) return "learnt hair with a wrong error";
   return {};
 }
 
@@ -49,7 +58,7 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
   HAIRNET_ASSERT(members.size() <= kLearntWidth);
   HAIRNET_VALIDATE(validate(hair).empty());
   // [number][character]
-  alignas(64) std::array<float, kPoseInputCount * kLearntWidth> inputs{};
+  alignas(64) std::array<float, (kPoseInputCount + kAirInputCount) * kLearntWidth> inputs{};
   alignas(64) std::array<float, kLearntHiddenMax * kLearntWidth> before{}, after;
   alignas(64) std::array<float, kLearntModesMax * kLearntWidth> coefficients;
   for (std::size_t m = 0; m < members.size(); ++m) {
@@ -58,8 +67,11 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
     HAIRNET_ASSERT(member.pose);
     HAIRNET_ASSERT(member.coefficients.size() >= hair.mode_count);
     const PoseInputs own = member.state->poses.next(*member.pose);
-    member.is_covered = hair.covers(own);
+    const Vec3f air = (member.pose->head().rotation.conjugate() * member.air_world).cast<float>();
+    member.is_covered = hair.covers(own) && hair.covers_air(member.air_world.norm());
     for (std::size_t i = 0; i < own.size(); ++i) inputs[i * kLearntWidth + m] = own[i];
+    for (std::size_t i = 0; i < kAirInputCount; ++i)
+      inputs[(kPoseInputCount + i) * kLearntWidth + m] = air[static_cast<int>(i)];
     std::vector<float>& hidden = member.state->hidden;
     hidden.resize(hair.hidden_count);
     for (std::size_t i = 0; i < hidden.size(); ++i) before[i * kLearntWidth + m] = hidden[i];
@@ -79,6 +91,7 @@ void step_learnt(const LearntHair& hair, std::span<LearntMotion> motions) {
   int first = 1, last = 0;
   for (LearntMotion& motion : motions) {
     HAIRNET_ASSERT(motion.ticks >= 0);
+    HAIRNET_ASSERT(motion.air_world.empty() || motion.air_world.size() == static_cast<std::size_t>(motion.ticks) + 1);
     motion.is_covered = true;
     if (motion.begins) first = 1 - kLearntStart_ticks;
     last = std::max(last, motion.ticks);
@@ -98,6 +111,8 @@ void step_learnt(const LearntHair& hair, std::span<LearntMotion> motions) {
       else
         pose = interpolate(*motion.from, *motion.to, static_cast<double>(tick) / motion.ticks);
       members[count] = {motion.state, &pose, motion.coefficients};
+      if (!motion.air_world.empty())
+        members[count].air_world = motion.air_world[static_cast<std::size_t>(std::max(tick, 0))];
       stepped[count++] = &motion;
     }
     step_learnt(hair, std::span(members).first(count));

@@ -15,15 +15,26 @@ inline constexpr int kLearntStart_ticks = 30;    // for which a network that beg
 inline constexpr int kLearntGapMax_ticks = 8;    // between two poses; after a longer gap a network begins again
 inline constexpr int kLearntSettled_ticks = 60;  // after which it hardly matters when a network has begun
 
-// The hair of one groom as a small recurrent network: from poses to the first coefficients of the groom's basis. For
-// the groom as it was built, in still air. Rows of matrices follow each other. Immutable; all threads may share it.
+inline constexpr std::size_t kAirInputCount = 3;  // the velocity of the air at the head, in its axes, m/s
+
+// What learnt hair knows of wind. Servers alone have it: clients evaluate hair in still air.
+struct LearntWind {
+  std::vector<float> weights;      // Zu, Nu, Ru: [3 hidden][kAirInputCount]; empty: the hair holds in still air alone
+  float most_m_per_s = 0;          // the fastest air in the training motions
+  float error = 0, low_error = 0;  // as those of LearntHair, in wind
+};
+
+// The hair of one groom as a small recurrent network: from poses, and the wind, to the first coefficients of the
+// groom's basis. For the groom as it was built. Rows of matrices follow each other. Immutable; all threads may share
+// it.
 //
-//     z = s(Z x + Z' h + z0)                  how much each hidden number moves, s(a) = (1 + f(a)) / 2
-//     r = s(R x + R' h + r0)                  how much it follows the others
-//     n = f(N x + r N' h + n0) - f(n0)        where it moves
+//     z = s(Z x + Zu u + Z' h + z0)              how much each hidden number moves, s(a) = (1 + f(a)) / 2
+//     r = s(R x + Ru u + R' h + r0)              how much it follows the others
+//     n = f(N x + Nu u + r N' h + n0) - f(n0)    where it moves
 //     h <- h + z (n - h),       c = C h
 //
-// x are the PoseInputs, h the hidden numbers and c the coefficients (m). At rest x, h and c are exactly zero.
+// x are the PoseInputs, u the velocity of the air, h the hidden numbers and c the coefficients (m). At rest in still
+// air x, u, h and c are exactly zero.
 struct LearntHair {
   std::size_t hidden_count = 0, mode_count = 0;  // multiples of 4
   std::vector<float> input_weights;              // Z, N, R: [3 hidden][input]
@@ -31,10 +42,13 @@ struct LearntHair {
   std::vector<float> bias;                       // z0, n0, r0: [3 hidden]
   std::vector<float> output_weights;             // C: [mode][hidden]
   PoseInputs most{};                             // the greatest size of each input in the training motions
-  float error = 0, low_error = 0;  // of this and of the low level from the finest, over its motion; on held-out motions
+  // Of this and of the low level from the finest, over its motion; on held-out motions in still air.
+  float error = 0, low_error = 0;
+  LearntWind wind;
 
   // Whether these inputs were met in training. Others are evaluated too, but the hair may be far off.
   [[nodiscard]] bool covers(const PoseInputs& inputs) const;
+  [[nodiscard]] bool covers_air(double speed_m_per_s) const;
   [[nodiscard]] std::size_t bytes() const;  // of weights
 };
 
@@ -52,6 +66,7 @@ struct LearntMember {
   LearntState* state = nullptr;
   const Pose* pose = nullptr;     // kLearntTick_s after the last
   std::span<float> coefficients;  // of the groom's basis, m; those that are not driven become 0
+  Vec3 air_world = Vec3::Zero();  // velocity of the air at the head, m/s
   bool is_covered = false;        // result: the hair covers the inputs
 };
 
@@ -66,7 +81,10 @@ struct LearntMotion {
   int ticks = 1;                  // from one to the other; poses between them are interpolated
   bool begins = false;            // the network sees `from` held for kLearntStart_ticks first
   std::span<float> coefficients;  // at `to`; unchanged when there is nothing to see
-  bool is_covered = true;         // result: the hair covers all poses after `from`
+  // Velocities of the air at the head, m/s: at `from`, which counts when the network begins, then at each tick. Empty:
+  // still air.
+  std::span<const Vec3> air_world = {};
+  bool is_covered = true;  // result: the hair covers all poses after `from`
 };
 
 // Steps at most kLearntWidth characters through their motions. The result of a character does not depend on the others.

@@ -65,6 +65,12 @@ HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float*
   }
   constexpr std::size_t kIn = kPoseInputCount;
   sums.add({x, x + kIn, x + 2 * n * kIn, x + (2 * n + 1) * kIn, x + n * kIn, x + (n + 1) * kIn}, inputs, kIn);
+  if (!hair.wind.weights.empty()) {
+    constexpr std::size_t kAir = kAirInputCount;
+    const float* const u = hair.wind.weights.data() + first * kAir;
+    sums.add({u, u + kAir, u + 2 * n * kAir, u + (2 * n + 1) * kAir, u + n * kAir, u + (n + 1) * kAir},
+             inputs + kIn * kLearntWidth, kAir);
+  }
   V own[2][kRegisters];
   for (std::size_t i = 0; i < 2; ++i) {
     for (std::size_t v = 0; v < kRegisters; ++v) own[i][v] = sums.at[4 + i][v];

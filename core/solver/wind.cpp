@@ -95,6 +95,10 @@ bool is_still(const Wind& wind) {
   return wind.mean_m_per_s == Vec3::Zero() && wind.turbulence_rms_m_per_s == 0;
 }
 
+double gust_m_per_s(const Wind& wind) {
+  return (1 + wind.gust_ratio) * wind.mean_m_per_s.norm() + 2 * wind.turbulence_rms_m_per_s;
+}
+
 WindField::WindField(const Wind& wind) {
   HAIRNET_ASSERT(validate(wind).empty());
   const bool is_moving = wind.mean_m_per_s != Vec3::Zero();

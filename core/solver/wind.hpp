@@ -27,6 +27,8 @@ inline constexpr double kTurbulenceScaleMin_m = 0.3;
 // Empty when every value is finite and in its range; else one line that names the value and the range.
 std::string validate(const Wind& wind);
 bool is_still(const Wind& wind);  // no air moves
+// The speed that the air seldom exceeds.
+double gust_m_per_s(const Wind& wind);
 
 // Air velocity everywhere and at any time, from a Wind; asserts that validate(wind) finds no fault. Immutable and cheap
 // to copy. The same Wind gives the same bits on every machine: the code uses no sine or distribution of a library.

@@ -56,11 +56,15 @@ void ease_to_rigid(double elapsed_s, Character& c) {
   for (Vec3f& d : c.state.displacement) d *= static_cast<float>(after / before);
 }
 
+// For how long bones and air have been at rest.
+double still_s(const TickContext& terms, const Character& c) {
+  return terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
+}
+
 // Sets the shares of springs and contact after level switches and untangling.
 void ease_in(const TickContext& terms, Character& c) {
   const double elapsed_s = terms.plan(c).interval_s;
-  const double still_s = terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
-  c.untangle.update(c.to, still_s, elapsed_s, *c.model(), c.state.displacement);
+  c.untangle.update(c.to, still_s(terms, c), elapsed_s, *c.model(), c.state.displacement);
   c.contact_release = std::max(c.untangle.share(), 1 - SwitchEase(c.since_switch_s).contact());
   c.since_switch_s += elapsed_s;
   const double stiffness = std::min(c.untangle.stiffness(), SwitchEase(c.since_switch_s).stiffness());
@@ -74,6 +78,25 @@ void count_stillness(double elapsed_s, Character& c) {
   if (!c.is_asleep()) return;
   for (Vec3f& v : c.state.velocity) v.setZero();
   c.last_from = c.from;
+  c.unsettled = {};
+}
+
+// Springs that turn far in one linearised step can keep a lattice in a cycle that never ends, or, scaled back by the
+// limit of its energy before each step, with a velocity that leads nowhere. Long after all else is at rest, each turn
+// therefore goes half its way, which ends cycles and changes no state of rest, and the speed is that of the way.
+void settle(const TickContext& terms, Character& c) {
+  if (still_s(terms, c) < kSettleAfter_s) return;
+  constexpr float kShare = 0.5f;
+  HAIRNET_ASSERT(c.unsettled.displacement.size() == c.state.displacement.size());
+  float farthest2_m2 = 0;
+  for (std::size_t i = 0; i < c.state.displacement.size(); ++i) {
+    Vec3f &d = c.state.displacement[i], &v = c.state.velocity[i];
+    const Vec3f way = d - c.unsettled.displacement[i];
+    d = c.unsettled.displacement[i] + kShare * way;
+    v = c.unsettled.velocity[i] + kShare * (v - c.unsettled.velocity[i]);
+    farthest2_m2 = std::max(farthest2_m2, way.squaredNorm());
+  }
+  c.state.speed_max_m_per_s = std::sqrt(farthest2_m2) / static_cast<float>(terms.plan(c).interval_s);
 }
 
 bool is_due(const TickContext& terms, const Character& c) {
@@ -150,6 +173,7 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
   } else if (c.model()) {
     if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
     ease_in(terms, c);
+    if (still_s(terms, c) >= kSettleAfter_s) c.unsettled = c.state;
     check_invariants(c);
     return Outcome::stepped;
   } else if (c.network()) {
@@ -192,6 +216,7 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
     check_invariants(c);
     return Outcome::reset;
   }
+  settle(terms, c);
   count_stillness(terms.plan(c).interval_s, c);
   check_invariants(c);
   return Outcome::stepped;
@@ -200,15 +225,27 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
 void step_learnt_turns(const TickContext& terms, std::span<Character* const> characters) {
   HAIRNET_ASSERT(!characters.empty() && characters.size() <= kLearntWidth);
   std::array<LearntMotion, kLearntWidth> motions;
+  std::array<std::array<Vec3, kStrideMax + 1>, kLearntWidth> air_world;
   const LearntHair& hair = *characters[0]->network();
   const double interval_s = terms.plan(*characters[0]).interval_s;
   const int ticks = std::max(1, static_cast<int>(std::lround(interval_s / kLearntTick_s)));
+  HAIRNET_ASSERT(ticks <= kStrideMax);
   for (std::size_t i = 0; i < characters.size(); ++i) {
     Character& c = *characters[i];
     HAIRNET_ASSERT(c.network() == &hair);
     HAIRNET_ASSERT(c.step_ticks == characters[0]->step_ticks);
     const bool begins = !std::exchange(c.learnt.has_begun, true);
     motions[i] = {&c.learnt.state, &c.from, &c.to, ticks, begins, c.learnt.coefficients};
+    const WindField& wind = terms.environment(c).wind;
+    if (wind.is_still()) continue;
+    const std::span<Vec3> air = std::span(air_world[i]).first(static_cast<std::size_t>(ticks) + 1);
+    for (int tick = begins ? 0 : 1; tick <= ticks; ++tick) {
+      const double share = static_cast<double>(tick) / ticks;
+      const Vec3 head_world = interpolate(c.from, c.to, share).head().position;
+      const double time_s = (static_cast<double>(terms.tick + 1) - (1 - share) * c.step_ticks) * terms.tick_s;
+      air[static_cast<std::size_t>(tick)] = wind.velocity(head_world, time_s);
+    }
+    motions[i].air_world = air;
   }
   step_learnt(hair, std::span(motions).first(characters.size()));
   for (std::size_t i = 0; i < characters.size(); ++i) characters[i]->learnt.is_covered = motions[i].is_covered;

@@ -16,6 +16,7 @@ namespace hairnet {
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
+inline constexpr double kSettleAfter_s = 8;            // of rest of bones and air
 inline constexpr std::uint64_t kNeverChanged = ~0ull;  // no tick
 
 // Hair on the learnt level.
@@ -45,6 +46,7 @@ struct Character {
   double stiffness = 1;         // factor of the last tick from the level switch and untangling
   double contact_release = 0;
   Untangle untangle;
+  LatticeState unsettled;                      // the state before its last turn, while it settles
   std::uint64_t state_tick = 0;                // ticks that the state includes
   std::uint64_t changed_tick = kNeverChanged;  // state_tick when it last changed
   // of its turns: the character has a turn when tick + phase is a multiple of the stride

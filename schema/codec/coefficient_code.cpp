@@ -19,7 +19,7 @@ constexpr unsigned kStepBits = 3, kCalmBits = 3;
 constexpr unsigned kCalmMax = (1u << kCalmBits) - 1;
 constexpr unsigned kUnaryMax = 16;
 constexpr unsigned kWholeBits = 20;
-constexpr int kIntegerMax = (1 << (kWholeBits - 1)) - 1;
+constexpr int kIntegerMin = -(1 << (kWholeBits - 1)), kIntegerMax = -kIntegerMin - 1;
 constexpr int kParameterMax = 16;
 static_assert(kStepCount == 1u << kStepBits);
 static_assert(kCoefficientHeaderBits == kStepBits + kCalmBits);
@@ -34,8 +34,7 @@ unsigned bits_of(std::uint32_t z, unsigned parameter) {
 // and their bits count up; std::nearbyint is a call where SSE4.1 is not certain.
 constexpr float kIntegers = 0x1.8p23f;
 float shifted_nearest(float c, float per_step) {
-  constexpr auto kMost = static_cast<float>(kIntegerMax);
-  return std::max(std::min(c * per_step, kMost), -kMost) + kIntegers;
+  return std::max(std::min(c * per_step, static_cast<float>(kIntegerMax)), static_cast<float>(kIntegerMin)) + kIntegers;
 }
 std::int32_t integer_of(float shifted) {
   return std::bit_cast<std::int32_t>(shifted) - std::bit_cast<std::int32_t>(kIntegers);

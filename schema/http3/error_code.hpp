@@ -25,7 +25,7 @@ enum class ErrorCode : std::uint64_t {
   session_unknown = 0x3994bd84,
   // A session that has ended takes its streams with it.
   session_gone = 0x170d7b68,
-  // A session's own error 0: it has its stream already.
+  // A session's own error 0: it has its channel already, or gives a download up.
   session_error = 0x52e4a40fa8db,
 };
 

@@ -25,4 +25,11 @@ Bytes channel_begin(std::uint64_t session) {
   return begin;
 }
 
+Bytes one_way_begin(std::uint64_t session) {
+  Bytes begin;
+  put_varint(begin, kSessionStream);
+  put_varint(begin, session);
+  return begin;
+}
+
 }  // namespace hairnet::http3

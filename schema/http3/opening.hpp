@@ -14,4 +14,7 @@ Bytes connect_request(std::string_view authority, std::string_view path, std::st
 // What the session's channel begins with.
 Bytes channel_begin(std::uint64_t session);
 
+// What another stream of the session begins with, which the server opens for itself alone.
+Bytes one_way_begin(std::uint64_t session);
+
 }  // namespace hairnet::http3

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::quic {
 namespace {
 
@@ -11,13 +13,30 @@ constexpr std::size_t kPiecesMax = 16;
 
 }  // namespace
 
+SendBuffer& SendQueues::add_bulk_stream(std::int64_t id) {
+  HAIRNET_ASSERT(!streams_.contains(id));
+  bulk_.push_back(id);
+  return streams_[id];
+}
+
 SendBuffer* SendQueues::find(std::int64_t id) {
   const auto found = streams_.find(id);
   return found == streams_.end() ? nullptr : &found->second;
 }
 
+const SendBuffer* SendQueues::find(std::int64_t id) const {
+  const auto found = streams_.find(id);
+  return found == streams_.end() ? nullptr : &found->second;
+}
+
+void SendQueues::erase(std::int64_t id) {
+  streams_.erase(id);
+  std::erase(bulk_, id);
+}
+
 void SendQueues::clear() {
   streams_.clear();
+  bulk_.clear();
   drop_datagrams();
 }
 
@@ -33,15 +52,51 @@ std::size_t SendQueues::kept_bytes() const {
   return bytes;
 }
 
+std::size_t SendQueues::bulk_kept_bytes() const {
+  std::size_t bytes = 0;
+  for (const std::int64_t id : bulk_) bytes += streams_.at(id).kept_bytes();
+  return bytes;
+}
+
+bool SendQueues::is_bulk(std::int64_t id) const {
+  return std::ranges::find(bulk_, id) != bulk_.end();
+}
+
+bool SendQueues::is_idle() const {
+  return datagrams_.empty() && std::ranges::none_of(streams_, [](const auto& entry) {
+           return entry.second.has_unsent() || entry.second.kept_bytes() > 0;
+         });
+}
+
+std::int64_t SendQueues::next_stream(std::span<const std::int64_t> blocked) const {
+  const auto is_ready = [&](std::int64_t id) {
+    return streams_.at(id).has_unsent() && std::ranges::count(blocked, id) == 0;
+  };
+  const auto first =
+      std::ranges::find_if(streams_, [&](const auto& entry) { return !is_bulk(entry.first) && is_ready(entry.first); });
+  const bool has_first = first != streams_.end();
+  if (has_first && in_a_row_ < kInARowMax) return first->first;
+  const auto bulk = std::ranges::find_if(bulk_, is_ready);
+  if (bulk != bulk_.end()) return *bulk;
+  return has_first ? first->first : -1;
+}
+
+void SendQueues::on_stream_sent(std::int64_t id) {
+  datagrams_.on_stream_sent();
+  const auto bulk = std::ranges::find(bulk_, id);
+  in_a_row_ = bulk == bulk_.end() ? in_a_row_ + 1 : 0;
+  if (bulk != bulk_.end()) std::rotate(bulk, bulk + 1, bulk_.end());
+}
+
 ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_info& info,
                                std::span<std::uint8_t> room, std::int64_t now_ns, SendObserver& observer) {
   const auto time = static_cast<ngtcp2_tstamp>(now_ns);
   std::vector<std::int64_t> blocked;
   while (true) {
-    const auto next = std::ranges::find_if(streams_, [&](const auto& entry) {
-      return entry.second.has_unsent() && std::ranges::count(blocked, entry.first) == 0;
-    });
-    const bool has_stream = next != streams_.end();
+    // Without credit of the connection no stream can send, and ngtcp2 would wait: datagrams need none.
+    const std::int64_t id = ngtcp2_conn_get_max_data_left(quic) > 0 ? next_stream(blocked) : -1;
+    SendBuffer* const next = find(id);
+    const bool has_stream = next != nullptr;
     if (datagrams_.is_next(has_stream) && ngtcp2_conn_get_handshake_completed(quic)) {
       std::vector<std::uint8_t>& first = datagrams_.front();
       std::array<ngtcp2_vec, 2> pieces{};  // of which none may be empty
@@ -59,10 +114,9 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
       if (bytes == NGTCP2_ERR_WRITE_MORE || is_unusable) continue;
       return bytes;
     }
-    const std::int64_t id = has_stream ? next->first : -1;
     std::array<ngtcp2_vec, kPiecesMax> pieces{};
-    const std::size_t count = has_stream ? next->second.peek(pieces) : 0;
-    const bool with_end = has_stream && next->second.reaches_end(std::span(pieces).first(count));
+    const std::size_t count = has_stream ? next->peek(pieces) : 0;
+    const bool with_end = has_stream && next->reaches_end(std::span(pieces).first(count));
     std::uint32_t flags = has_stream ? NGTCP2_WRITE_STREAM_FLAG_MORE : NGTCP2_WRITE_STREAM_FLAG_NONE;
     if (with_end) flags |= NGTCP2_WRITE_STREAM_FLAG_FIN;
     ngtcp2_ssize taken = -1;
@@ -70,8 +124,8 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
                                                          id, pieces.data(), count, time);
     if (has_stream && taken >= 0) {
       observer.on_stream_sent(id, static_cast<std::size_t>(taken));
-      next->second.mark_sent(static_cast<std::size_t>(taken), with_end);
-      datagrams_.on_stream_sent();
+      next->mark_sent(static_cast<std::size_t>(taken), with_end);
+      on_stream_sent(id);
     }
     if (bytes == NGTCP2_ERR_WRITE_MORE) continue;
     if (has_stream && bytes == NGTCP2_ERR_STREAM_DATA_BLOCKED) {
@@ -80,7 +134,7 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
     }
     if (has_stream && (bytes == NGTCP2_ERR_STREAM_SHUT_WR || bytes == NGTCP2_ERR_STREAM_NOT_FOUND)) {
       // The peer has stopped reading; ngtcp2 has no other way to tell.
-      next->second.reset();
+      next->reset();
       if (observer.on_stopped(id)) continue;
       return NGTCP2_ERR_CALLBACK_FAILURE;
     }

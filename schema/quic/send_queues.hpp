@@ -26,12 +26,15 @@ class SendObserver {
 };
 
 // What a connection has to send: datagrams, which go first but for every fourth packet, and the bytes of its streams.
+// Of the streams, bulk ones go last but for every fourth piece, in turn.
 class SendQueues {
  public:
   // Makes it if it is not there.
   SendBuffer& stream(std::int64_t id) { return streams_[id]; }
+  SendBuffer& add_bulk_stream(std::int64_t id);
   [[nodiscard]] SendBuffer* find(std::int64_t id);
-  void erase(std::int64_t id) { streams_.erase(id); }
+  [[nodiscard]] const SendBuffer* find(std::int64_t id) const;
+  void erase(std::int64_t id);
   void push_datagram(std::vector<std::uint8_t> bytes) { datagrams_.push(std::move(bytes)); }
   // What each datagram begins with.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { datagram_prefix_ = std::move(prefix); }
@@ -49,9 +52,21 @@ class SendQueues {
   [[nodiscard]] std::size_t unsent_bytes() const;
   // Of streams, unsent or not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const;
+  [[nodiscard]] std::size_t bulk_kept_bytes() const;
+  [[nodiscard]] bool is_bulk(std::int64_t id) const;
+  // Whether nothing waits to be sent, or for its acknowledgement.
+  [[nodiscard]] bool is_idle() const;
 
  private:
+  static constexpr int kInARowMax = 3;
+
+  // The stream to write next, of those that `blocked` does not name; -1: none.
+  [[nodiscard]] std::int64_t next_stream(std::span<const std::int64_t> blocked) const;
+  void on_stream_sent(std::int64_t id);
+
   std::map<std::int64_t, SendBuffer> streams_;
+  std::vector<std::int64_t> bulk_;  // the one whose turn is next comes first
+  int in_a_row_ = 0;                // pieces of other streams since one of bulk
   DatagramQueue datagrams_;
   std::vector<std::uint8_t> datagram_prefix_;
 };

@@ -37,6 +37,9 @@ struct Hello {
   SessionSecret secret{};     // of that session
   // The number in union Body of the last message that the client knows: the server sends none beyond it.
   std::uint8_t message_max = std::variant_size_v<Message>;
+  std::uint8_t redirects = 0;        // that the client has followed to come here since its last Welcome
+  std::uint8_t datagram_layout = 0;  // the last that the client knows: kFrameDatagramLayout; 0: only packets
+  std::uint64_t trace = 0;           // of the client's whole way, over all servers, for their logs; 0: none
 };
 struct GroomOffer {
   GroomHash hash{};
@@ -100,8 +103,8 @@ struct SetMaterial {
   std::uint32_t character = 0;
   MaterialScale scale;
 };
-struct SetWind {  // of the session's room
-  static constexpr Resent kResent = Resent::per_session;
+// Of the session's room. Whether a client sends it again depends on the wind that the room has by then.
+struct SetWind {
   Wind wind;
 };
 // Which other members a session receives frames of, and at which detail. It always receives its own characters.

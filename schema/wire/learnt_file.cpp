@@ -24,7 +24,7 @@ Result<LearntHair> decode_learnt(std::span<const std::uint8_t> bytes) {
   const auto* root = verified_root<fb::LearntHair>(aligned.bytes(), fb::LearntHairIdentifier());
   if (!root) return Refusal("not whole: no sound table of learnt hair");
   LearntHair out;
-  if (std::string fault = read_learnt(*root, out); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string fault = read_learnt(*root, nullptr, out); !fault.empty()) return Refusal(std::move(fault));
   return out;
 }
 

@@ -9,8 +9,8 @@
 
 namespace hairnet::wire {
 
-// A groom's learnt hair as a file, which clients download by its hash as they do grooms. Deterministic for one version
-// of zlib. Asserts that the hair is valid.
+// A groom's learnt hair as a file, which clients download by its hash as they do grooms: without what it knows of wind.
+// Deterministic for one version of zlib. Asserts that the hair is valid.
 std::vector<std::uint8_t> encode_learnt(const LearntHair& hair);
 // Any bytes: valid learnt hair, or a refusal of one line.
 Result<LearntHair> decode_learnt(std::span<const std::uint8_t> bytes);

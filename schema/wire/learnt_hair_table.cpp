@@ -15,7 +15,11 @@ flatbuffers::Offset<fb::LearntHair> write_learnt(flatbuffers::FlatBufferBuilder&
                               hair.error, hair.low_error);
 }
 
-std::string read_learnt(const fb::LearntHair& in, LearntHair& out) {
+flatbuffers::Offset<fb::LearntWind> write_wind(flatbuffers::FlatBufferBuilder& to, const LearntWind& wind) {
+  return fb::CreateLearntWind(to, to.CreateVector(wind.weights), wind.most_m_per_s, wind.error, wind.low_error);
+}
+
+std::string read_learnt(const fb::LearntHair& in, const fb::LearntWind* wind, LearntHair& out) {
   out.hidden_count = in.hidden_count();
   out.mode_count = in.mode_count();
   from_flatbuffer(*in.input_weights(), out.input_weights);
@@ -26,6 +30,12 @@ std::string read_learnt(const fb::LearntHair& in, LearntHair& out) {
   std::ranges::copy(*in.most(), out.most.begin());
   out.error = in.error();
   out.low_error = in.low_error();
+  if (wind) {
+    from_flatbuffer(*wind->weights(), out.wind.weights);
+    out.wind.most_m_per_s = wind->most_m_per_s();
+    out.wind.error = wind->error();
+    out.wind.low_error = wind->low_error();
+  }
   return validate(out);
 }
 

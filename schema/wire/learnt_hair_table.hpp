@@ -7,8 +7,10 @@
 
 namespace hairnet::wire {
 
+// All but what the hair knows of wind.
 flatbuffers::Offset<fb::LearntHair> write_learnt(flatbuffers::FlatBufferBuilder& to, const LearntHair& hair);
-// Returns an empty string, or one line about the fault.
-std::string read_learnt(const fb::LearntHair& in, LearntHair& out);
+flatbuffers::Offset<fb::LearntWind> write_wind(flatbuffers::FlatBufferBuilder& to, const LearntWind& wind);
+// `wind`: null for hair that knows nothing of it. Returns an empty string, or one line about the fault.
+std::string read_learnt(const fb::LearntHair& in, const fb::LearntWind* wind, LearntHair& out);
 
 }  // namespace hairnet::wire

@@ -16,7 +16,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint32_t kLayoutVersion = 4;
+constexpr std::uint32_t kLayoutVersion = 5;
 constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
 
 // The header but its checksum. All fields lie at their natural alignment, so that this is its layout in memory as well.
@@ -210,7 +210,7 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   }
   if (root->learnt()) {
     auto learnt = std::make_shared<LearntHair>();
-    if (std::string fault = read_learnt(*root->learnt(), *learnt); !fault.empty()) return fault;
+    if (std::string fault = read_learnt(*root->learnt(), root->learnt_wind(), *learnt); !fault.empty()) return fault;
     set.learnt = std::move(learnt);
   }
   if (!root->modes()) return {};
@@ -241,8 +241,9 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   for (const SkinDistanceField& field : *set.levels.front().skin) skin.push_back(write(to, field));
   const auto modes = set.modes ? write(to, *set.modes) : 0;
   const auto learnt = set.learnt ? write_learnt(to, *set.learnt) : 0;
+  const auto wind = set.learnt ? write_wind(to, set.learnt->wind) : 0;
   const auto payload =
-      finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin), modes, learnt),
+      finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin), modes, learnt, wind),
              fb::BuiltLevelsIdentifier());
   std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
   Header header;

@@ -25,7 +25,7 @@ const char* to_string(DecodeError error);
 // forbidden characters become '?' and long strings are cut. Empty when the packet would exceed kPacketBytesMax.
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
 
-// Overwrites the clock of a packet made by encode_packet, for packets that waited in a queue.
+// Overwrites the clock of what encode_packet or encode_frame_datagram has made, for packets that waited in a queue.
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
 
 // Bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -

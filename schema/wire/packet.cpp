@@ -1,4 +1,5 @@
 #include "core/assert.hpp"
+#include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/message_codec.hpp"
 
 namespace hairnet::wire {
@@ -65,6 +66,7 @@ const char* to_string(DecodeError error) {
 }
 
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
+  if (is_frame_datagram(packet)) return set_frame_datagram_clock(packet, clock_ns);
   HAIRNET_ASSERT(packet.size() >= kPacketBytesMin);
   auto* root = flatbuffers::GetMutableRoot<flatbuffers::Table>(packet.data() + sizeof(flatbuffers::uoffset_t));
   const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);

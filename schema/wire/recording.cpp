@@ -11,7 +11,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kRecordingVersion = 6;
+constexpr std::uint16_t kRecordingVersion = 7;
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
 constexpr double kAccelerationMax = 1000;  // m/s^2
@@ -47,8 +47,9 @@ Body write(FlatBufferBuilder& to, const RecordedGroom& e) {
 Body write(FlatBufferBuilder& to, const RecordedLearnt& e) {
   HAIRNET_ASSERT(e.hair);
   const auto hair = write_learnt(to, *e.hair);
+  const auto wind = write_wind(to, e.hair->wind);
   const fb::Hash groom = to_flatbuffer(e.groom);
-  return body(fb::CreateRecordedLearnt(to, &groom, hair));
+  return body(fb::CreateRecordedLearnt(to, &groom, hair, wind));
 }
 
 Offset<flatbuffers::Vector<float>> write_vectors(FlatBufferBuilder& to, const std::vector<Vec3f>& vectors) {
@@ -134,7 +135,7 @@ Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
 Fault read(const fb::RecordedLearnt& in, RecordedLearnt& out) {
   out.groom = from_flatbuffer(*in.groom());
   auto hair = std::make_shared<LearntHair>();
-  Fault fault = read_learnt(*in.hair(), *hair);
+  Fault fault = read_learnt(*in.hair(), in.wind(), *hair);
   out.hair = std::move(hair);
   return fault;
 }

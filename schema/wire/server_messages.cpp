@@ -1,17 +1,37 @@
-#include <bit>
 #include <cmath>
 #include <cstring>
 
 #include "schema/wire/geometry_table.hpp"
 #include "schema/wire/message_codec.hpp"
+#include "schema/wire/packed_frame.hpp"
 
 namespace hairnet::wire {
 
+namespace {
+
+Offset<fb::ServerAt> write(FlatBufferBuilder& to, const ServerAt& m) {
+  return fb::CreateServerAt(to, to.CreateString(fit_text(m.host)), m.port);
+}
+
+Fault read(const fb::ServerAt& in, ServerAt& out) {
+  out.port = in.port();
+  if (Fault fault = read_text(in.host(), "a server's host", out.host); !fault.empty()) return fault;
+  const bool is_host = !out.host.empty() && std::ranges::all_of(out.host, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == '-' || c == ':' || c == '_';
+  });
+  return is_host && out.port != 0 ? Fault() : "no address of a server";
+}
+
+}  // namespace
+
 Offset<fb::Welcome> write(FlatBufferBuilder& to, const Welcome& m) {
   const fb::Secret secret = to_flatbuffer(m.secret);
+  std::vector<Offset<fb::ServerAt>> others;
+  for (const ServerAt& other : m.others) others.push_back(write(to, other));
+  const auto listed = others.empty() ? 0 : to.CreateVector(others);
   return fb::CreateWelcome(to, m.session, m.tick, m.groom_bytes_max, m.tick_rate_hz, m.character_count_max,
                            m.protocol_version, to.CreateString(fit_text(m.room)), &secret, m.resumed, m.resume_grace_s,
-                           m.pose_delay_ns, m.may_set_wind);
+                           m.pose_delay_ns, m.may_set_wind, listed);
 }
 
 Fault read(const fb::Welcome& in, Welcome& out) {
@@ -25,6 +45,12 @@ Fault read(const fb::Welcome& in, Welcome& out) {
   out.resumed = in.resumed();
   out.may_set_wind = in.may_set_wind();
   out.resume_grace_s = in.resume_grace_s();
+  if (in.others()) {
+    if (in.others()->size() > kServersMax) return "welcome: more than " + std::to_string(kServersMax) + " servers";
+    for (const fb::ServerAt* other : *in.others()) {
+      if (Fault fault = read(*other, out.others.emplace_back()); !fault.empty()) return fault;
+    }
+  }
   if (!(out.resume_grace_s >= 0 && out.resume_grace_s <= 1e6f)) return "welcome: grace out of range";
   if (Fault fault = read_time(in.pose_delay_ns(), "welcome's pose delay", out.pose_delay_ns); !fault.empty())
     return fault;
@@ -143,6 +169,14 @@ Fault read(const fb::MemberLeft& in, MemberLeft& out) {
   return {};
 }
 
+Offset<fb::Redirect> write(FlatBufferBuilder& to, const Redirect& m) {
+  return fb::CreateRedirect(to, m.to ? write(to, *m.to) : Offset<fb::ServerAt>());
+}
+
+Fault read(const fb::Redirect& in, Redirect& out) {
+  return in.to() ? read(*in.to(), out.to.emplace()) : Fault();
+}
+
 Offset<fb::GroomBasis> write(FlatBufferBuilder& to, const GroomBasis& m) {
   const fb::Hash groom = to_flatbuffer(m.groom), basis = to_flatbuffer(m.basis);
   return fb::CreateGroomBasis(to, &groom, &basis);
@@ -163,37 +197,6 @@ Fault read(const fb::GroomLearnt& in, GroomLearnt& out) {
   out = {from_flatbuffer(*in.groom()), from_flatbuffer(*in.learnt())};
   return {};
 }
-
-namespace {
-
-std::uint8_t* write_varint(std::uint32_t value, std::uint8_t* at) {
-  for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
-  *at++ = static_cast<std::uint8_t>(value);
-  return at;
-}
-
-std::size_t varint_bytes(std::uint32_t value) {
-  std::size_t count = 1;
-  for (; value >= 0x80; value >>= 7) ++count;
-  return count;
-}
-
-std::size_t packed_bytes(const Frame& f, std::uint32_t member_before) {
-  return varint_bytes(f.member - member_before) + 1 + varint_bytes(static_cast<std::uint32_t>(f.content.size())) +
-         f.content.size();
-}
-
-std::uint8_t* write_frame(const Frame& f, std::uint32_t member_before, std::uint8_t* at) {
-  at = write_varint(f.member - member_before, at);
-  const auto log2_stride = static_cast<unsigned>(std::countr_zero(unsigned{f.step_stride}));
-  *at++ = static_cast<std::uint8_t>(static_cast<unsigned>(f.level) | unsigned{f.discontinuous} << 3 |
-                                    unsigned{f.asleep} << 4 | log2_stride << 5 | unsigned{f.evaluated} << 7);
-  at = write_varint(static_cast<std::uint32_t>(f.content.size()), at);
-  if (!f.content.empty()) std::memcpy(at, f.content.data(), f.content.size());
-  return at + f.content.size();
-}
-
-}  // namespace
 
 std::size_t frame_bytes(const Frame& frame) {
   return packed_bytes(frame, 0);
@@ -221,63 +224,6 @@ Offset<fb::FrameBatch> write(FlatBufferBuilder& to, const FrameBatch& m) {
   if (!m.generations.empty()) generations = to.CreateVector(m.generations);
   return fb::CreateFrameBatch(to, m.tick, m.sample_time_ns, frames, generations);
 }
-
-namespace {
-
-// Takes what is packed off the front of a span; false at its end or when it is not sound.
-class Unpacker {
- public:
-  explicit Unpacker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  [[nodiscard]] bool empty() const { return bytes_.empty(); }
-  bool take(std::uint8_t& value) {
-    if (bytes_.empty()) return false;
-    value = bytes_.front();
-    bytes_ = bytes_.subspan(1);
-    return true;
-  }
-  bool take_varint(std::uint32_t& value) {
-    std::uint64_t sum = 0;
-    for (unsigned shift = 0; shift < 35; shift += 7) {
-      std::uint8_t byte = 0;
-      if (!take(byte)) return false;
-      sum |= std::uint64_t{byte & 0x7fu} << shift;
-      if (byte & 0x80) continue;
-      value = static_cast<std::uint32_t>(sum);
-      return sum <= 0xffffffffu;
-    }
-    return false;
-  }
-  bool take(std::size_t count, std::span<const std::uint8_t>& out) {
-    if (count > bytes_.size()) return false;
-    out = bytes_.first(count);
-    bytes_ = bytes_.subspan(count);
-    return true;
-  }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-};
-
-Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
-  std::uint32_t step = 0, byte_count = 0;
-  std::uint8_t head = 0;
-  if (!in.take_varint(step) || !in.take(head) || !in.take_varint(byte_count) || !in.take(byte_count, out.content))
-    return "frame batch: ends within a frame";
-  if (step == 0 || step > 0xffffffffu - member_before) return "frame batch: members do not ascend";
-  out.member = member_before + step;
-  HAIRNET_ASSERT(out.member > member_before);
-  if (Fault fault = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !fault.empty()) return fault;
-  out.discontinuous = (head & 8) != 0;
-  out.asleep = (head & 16) != 0;
-  const unsigned log2_stride = head >> 5 & 3;
-  if (log2_stride > 2) return "frame: no such stride";
-  out.evaluated = (head & 128) != 0;
-  if (out.evaluated && out.level != LevelIndex::learnt) return "frame: evaluated on another level than learnt";
-  out.step_stride = static_cast<std::uint8_t>(1u << log2_stride);
-  return {};
-}
-
-}  // namespace
 
 Fault read(const fb::FrameBatch& in, FrameBatch& out) {
   out.tick = in.tick();

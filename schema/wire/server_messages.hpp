@@ -13,6 +13,11 @@
 // What the server says to a client, as plain structs. PROTOCOL.md says what each means.
 namespace hairnet::wire {
 
+struct ServerAt {    // where clients reach a server
+  std::string host;  // a name, or an address without brackets
+  std::uint16_t port = 0;
+  friend bool operator==(const ServerAt&, const ServerAt&) = default;
+};
 struct Welcome {
   std::uint16_t protocol_version = kProtocolVersion;
   std::uint64_t session = 0;
@@ -22,10 +27,11 @@ struct Welcome {
   std::uint64_t groom_bytes_max = 0;
   std::string room = {};
   SessionSecret secret{};
-  bool resumed = false;            // the session that Hello named goes on, with its characters and grooms
-  float resume_grace_s = 0;        // how long a session outlives its connection
-  std::int64_t pose_delay_ns = 0;  // a tick samples poses this far before its own time
-  bool may_set_wind = true;        // the session; a moderator may forbid it later
+  bool resumed = false;               // the session that Hello named goes on, with its characters and grooms
+  float resume_grace_s = 0;           // how long a session outlives its connection
+  std::int64_t pose_delay_ns = 0;     // a tick samples poses this far before its own time
+  bool may_set_wind = true;           // the session; a moderator may forbid it later
+  std::vector<ServerAt> others = {};  // of the fleet, to ask when this one does not answer any more
 };
 struct GroomNeed {
   GroomHash hash{};
@@ -63,6 +69,8 @@ struct MemberChanged {  // its tag, its appearance or both; to all others in the
   std::optional<Appearance> appearance = {};
 };
 struct RoomWind {  // the wind in which the room's hair moves, when a session joins and when it changes
+  static constexpr std::uint64_t kOfEarlierServer =
+      ~std::uint64_t{0};  // a session of the room's server before this one
   Wind wind;
   std::uint64_t session = 0;  // who has set it; 0: the server's setting
 };
@@ -99,6 +107,9 @@ struct FrameBatch {
   // Of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded; else empty.
   std::vector<std::uint8_t> generations = {};
 };
+struct Redirect {                   // to the server that holds the room: the client connects there, with a new session
+  std::optional<ServerAt> to = {};  // none: nobody holds it for the moment; ask again where you asked first
+};
 struct Error {
   ErrorReason reason = ErrorReason::none;
   std::uint32_t character = 0;  // 0 = none
@@ -108,6 +119,6 @@ struct Error {
 
 using ServerMessage =
     std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved, MemberJoined,
-                 MemberChanged, MemberLeft, RoomWind, GroomBasis, GroomLearnt, FrameBatch, Error, Goodbye>;
+                 MemberChanged, MemberLeft, RoomWind, GroomBasis, GroomLearnt, FrameBatch, Redirect, Error, Goodbye>;
 
 }  // namespace hairnet::wire

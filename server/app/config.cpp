@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <limits>
 #include <set>
@@ -17,6 +18,7 @@
 #include "server/app/config_file.hpp"
 #include "server/app/process_memory.hpp"
 #include "server/app/settings.hpp"
+#include "server/fleet/fleet_values.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -82,6 +84,32 @@ void complete(Config& config, const std::set<std::string>& named) {
         std::max(config.grooms.upload_burst_bytes, 4 * static_cast<double>(config.grooms.groom_bytes_max));
 }
 
+// With go_on a round of keep-alives without an answer, a third of the lease, means that etcd is dead. In less time than
+// this one a slow etcd may not answer either, and then gives the rooms away.
+constexpr std::int64_t kGoOnLeaseMin_s = 5;
+
+std::string validate(const FleetConfig& fleet) {
+  if (std::string fault = validate(fleet.etcd); !fault.empty()) return fault;
+  const bool is_name = !fleet.name.empty() && fleet.name.size() <= 64 && std::ranges::all_of(fleet.name, [](char c) {
+    return wire::is_room_name(std::string_view(&c, 1));
+  });
+  if (!is_name) return "fleet.name is 1 to 64 letters, digits, '.', '_' and '-'";
+  if (!std::ranges::all_of(fleet.big_rooms, wire::is_room_name))
+    return std::string("in fleet.big_rooms, ") + wire::kRoomNameRule;
+  if (fleet.etcd.endpoints.empty()) {
+    const bool is_for_fleet = !fleet.address.empty() || !fleet.etcd.certificate.empty() || !fleet.etcd.user.empty();
+    return is_for_fleet ? "the settings of a fleet need fleet.etcd, its endpoints" : "";
+  }
+  if (fleet.without_etcd == WithoutEtcd::go_on && fleet.lease_s < kGoOnLeaseMin_s)
+    return "fleet.without_etcd = \"go_on\" needs a fleet.lease_s of 5 or more";
+  if (fleet.address == FleetConfig::kAddressOfAgones)
+    return fleet.agones == UseAgones::off ? "fleet.address is agones, but fleet.agones is off" : "";
+  if (fleet.address.empty()) return "fleet.etcd needs fleet.address, by which clients reach this server";
+  const ServerAddress address = fleet_address(fleet, 1);
+  if (address.port == 0) return "fleet.address is a host, or a host and a port: hair1.example:7420";
+  return validate(address);
+}
+
 ParsedConfig refused(const std::string& why) {
   fmt::print(stderr, "hairnet-server: {}\n", why);
   ParsedConfig parsed;
@@ -132,10 +160,33 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   return parsed;
 }
 
+ServerAddress fleet_address(const FleetConfig& fleet, std::uint16_t port) {
+  if (fleet.address == FleetConfig::kAddressOfAgones) return {.host = {}, .port = 0, .page = fleet.page};
+  ServerAddress address{.host = fleet.address, .port = port, .page = fleet.page};
+  // A numeric IPv6 address with a port is in brackets; without them its colons are its own.
+  const bool is_bracketed = address.host.starts_with('[');
+  const std::size_t colon = address.host.rfind(':'), bracket = address.host.rfind(']');
+  const bool has_port = is_bracketed ? bracket != std::string::npos && colon == bracket + 1
+                                     : colon != std::string::npos && address.host.find(':') == colon;
+  if (has_port) {
+    const std::string digits = address.host.substr(colon + 1);
+    address.port = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), address.port);
+    if (error != std::errc() || end != digits.data() + digits.size()) address.port = 0;
+    address.host.resize(colon);
+  }
+  if (is_bracketed && address.host.ends_with(']')) address.host = address.host.substr(1, address.host.size() - 2);
+  return address;
+}
+
 std::string validate(const Config& config) {
   const SessionLimits& s = config.sessions;
   if (std::string fault = validate(config.wind); !fault.empty()) return fault;
   if (std::string fault = validate(config.transport); !fault.empty()) return fault;
+  if (std::string fault = validate(config.fleet); !fault.empty()) return fault;
+  if (std::string fault = validate(config.object_store); !fault.empty()) return fault;
+  if (!config.object_store.url.empty() && config.groom_cache.empty() && config.level_cache.empty())
+    return "grooms.object_store needs grooms.groom_cache or grooms.level_cache, a folder for what it brings";
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)
     return fmt::format("grooms.groom_bytes_max ({}) exceeds grooms.upload_bytes_max ({})",
                        config.grooms.groom_bytes_max, config.grooms.upload_bytes_max);
@@ -159,13 +210,14 @@ std::string to_text(const Config& config) {
 
 std::string summary(const Config& config) {
   const int substeps = config.substeps > 0 ? config.substeps : substep_count_for(1.0 / config.tick_rate_hz);
-  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}{}{}",
+  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}{}{}{}",
                      config.tick_rate_hz, config.pose_delay_ms, substeps, substeps == 1 ? "" : "s", config.workers,
                      config.workers == 1 ? "" : "s", config.sessions.session_count_max,
                      config.sessions.character_count_max,
                      config.record.empty() ? "" : ", recording to " + config.record,
                      config.groom_cache.empty() ? "" : ", grooms kept in " + config.groom_cache,
-                     config.level_cache.empty() ? "" : ", levels kept in " + config.level_cache);
+                     config.level_cache.empty() ? "" : ", levels kept in " + config.level_cache,
+                     config.object_store.url.empty() ? "" : ", both shared in " + config.object_store.url);
 }
 
 }  // namespace hairnet::server

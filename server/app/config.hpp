@@ -4,11 +4,37 @@
 #include <string>
 
 #include "core/solver/wind.hpp"
+#include "server/fleet/etcd_directory.hpp"
 #include "server/grooms/groom_store.hpp"
 #include "server/session/session_limits.hpp"
+#include "server/transport/etcd_endpoint.hpp"
+#include "server/transport/s3_endpoint.hpp"
 #include "server/transport/transport_options.hpp"
 
 namespace hairnet::server {
+
+// Whether Agones is told about this server.
+enum class UseAgones : std::uint8_t {
+  off,
+  on,
+  automatic,  // where Agones has set the port of its sidecar
+};
+
+// Several servers that share rooms, through etcd.
+struct FleetConfig {
+  EtcdOptions etcd;  // without endpoints the server is on its own
+  std::string name = "default";
+  std::string address;  // host or host:port that clients are told; kAddressOfAgones: as Agones says
+  std::string page;     // URL of this server's page
+  std::int64_t lease_s = 9;
+  WithoutEtcd without_etcd = WithoutEtcd::stop;
+  std::vector<std::string> big_rooms;  // each should have a server of its own
+  double own_server_share = 0.5;       // of a server's time, from which on a room should have one, too
+  bool balance = true;                 // a server without free time gives up rooms
+  UseAgones agones = UseAgones::automatic;
+
+  static constexpr const char* kAddressOfAgones = "agones";
+};
 
 // Everything that can be set, and every limit. settings.cpp has each one's flag, key and range.
 struct Config {
@@ -33,8 +59,9 @@ struct Config {
   std::uint64_t groom_cache_mib = 4096;
   std::string level_cache;  // folder of built levels; empty: no cache
   std::uint64_t level_cache_mib = 1024;
-  Wind wind;           // of every room, until one of its clients sets another
-  std::string record;  // recording file; empty: none
+  S3Options object_store;  // behind both caches, shared by servers; without a URL there is none
+  Wind wind;               // of every room, until one of its clients sets another
+  std::string record;      // recording file; empty: none
   std::string log_level = "warn";
   double counters_interval_s = 10;                       // at log level debug
   std::size_t command_weight_max = 262'144;              // commands and poses on their way to the tick
@@ -45,6 +72,7 @@ struct Config {
   double drain_s = 2;                                    // at shutdown, for clients to read what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
+  FleetConfig fleet;
   TransportOptions transport;  // without its address and port: those are above
 };
 
@@ -54,6 +82,9 @@ struct ParsedConfig {
   int exit_code = -1;  // >= 0: exit with this code; help or an error has been printed
 };
 ParsedConfig parse_config(int argc, const char* const* argv);
+
+// Where clients reach the server, whose public port is `port`. Without a host where only Agones knows it.
+ServerAddress fleet_address(const FleetConfig& fleet, std::uint16_t port);
 
 // Returns an empty string when the values agree with each other; else one line.
 std::string validate(const Config& config);

@@ -4,14 +4,19 @@
 
 namespace hairnet::server {
 
+bool has_ticks_on_time(const Health& health) {
+  return health.last_tick_ns != 0 && health.now_ns - health.last_tick_ns <= kTickStallMax_ns;
+}
+
 std::string why_not_ready(const Health& health) {
   if (health.draining) return "draining";
   if (!health.accepting) return "not accepting yet";
   if (health.memory_full) return "memory is full";
+  if (!health.in_fleet) return "no valid lease in etcd: rooms stand still, and none can be claimed";
   if (health.last_tick_ns == 0) return "no tick has run yet";
-  const std::int64_t since_ns = health.now_ns - health.last_tick_ns;
-  if (since_ns > kTickStallMax_ns)
-    return fmt::format("ticks stalled: the last was {:.1f} s ago", static_cast<double>(since_ns) * 1e-9);
+  if (!has_ticks_on_time(health))
+    return fmt::format("ticks stalled: the last was {:.1f} s ago",
+                       static_cast<double>(health.now_ns - health.last_tick_ns) * 1e-9);
   return {};
 }
 

@@ -3,7 +3,10 @@
 #include <array>
 #include <string>
 
+#include "server/agones/agones_counters.hpp"
+#include "server/fleet/fleet_counters.hpp"
 #include "server/grooms/groom_counters.hpp"
+#include "server/objects/object_counters.hpp"
 #include "server/room/room_counters.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/tick/tick_counters.hpp"
@@ -34,14 +37,18 @@ struct Metrics {
   GroomCounters groom;
   GroomCacheCounters groom_cache;
   LevelCacheCounters level_cache;
+  ObjectCounters objects;
+  FleetCounters fleet;
+  AgonesCounters agones;
   ProgramGauges program;
   ProgramCounters program_counters;
 
-  [[nodiscard]] std::array<const CounterSet*, 9> counter_sets() const {
-    return {&transport, &transport.quic, &session, &room, &tick, &groom, &groom_cache, &level_cache, &program_counters};
+  [[nodiscard]] std::array<const CounterSet*, 12> counter_sets() const {
+    return {&transport,   &transport.quic, &session, &room,  &tick,   &groom,
+            &groom_cache, &level_cache,    &objects, &fleet, &agones, &program_counters};
   }
-  [[nodiscard]] std::array<const GaugeSet*, 4> gauge_sets() const {
-    return {&program, &session.gauges, &tick.gauges, &groom.gauges};
+  [[nodiscard]] std::array<const GaugeSet*, 7> gauge_sets() const {
+    return {&program, &session.gauges, &tick.gauges, &groom.gauges, &objects.gauges, &fleet.gauges, &agones.gauges};
   }
   [[nodiscard]] std::array<const HistogramSet*, 2> histogram_sets() const {
     return {&session.histograms, &tick.histograms};

@@ -5,16 +5,23 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "server/app/agones.hpp"
+#include "server/app/fleet.hpp"
 #include "server/app/metrics.hpp"
+#include "server/app/object_store.hpp"
 #include "server/app/process_memory.hpp"
+#include "server/app/room_page.hpp"
 #include "server/app/server.hpp"
 #include "server/app/server_pages.hpp"
 #include "server/app/tick_thread.hpp"
@@ -26,6 +33,8 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
+// The most of a drain's time in which rooms are given up and their sessions sent on.
+constexpr std::int64_t kSendOnMax_ns = 1'000'000'000;
 constexpr int kExitBadConfiguration = 2;
 constexpr std::size_t kServiceConnectionsMax = 64;
 // More than the largest packet and all that the server makes of it, and what ticks need until sessions have been ended.
@@ -83,13 +92,17 @@ ProcessMemory process_memory(const Config& config, MemoryReserve& reserve) {
   return memory;
 }
 
-// On a signal: the ports close, clients get a Goodbye and their waiting packets, then the loop stops.
+// On a signal: the ports close, clients get a Goodbye and their waiting packets, Agones hears of the end, then the loop
+// stops.
 class Shutdown {
  public:
-  Shutdown(IoLoop& loop, Server& server, std::vector<std::unique_ptr<Listener>>& listeners,
-           const TransportCounters& counters, double drain_s)
+  // `agones` may be null.
+  Shutdown(IoLoop& loop, Server& server, Fleet& fleet, Agones* agones,
+           std::vector<std::unique_ptr<Listener>>& listeners, const TransportCounters& counters, double drain_s)
       : loop_(&loop),
         server_(&server),
+        fleet_(&fleet),
+        agones_(agones),
         listeners_(&listeners),
         counters_(&counters),
         drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
@@ -98,27 +111,32 @@ class Shutdown {
     if (begun_ns_) return loop_->stop();  // the second signal: stop at once
     begun_ns_ = now_ns;
     for (const auto& listener : *listeners_) listener->close();
-    server_->drain(now_ns);
+    server_->drain(std::min(kSendOnMax_ns, drain_ns_ / 2), now_ns);
+    fleet_->directory().drain(now_ns);
   }
   void poll(std::int64_t now_ns) {
     if (!begun_ns_) return;
     // A closed session's bytes may still be on their way: the connection exists until its peer has read them.
     const bool drained = server_->session_count() == 0 &&
                          counters_->connections_closed.value() == counters_->connections_accepted.value();
-    if (drained || now_ns - *begun_ns_ > drain_ns_) loop_->stop();
+    if (drained) fleet_->directory().stop(now_ns);
+    if (!(drained && fleet_->directory().is_stopped()) && now_ns - *begun_ns_ <= drain_ns_) return;
+    if (!agones_ || agones_->has_shut_down(now_ns)) loop_->stop();
   }
 
  private:
   IoLoop* loop_;
   Server* server_;
+  Fleet* fleet_;
+  Agones* agones_;
   std::vector<std::unique_ptr<Listener>>* listeners_;
   const TransportCounters* counters_;
   std::int64_t drain_ns_;
   std::optional<std::int64_t> begun_ns_;
 };
 
-// The threads beside the I/O thread. Ends them in the direction of the data: tick, builder and learner,
-// recorder.
+// The threads beside the I/O thread. Ends them in the direction of the data: tick, builder, learner and
+// objects, recorder.
 class Threads {
  public:
   Threads(Server& server, Metrics& metrics, IoLoop& loop) : server_(&server) {
@@ -130,6 +148,11 @@ class Threads {
     builder_.emplace([&server] { return server.poll_builder(); }, DutyThread::Priority::low);
     server.learner().on_job = [this] { learner_->wake(); };
     learner_.emplace([&server] { return server.poll_learner(); }, DutyThread::Priority::low);
+    if (ObjectSync* objects = server.object_sync()) {
+      objects->on_result = poll_io;
+      objects->on_job = [this] { objects_->wake(); };
+      objects_.emplace([&server] { return server.poll_objects(); }, DutyThread::Priority::low);
+    }
     tick_.emplace(server, metrics.tick, [this, &server, &loop] {
       if (flush_posted_.exchange(true)) return;  // a busy I/O thread flushes once for several ticks
       loop.post([this, &server] {
@@ -142,15 +165,17 @@ class Threads {
     tick_.reset();
     server_->builder().cancel();
     server_->learner().cancel();
+    if (server_->object_sync()) server_->object_sync()->cancel();
     builder_.reset();
     learner_.reset();
+    objects_.reset();
     recorder_.reset();
   }
 
  private:
   Server* server_;
   std::atomic<bool> flush_posted_{false};
-  std::optional<DutyThread> recorder_, builder_, learner_;
+  std::optional<DutyThread> recorder_, builder_, learner_, objects_;
   std::optional<TickThread> tick_;
 };
 
@@ -167,26 +192,40 @@ int run_program(const Config& config) {
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which own its sockets
   MemoryReserve reserve(kMemoryReserveBytes);
-  auto created = Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns,
-                                build_levels_in_process, process_memory(config, reserve));
+  const auto objects = SharedObjects::create(config.object_store, metrics.objects, channel::monotonic_ns);
+  if (!objects) return refuse(objects.error());
+  auto created =
+      Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns, build_levels_in_process,
+                     process_memory(config, reserve), learn_hair_here, *objects ? &(*objects)->store() : nullptr);
   if (!created) return refuse(created.error());
   Server& server = **created;
   metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
-  ServerPages pages(metrics, [&health, &metrics, &server] {
+  std::unique_ptr<Fleet> fleet;
+  const auto health_now = [&health, &metrics, &server, &fleet] {
     Health now = health;
     now.memory_full = server.is_memory_full();
     now.last_tick_ns = metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed);
     now.now_ns = channel::monotonic_ns();
+    now.in_fleet = fleet && fleet->is_joined(now.now_ns);
     return now;
-  });
+  };
   const bool has_service_port = config.service_port != 0;
+  FleetPages fleet_now;
+  if (has_service_port) fleet_now = {[&fleet] { return fleet->json(); }, [&fleet] { return fleet->html(); }};
+  const auto find = [&fleet](const std::string& room) { return fleet->find_room(room, channel::monotonic_ns()); };
+  RoomPage service_room(metrics.fleet, {find});
+  // Without tokens anyone may enter a room, and so learn where it is.
+  RoomPage public_room(metrics.fleet, {find, [&server](std::string_view token, const std::string& room) {
+                                         return server.why_refused(token, room);
+                                       }});
+  ServerPages pages(metrics, health_now, std::move(fleet_now), has_service_port ? service_room : public_room);
   auto listener = Listener::create(
       loop, transport_options(config), metrics.transport,
       [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
         return server.open(std::move(connection), now_ns);
       },
-      has_service_port ? nullptr : &pages);
+      has_service_port ? static_cast<HttpService*>(&public_room) : &pages);
   if (!listener) return refuse(listener.error());
   const std::uint16_t port = (*listener)->port();
   std::vector<std::unique_ptr<Listener>> listeners;
@@ -196,17 +235,38 @@ int run_program(const Config& config) {
     if (!service) return refuse(service.error());
     listeners.push_back(std::move(*service));
   }
+  auto joined = Fleet::create(config, port, loop, metrics);
+  if (!joined) return refuse(joined.error());
+  fleet = std::move(*joined);
+  fleet->on_address = [&listeners](const ServerAddress& address) { listeners.front()->set_public_port(address.port); };
+  if (fleet->is_shared()) {
+    fleet->on_address(fleet_address(config.fleet, port));
+    server.join_fleet(fleet->directory());
+    fleet->on_event = [&server](const FleetEvent& event, std::int64_t now_ns) {
+      if (event.kind == FleetEvent::Kind::room_claimed) server.on_room_claimed(event.room, event.kept, now_ns);
+      if (event.kind == FleetEvent::Kind::room_lost || event.kind == FleetEvent::Kind::room_handed_over)
+        server.on_room_lost(event.room, now_ns);
+    };
+  }
+  auto told = Agones::create(config, std::getenv(agones::kPortVariable), loop, metrics);
+  if (!told) return refuse(told.error());
+  const std::unique_ptr<Agones> agones = std::move(*told);
   if (!config.port_file.empty() && !write_port(config.port_file, port))
     return refuse("cannot write the port file " + config.port_file);
 
-  Shutdown shutdown(loop, server, listeners, metrics.transport, config.drain_s);
+  Shutdown shutdown(loop, server, *fleet, agones.get(), listeners, metrics.transport, config.drain_s);
   loop.on_terminate([&shutdown, &health] {
     health.draining = true;
     shutdown.begin(channel::monotonic_ns());
   });
-  loop.every(kIoPeriod_ns, [&server, &shutdown] {
+  loop.every(kIoPeriod_ns, [&server, &fleet, &agones, &health_now, &shutdown] {
     const std::int64_t now_ns = channel::monotonic_ns();
     server.poll_io(now_ns);
+    fleet->poll(server.takes_clients(), server.largest_room(), now_ns);
+    server.set_outgrown_room(fleet->outgrown_room());
+    const auto characters = [&server](const std::string& room) { return server.character_count(room); };
+    if (const auto move = fleet->choose_move(characters, now_ns)) server.hand_over(move->room, move->to, now_ns);
+    if (agones) agones->poll(health_now(), *fleet, now_ns);
     shutdown.poll(now_ns);
   });
   log_counters(metrics, config.counters_interval_s, loop);

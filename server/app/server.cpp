@@ -6,6 +6,7 @@
 
 #include "core/assert.hpp"
 #include "core/learnt/pose_inputs.hpp"
+#include "server/session/verify_token.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -33,14 +34,21 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers, ClockNs cl
   return def;
 }
 
-std::optional<LevelCache> make_level_cache(const Config& config, LevelCacheCounters& counters) {
-  if (config.level_cache.empty()) return std::nullopt;
-  return LevelCache(config.level_cache, config.level_cache_mib << 20, counters);
+template <class Cache>
+std::unique_ptr<CacheObjects> make_objects(ObjectStore* store, ObjectCounters& counters) {
+  return store ? std::make_unique<CacheObjects>(Cache::objects_def(counters), *store, counters) : nullptr;
 }
 
-std::optional<GroomCache> make_groom_cache(const Config& config, GroomCacheCounters& counters) {
+std::optional<LevelCache> make_level_cache(const Config& config, Metrics& metrics, ObjectStore* objects) {
+  if (config.level_cache.empty()) return std::nullopt;
+  return std::optional<LevelCache>(std::in_place, config.level_cache, config.level_cache_mib << 20, metrics.level_cache,
+                                   make_objects<LevelCache>(objects, metrics.objects));
+}
+
+std::optional<GroomCache> make_groom_cache(const Config& config, Metrics& metrics, ObjectStore* objects) {
   if (config.groom_cache.empty()) return std::nullopt;
-  return std::optional<GroomCache>(std::in_place, config.groom_cache, config.groom_cache_mib << 20, counters);
+  return std::optional<GroomCache>(std::in_place, config.groom_cache, config.groom_cache_mib << 20, metrics.groom_cache,
+                                   make_objects<GroomCache>(objects, metrics.objects));
 }
 
 GroomBuilderDef builder_def(const Config& config, std::optional<LevelCache>& levels, std::optional<GroomCache>& grooms,
@@ -75,7 +83,7 @@ std::int64_t unix_time_s() {
 
 Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                ClockNs clock, const BuildLevels& build_levels, ProcessMemory memory,
-                                               const LearnHair& learn_hair) {
+                                               const LearnHair& learn_hair, ObjectStore* objects) {
   if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
   std::unique_ptr<Recorder> recorder;
   if (!config.record.empty()) {
@@ -91,7 +99,7 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
                      ": cannot be read, or was not made by hairnet-token key");
   }
   std::unique_ptr<Server> server(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock,
-                                            build_levels, std::move(memory), learn_hair));
+                                            build_levels, std::move(memory), learn_hair, objects));
   if (!config.token_revoked_file.empty()) {
     RevokedTokensFile& file = server->revoked_tokens_file_.emplace(config.token_revoked_file);
     file.poll(server->context_.revoked_tokens, now_ns);
@@ -102,12 +110,12 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
                std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
-               const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair)
+               const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair, ObjectStore* objects)
     : memory_(std::move(memory), metrics.program, metrics.program_counters),
       commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
-      groom_cache_(make_groom_cache(config, metrics.groom_cache)),
-      level_cache_(make_level_cache(config, metrics.level_cache)),
+      groom_cache_(make_groom_cache(config, metrics, objects)),
+      level_cache_(make_level_cache(config, metrics, objects)),
       builder_(builder_def(config, level_cache_, groom_cache_, clock, build_levels)),
       learner_({.groom = config.grooms.groom, .learn = learn_hair, .now_ns = clock}),
       grooms_(config.grooms, builder_, commands_, metrics.groom, groom_listener()),
@@ -128,6 +136,11 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {
   if (is_learnt_tick(1.0 / config.tick_rate_hz))
     grooms_.learn_with(learner_, [&gauge = metrics.tick.gauges.characters_below_wanted] { return gauge.value() > 0; });
+  if (objects) {
+    object_sync_.emplace(groom_cache_ ? &*groom_cache_ : nullptr, level_cache_ ? &*level_cache_ : nullptr, *objects,
+                         metrics.objects);
+    grooms_.find_in(*object_sync_);
+  }
   context_.is_memory_full = [this] { return memory_.is_full(); };
 }
 
@@ -143,6 +156,17 @@ GroomListener Server::groom_listener() {
     if (Session* session = sessions_.find(id)) session->revoke_groom(groom);
   };
   return listener;
+}
+
+std::string Server::why_refused(std::string_view token, const std::string& room) const {
+  std::optional<channel::TokenClaims> claims;
+  return verify_token(context_, token, room, wire::Role::observer, claims).detail;
+}
+
+RoomLoad Server::largest_room() const {
+  std::string room = context_.rooms.largest();
+  const std::size_t characters = character_count(room);
+  return {.room = std::move(room), .room_characters = characters, .characters = context_.character_count};
 }
 
 PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
@@ -173,6 +197,7 @@ void Server::poll(std::int64_t now_ns) {
   poll_io(now_ns);
   poll_builder();
   poll_learner();
+  poll_objects();
   while (poll_tick(now_ns)) {
   }
   flush(now_ns);

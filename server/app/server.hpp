@@ -5,9 +5,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 
 #include "core/result.hpp"
 #include "server/app/config.hpp"
+#include "server/app/largest_room.hpp"
 #include "server/app/memory_watch.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/revoked_tokens_file.hpp"
@@ -19,28 +23,52 @@
 
 namespace hairnet::server {
 
-// The whole server without sockets, duty threads and a clock. It has five duties, each for one thread: I/O
-// (sessions and groom store), tick, builder, learner, recorder. Duties exchange data through bounded queues only, so
-// poll() can also run all of them in turn on one thread. The server owns the helper threads of the tick's and the
-// build's loops, and reads the wall clock to check when tokens expire.
+// The whole server without sockets, duty threads and a clock. It has six duties, each for one thread: I/O
+// (sessions and groom store), tick, builder, learner, objects, recorder. Duties exchange data through bounded queues
+// only, so poll() can also run all of them in turn on one thread. The server owns the helper threads of the tick's and
+// the build's loops, and reads the wall clock to check when tokens expire.
 class Server {
  public:
   // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, which any thread may call, measures
   // the duration of work; without one nothing is measured and every character is stepped at the level that its owner
   // asked for. `build_levels` builds the grooms, on the builder thread. `memory` may be empty. `learn_hair` runs on the
-  // learner thread.
+  // learner thread. `objects` may be null, and must outlive the server: it is asked on the builder and objects threads.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                 ClockNs clock = nullptr,
                                                 const BuildLevels& build_levels = build_levels_here,
                                                 ProcessMemory memory = {},
-                                                const LearnHair& learn_hair = learn_hair_here);
+                                                const LearnHair& learn_hair = learn_hair_here,
+                                                ObjectStore* objects = nullptr);
 
   // I/O thread.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
   void poll_io(std::int64_t now_ns);
   void flush(std::int64_t now_ns) { sessions_.flush(now_ns); }
-  void drain(std::int64_t now_ns) { sessions_.drain(now_ns); }
+  void drain(std::int64_t send_on_ns, std::int64_t now_ns) { sessions_.drain(send_on_ns, now_ns); }
+  // Instead of the system's clock, in seconds since 1970; for tests.
+  void set_unix_clock(std::function<std::int64_t()> unix_time_s) { context_.unix_time_s = std::move(unix_time_s); }
+  // From now on the server has only the rooms that it holds in this directory, which must outlive it.
+  void join_fleet(Directory& fleet) { context_.fleet = &fleet; }
+  void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
+    sessions_.on_room_claimed(room, kept, now_ns);
+  }
+  void on_room_lost(const std::string& room, std::int64_t now_ns) { sessions_.on_room_lost(room, now_ns); }
+  void hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns) {
+    sessions_.hand_over(room, to, now_ns);
+  }
+  // Why the bearer of that token may not enter the room, not even to observe; empty: it may.
+  [[nodiscard]] std::string why_refused(std::string_view token, const std::string& room) const;
   [[nodiscard]] std::size_t session_count() const { return sessions_.count(); }
+  // Its newcomers and new characters are refused; empty: no room's.
+  void set_outgrown_room(const std::string& room) { context_.outgrown_room = room; }
+  [[nodiscard]] RoomLoad largest_room() const;
+  [[nodiscard]] std::size_t character_count(const std::string& room) const {
+    return context_.rooms.count(room).characters;
+  }
+  // There is a place for one more client, and memory.
+  [[nodiscard]] bool takes_clients() const {
+    return context_.session_count < context_.limits.session_count_max && !is_memory_full();
+  }
   // Tick thread. True when a tick has run: there may be something to flush.
   bool poll_tick(std::int64_t now_ns);
   [[nodiscard]] std::int64_t next_tick_ns() const { return tick_clock_.next_due_ns(); }
@@ -48,6 +76,8 @@ class Server {
   bool poll_builder() { return builder_.poll(); }
   // Learner thread.
   bool poll_learner() { return learner_.poll(); }
+  // Objects thread.
+  bool poll_objects() { return object_sync_ && object_sync_->poll(); }
   // Recorder thread.
   bool poll_recorder() { return recorder_ && recorder_->poll(); }
 
@@ -56,6 +86,7 @@ class Server {
 
   [[nodiscard]] GroomBuilder& builder() { return builder_; }
   [[nodiscard]] HairLearner& learner() { return learner_; }
+  [[nodiscard]] ObjectSync* object_sync() { return object_sync_ ? &*object_sync_ : nullptr; }  // null: no store
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
   // For tests that run all duties on one thread.
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
@@ -68,7 +99,7 @@ class Server {
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
          std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
-         const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair);
+         const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair, ObjectStore* objects);
 
   GroomListener groom_listener();
 
@@ -80,6 +111,7 @@ class Server {
   std::optional<LevelCache> level_cache_;
   GroomBuilder builder_;
   HairLearner learner_;
+  std::optional<ObjectSync> object_sync_;
   GroomStore grooms_;
   SessionContext context_;
   std::optional<RevokedTokensFile> revoked_tokens_file_;

@@ -8,8 +8,8 @@
 
 namespace hairnet::server {
 
-ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health)
-    : metrics_(&metrics), health_(std::move(health)) {
+ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health, FleetPages fleet, HttpService& room)
+    : metrics_(&metrics), health_(std::move(health)), fleet_(std::move(fleet)), room_(&room) {
   HAIRNET_ASSERT(health_);
 }
 
@@ -18,7 +18,9 @@ HttpResponse ServerPages::handle(const HttpRequest& request) {
   if (path == "/healthz") return {.body = "alive\n"};
   if (path == "/readyz") return ready_page();
   if (path == "/metrics") return metrics_page();
-  return refusal(404, "no such page");
+  if (path == "/fleet.json" && fleet_.json) return {.content_type = "application/json", .body = fleet_.json()};
+  if (path == "/fleet" && fleet_.html) return {.content_type = "text/html; charset=utf-8", .body = fleet_.html()};
+  return room_->handle(request);
 }
 
 HttpResponse ServerPages::ready_page() const {

@@ -223,6 +223,8 @@ void add_limits(List& list, Config& c) {
                "seconds that an empty room exists, with its wind, mutes and lock");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
                "seconds in which a client reads nothing, or too slowly, then the session ends");
+  list.seconds(s.download_stalled_ns, "download_stalled_s", 1, 3600,
+               "seconds in which a client reads nothing of a download that has its own stream, then it is given up");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "seconds for a client to read its goodbye");
 }
 
@@ -317,6 +319,15 @@ void add_grooms(List& list, Config& c) {
             "cache built levels in this folder, so that the next server does not build them; empty: no cache");
   list.integer(c.level_cache_mib, "level_cache_mib", 1, 1 << 20,
                "MiB of this cache; it removes the least recently used first");
+  list.text(c.object_store.url, "object_store",
+            "share both caches with other servers in this folder of a bucket of S3, MinIO or Ceph: "
+            "https://host:9000/bucket/prefix or https://bucket.host/prefix; empty: no store");
+  list.text(c.object_store.region, "object_store_region", "region of the bucket, which signatures name").may_be_empty =
+      false;
+  list.text(c.object_store.key_file, "object_store_key_file",
+            "file of two lines, access key and secret; empty: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY have them");
+  list.text(c.object_store.ca, "object_store_ca",
+            "PEM file of the authority of the store's certificate; empty: the system's");
   list.integer(g.groom.strand_count_max, "strands_max", 1, of(most.strand_count_max), "of one groom");
   list.integer(g.groom.point_count_max, "points_max", 1, of(most.point_count_max), "of one groom's strands");
   list.integer(g.groom.vertex_count_max, "vertices_max", 1, of(most.vertex_count_max), "of one groom's body");
@@ -326,6 +337,43 @@ void add_grooms(List& list, Config& c) {
                "for each kind: threads, cards, cloths and knots");
   list.number(g.groom.coordinate_max_m, "coordinate_max_m", 0.01, most.coordinate_max_m,
               "every coordinate of a groom, absolute");
+}
+
+void add_fleet(List& list, Config& c) {
+  FleetConfig& f = c.fleet;
+  list.section("fleet");
+  list.words(f.etcd.endpoints, "etcd",
+             "endpoints of etcd, which tells the servers of a fleet who has which room: http://host:2379 or "
+             "https://host:2379; empty: no fleet");
+  list.text(f.name, "name", "of the fleet; servers of other names do not see this one").flag = "--fleet-name";
+  list.text(f.address, "address",
+            "host or host:port by which clients reach this server; agones: as the sidecar of Agones says")
+      .flag = "--fleet-address";
+  list.text(f.page, "page", "URL of this server's page; empty: none").flag = "--fleet-page";
+  list.integer(f.lease_s, "lease_s", 2, 3600,
+               "seconds for which etcd keeps the rooms of a server that it does not hear; they stop a little earlier")
+      .flag = "--fleet-lease";
+  list.choice(
+      f.without_etcd, "without_etcd",
+      "rooms while no endpoint of etcd answers, after the lease: stop, or go_on, which is safe only if the other "
+      "servers do not reach etcd either",
+      {"stop", "go_on"});
+  list.words(f.big_rooms, "big_rooms",
+             "names of rooms that should each have a server of their own; the same for all servers of the fleet");
+  list.number(f.own_server_share, "own_server_share", 0.05, 1,
+              "a room that wants more of a server's time gets no other rooms beside it, where other servers take them");
+  list.boolean(f.balance, "balance",
+               "while this server is short of time, move rooms that run to servers with free time, one after another")
+      .flag = "--fleet-balance";
+  list.choice(f.agones, "agones",
+              "tell Agones, by its sidecar, that this server is ready, in use or ended: off, on, or auto, which is on "
+              "where AGONES_SDK_HTTP_PORT is set",
+              {"off", "on", "auto"});
+  list.text(f.etcd.ca, "etcd_ca", "PEM file of the authority of etcd's certificates; empty: the system's");
+  list.text(f.etcd.certificate, "etcd_certificate", "PEM file, this server's certificate as a client of etcd");
+  list.text(f.etcd.key, "etcd_key", "PEM file, the key of this certificate");
+  list.text(f.etcd.user, "etcd_user", "user of etcd; empty: none");
+  list.text(f.etcd.password_file, "etcd_password_file", "file whose first line is the password of this user");
 }
 
 void add_log(List& list, Config& c) {
@@ -345,6 +393,7 @@ std::vector<Setting> settings_of(Config& config) {
   add_limits(list, config);
   add_transport(list, config);
   add_grooms(list, config);
+  add_fleet(list, config);
   add_log(list, config);
   return list.take();
 }

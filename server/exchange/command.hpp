@@ -21,8 +21,9 @@ struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<ObserverSink> sink;
   std::string room;
-  std::uint32_t subject = 0;  // sessions of the same subject share its part of the budget
-  bool resumed = false;       // the session exists already and gets a new sink
+  std::uint32_t subject = 0;                // sessions of the same subject share its part of the budget
+  bool resumed = false;                     // the session exists already and gets a new sink
+  std::optional<Wind> wind = std::nullopt;  // of the room, if it begins with this session; none: the server's setting
 };
 struct DetachSession {  // its connection is lost; its characters stay
   SessionId session = 0;

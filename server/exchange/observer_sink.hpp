@@ -7,7 +7,7 @@
 
 namespace hairnet::server {
 
-// One packet of a tick's frames.
+// One packet, or frame datagram, of a tick's frames.
 struct FramePacket {
   std::vector<std::uint8_t> bytes;
   std::size_t frame_count = 0;
@@ -25,6 +25,8 @@ class ObserverSink {
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // The largest packet that may be lost; 0: none, everything arrives in order.
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
+  // Whether those that may be lost can be frame datagrams, without an envelope.
+  [[nodiscard]] virtual bool takes_frame_datagrams() const { return false; }
   // What its connection carries in a second, as the network said last; 0: unknown.
   [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Queues the frames of one tick, after the messages pushed so far.

@@ -193,10 +193,9 @@ int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes
 }
 
 void CacheFolder::warn_once(std::string_view what) {
-  if (!warned_)
+  if (!warned_.exchange(true))
     spdlog::warn("event={} folder={} detail={}", def_.write_failed_event, log_text(def_.folder.string()),
                  log_text(what));
-  warned_ = true;
 }
 
 void CacheFolder::make_room(const fs::path& newest) {

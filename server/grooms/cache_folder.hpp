@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -25,7 +26,7 @@ struct CacheFolderDef {
 // An LRU cache of files in one folder, bounded in bytes and files. Each file is named by the hash of a groom. A file is
 // written under a temporary name and renamed, so several servers may share the folder and never find half a file; the
 // reader checks its content. Files with other names or suffixes are not touched. A disk error is no failure of the
-// server: it is counted, and one warning is logged. One thread.
+// server: it is counted, and one warning is logged. Any thread.
 class CacheFolder {
  public:
   // Makes the folder (and its parents) if it does not exist. The counters must outlive it.
@@ -56,7 +57,7 @@ class CacheFolder {
 
   CacheFolderDef def_;
   Counter *written_, *writes_failed_, *evicted_;
-  bool warned_ = false;
+  std::atomic<bool> warned_{false};
 };
 
 }  // namespace hairnet::server

@@ -10,10 +10,28 @@
 
 namespace hairnet::server {
 
-GroomCache::GroomCache(std::filesystem::path folder, std::uint64_t bytes_max, GroomCacheCounters& counters)
-    : folder_({std::move(folder), ".hngroom", bytes_max, wire::kGroomBytesMax, "groom_cache_write_failed", "a groom"},
+namespace {
+
+constexpr const char* kSuffix = ".hngroom";
+
+}  // namespace
+
+CacheObjectsDef GroomCache::objects_def(ObjectCounters& c) {
+  return {.suffix = kSuffix,
+          .bytes_max = wire::kGroomBytesMax,
+          .read = &c.read_groom,
+          .absent = &c.absent_groom,
+          .stored = &c.stored_groom,
+          .kept = &c.kept_groom,
+          .rejected = &c.rejected_hash};
+}
+
+GroomCache::GroomCache(std::filesystem::path folder, std::uint64_t bytes_max, GroomCacheCounters& counters,
+                       std::unique_ptr<CacheObjects> objects)
+    : folder_({std::move(folder), kSuffix, bytes_max, wire::kGroomBytesMax, "groom_cache_write_failed", "a groom"},
               counters.groom_cache_written, counters.groom_cache_writes_failed, counters.groom_cache_evicted),
-      counters_(&counters) {
+      counters_(&counters),
+      objects_(std::move(objects)) {
   refresh();
 }
 
@@ -30,6 +48,13 @@ void GroomCache::refresh() {
 }
 
 GroomCache::Bytes GroomCache::find(const wire::GroomHash& groom) {
+  Bytes bytes = read_folder(groom);
+  if (!bytes) return read_store(groom);
+  if (objects_) objects_->offer(groom);
+  return bytes;
+}
+
+GroomCache::Bytes GroomCache::read_folder(const wire::GroomHash& groom) {
   CacheFolder::Found file = folder_.read(groom);
   switch (file.outcome) {
     case CacheFolder::Outcome::read:
@@ -56,7 +81,37 @@ GroomCache::Bytes GroomCache::find(const wire::GroomHash& groom) {
 
 void GroomCache::put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes) {
   HAIRNET_VALIDATE(wire::hash_groom(bytes) == groom);
-  if (folder_.put(groom, bytes)) refresh();
+  if (!folder_.put(groom, bytes)) return;
+  refresh();
+  if (objects_) objects_->offer(groom);
+}
+
+GroomCache::Bytes GroomCache::read_store(const wire::GroomHash& groom) {
+  if (!objects_) return nullptr;
+  std::optional<std::vector<std::uint8_t>> bytes = objects_->get(groom);
+  if (!bytes) return nullptr;
+  if (wire::hash_groom(*bytes) != groom) {
+    objects_->reject(groom, "its bytes are not those of its name");
+    return nullptr;
+  }
+  objects_->accept(groom, bytes->size());
+  if (folder_.put(groom, *bytes)) refresh();
+  return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+}
+
+bool GroomCache::pull(const wire::GroomHash& groom) {
+  return read_store(groom) && is_cached(groom);
+}
+
+bool GroomCache::put_next() {
+  const std::optional<CacheObjects::Wanted> wanted = objects_ ? objects_->take() : std::nullopt;
+  if (!wanted) return false;
+  const CacheFolder::Found file = folder_.read(wanted->groom);
+  if (file.outcome == CacheFolder::Outcome::read && wire::hash_groom(file.bytes) == wanted->groom)
+    objects_->put(*wanted, file.bytes);
+  else
+    objects_->drop();
+  return true;
 }
 
 void GroomCache::reject(const char* why, const wire::GroomHash& groom, Counter& counter) {

@@ -140,6 +140,7 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
   groom = grooms_.try_emplace(offer.hash).first;
   groom->second.users[session].offered_bytes = offer.byte_count;
   groom->second.used = ++uses_;
+  if (search(groom, now_ns)) return {};
   Refused refused = ask(groom, session, now_ns);
   if (refused) erase(groom);
   return refused;
@@ -160,6 +161,7 @@ Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const
   }
   const bool has_offered = std::exchange(entry.users[session].offered_bytes, offer.byte_count) != 0;
   entry.used = ++uses_;
+  if (entry.state == State::searched) return {};  // the answer follows
   if (upload != entry.uploads.end()) {
     send(session, wire::GroomNeed{offer.hash, upload->second.received}, now_ns);
     return {};
@@ -378,9 +380,14 @@ void GroomStore::poll(std::int64_t now_ns) {
   if (now_ns >= refresh_next_ns_) {
     refresh_next_ns_ = now_ns + kRefreshInterval_ns;
     builder_->refresh();
+    if (objects_) objects_->wake();
   }
   GroomResult result;
-  while (builder_->take(result)) take(std::move(result), now_ns);
+  while (builder_->take(result)) {
+    take(std::move(result), now_ns);
+    if (objects_) objects_->wake();  // what was built is put there
+  }
+  for (ObjectSync::Found found; objects_ && objects_->take(found);) take_found(found, now_ns);
   check_uploads(now_ns);
   end_turn(now_ns);
   feed_builder();
@@ -525,8 +532,12 @@ void GroomStore::take_learnt(LearningResult result) {
   }
   const LearntHair& learnt = *result.levels->learnt;
   counters_->grooms_learnt.add();
-  spdlog::info("event=groom_learnt groom={} error={:.3f} low_error={:.3f} seconds={:.1f}", log_hash(result.groom),
-               learnt.error, learnt.low_error, static_cast<double>(result.taken_ns) * 1e-9);
+  if (learnt.wind.weights.empty()) counters_->grooms_learnt_refused_in_wind.add();
+  spdlog::info(
+      "event=groom_learnt groom={} error={:.3f} low_error={:.3f} wind_error={:.3f} wind_low_error={:.3f} "
+      "seconds={:.1f}",
+      log_hash(result.groom), learnt.error, learnt.low_error, learnt.wind.error, learnt.wind.low_error,
+      static_cast<double>(result.taken_ns) * 1e-9);
   const std::size_t bytes = learnt.bytes() + result.file->size();
   groom->second.level_bytes += bytes;
   level_bytes_ += bytes;

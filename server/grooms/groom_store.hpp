@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "server/grooms/groom_builder.hpp"
 #include "server/grooms/groom_counters.hpp"
 #include "server/grooms/hair_learner.hpp"
+#include "server/grooms/object_sync.hpp"
 #include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
@@ -64,9 +66,10 @@ struct GroomListener {
 
 // All grooms by content hash, from offer to built levels. Sessions that offer the same hash wait for the first one's
 // upload, but not for long: then the next is asked for its own. Each session's bytes stay apart, so no session can
-// delay or spoil a groom for another. A groom in the cache is not uploaded. One groom is built at a time: of the
-// sessions that wait, the one whose builds have taken the least time is next, and a long build gives way. A groom that
-// no session uses is dropped until it is ready, and then stays until its memory is needed. I/O thread.
+// delay or spoil a groom for another. A groom in the cache is not uploaded. Nor is one in the object store: its users
+// wait for the store, but no longer than for another's upload. One groom is built at a time: of the sessions that wait,
+// the one whose builds have taken the least time is next, and a long build gives way. A groom that no session uses is
+// dropped until it is ready, and then stays until its memory is needed. I/O thread.
 class GroomStore final : public GroomService {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -75,6 +78,9 @@ class GroomStore final : public GroomService {
 
   // Without a learner, no hair is learnt. `is_short`: the tick has too little time for the levels asked for.
   void learn_with(HairLearner& learner, std::function<bool()> is_short);
+
+  // From now on a groom that nobody here has is first looked for in the object store, before its upload is asked for.
+  void find_in(ObjectSync& objects) { objects_ = &objects; }
 
   void open(SessionId session, const GroomShare& share, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
@@ -98,7 +104,8 @@ class GroomStore final : public GroomService {
  private:
   enum class State : std::uint8_t {
     uploading,
-    queued,  // its bytes are here, or in the cache
+    searched,  // in the object store
+    queued,    // its bytes are here, or in the cache
     building,
     ready,
   };
@@ -115,7 +122,7 @@ class GroomStore final : public GroomService {
     State state = State::uploading;
     std::map<SessionId, User> users;
     std::map<SessionId, Upload> uploads;            // while uploading; of users
-    std::int64_t asked_ns = 0;                      // when a user was last asked for the bytes
+    std::int64_t asked_ns = 0;                      // when a user, or the object store, was last asked for the bytes
     std::vector<std::vector<std::uint8_t>> chunks;  // of the file, while queued; none: it is in the cache
     SessionId owner = 0;                   // uploaded it, or asked for the cached one; its build counts as theirs
     std::uint64_t order = 0;               // of coming into the queue
@@ -158,6 +165,9 @@ class GroomStore final : public GroomService {
   [[nodiscard]] std::uint64_t strands_with(std::span<const SessionId> sessions, Grooms::const_iterator groom) const;
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused make_place(SessionId session, std::int64_t now_ns);  // makes room for one more groom
+  // Looks for a new groom in the object store; its users wait. False when that cannot be now.
+  bool search(Grooms::iterator groom, std::int64_t now_ns);
+  void take_found(const ObjectSync::Found& found, std::int64_t now_ns);
   // Asks the session for the groom's bytes. Refuses when it has uploaded too much lately.
   Refused ask(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
   // Asks users who have offered the groom, one after the other, until one may upload it: of each sharer one at a time,
@@ -222,6 +232,8 @@ class GroomStore final : public GroomService {
   std::function<bool()> is_short_;
   std::optional<std::int64_t> short_since_ns_;
   std::optional<wire::GroomHash> learning_;  // under way
+  ObjectSync* objects_ = nullptr;
+  std::set<wire::GroomHash> searches_;  // under way
 };
 
 }  // namespace hairnet::server

@@ -39,6 +39,32 @@ Refused GroomStore::make_place(SessionId session, std::int64_t now_ns) {
   return {};
 }
 
+bool GroomStore::search(Grooms::iterator groom, std::int64_t now_ns) {
+  HAIRNET_ASSERT(groom->second.uploads.empty());
+  const bool is_under_way = searches_.contains(groom->first);
+  if (!is_under_way && !(objects_ && objects_->find(groom->first))) return false;
+  searches_.insert(groom->first);
+  groom->second.state = State::searched;
+  groom->second.asked_ns = now_ns;
+  return true;
+}
+
+void GroomStore::take_found(const ObjectSync::Found& found, std::int64_t now_ns) {
+  searches_.erase(found.groom);
+  const auto groom = grooms_.find(found.groom);
+  if (groom == grooms_.end() || groom->second.state != State::searched) return;
+  if (!found.is_cached) return go_on_without(groom, now_ns);
+  HAIRNET_ASSERT(!groom->second.users.empty());
+  queue(groom->second, groom->second.users.begin()->first);
+  for (const auto& [session, user] : groom->second.users) {
+    if (user.offered_bytes == 0) continue;
+    counters_->grooms_shared.add();
+    send(session, wire::GroomNeed{groom->first, user.offered_bytes}, now_ns);
+  }
+  send_state(groom, GroomState::queued, now_ns);
+  feed_builder();
+}
+
 Refused GroomStore::ask(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {
   Entry& entry = groom->second;
   HAIRNET_ASSERT(entry.users.contains(session));
@@ -217,7 +243,8 @@ void GroomStore::go_on_without(Grooms::iterator groom, std::int64_t now_ns) {
              counters_->grooms_refused_absent, now_ns);
 }
 
-// Uploads that are too slow end. A user who has waited for another's for too long is asked for its own bytes.
+// Uploads that are too slow end. A user who has waited for another's, or for the object store, for too long is asked
+// for its own bytes.
 void GroomStore::check_uploads(std::int64_t now_ns) {
   std::set<SessionId> stalled;
   for (auto& [session, own] : accounts_) {
@@ -237,10 +264,15 @@ void GroomStore::check_uploads(std::int64_t now_ns) {
       groom = next;
     }
   }
-  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+  for (auto groom = grooms_.begin(); groom != grooms_.end();) {
+    const auto next = std::next(groom);
     const Entry& entry = groom->second;
-    if (entry.state == State::uploading && now_ns - entry.asked_ns > limits_.upload_patience_ns)
+    const bool is_late = now_ns - entry.asked_ns > limits_.upload_patience_ns;
+    if (is_late && entry.state == State::uploading)
       ask_next(groom, now_ns);
+    else if (is_late && entry.state == State::searched)
+      go_on_without(groom, now_ns);
+    groom = next;
   }
 }
 

@@ -1,22 +1,58 @@
 #include "server/grooms/level_cache.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <utility>
 
 #include "core/assert.hpp"
+#include "core/levels/build.hpp"
 #include "schema/wire/level_file.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 
-LevelCache::LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters)
+// Servers of different builds may share a store: each has names of its own.
+CacheObjectsDef LevelCache::objects_def(ObjectCounters& c) {
+  return {.suffix = fmt::format("-{}{}", kBuildVersion, wire::kLevelFileSuffix),
+          .bytes_max = wire::kLevelFileBytesMax,
+          .read = &c.read_levels,
+          .absent = &c.absent_levels,
+          .stored = &c.stored_levels,
+          .kept = &c.kept_levels,
+          .rejected = &c.rejected_levels};
+}
+
+LevelCache::LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters,
+                       std::unique_ptr<CacheObjects> objects)
     : folder_({std::move(folder), wire::kLevelFileSuffix, bytes_max, wire::kLevelFileBytesMax,
                "level_cache_write_failed", "levels"},
               counters.level_cache_written, counters.level_cache_writes_failed, counters.level_cache_evicted),
-      counters_(&counters) {}
+      counters_(&counters),
+      objects_(std::move(objects)) {}
 
 std::shared_ptr<LevelSet> LevelCache::find(const wire::GroomHash& groom) {
+  std::shared_ptr<LevelSet> levels = read_folder(groom);
+  if (!levels) return read_store(groom);
+  if (objects_) objects_->offer(groom);
+  return levels;
+}
+
+std::shared_ptr<LevelSet> LevelCache::read_store(const wire::GroomHash& groom) {
+  if (!objects_) return nullptr;
+  const std::optional<std::vector<std::uint8_t>> bytes = objects_->get(groom);
+  if (!bytes) return nullptr;
+  wire::DecodedLevels decoded = wire::decode_levels(*bytes, groom);
+  if (decoded.fault != wire::LevelFileFault::none) {
+    objects_->reject(groom, decoded.detail);
+    return nullptr;
+  }
+  objects_->accept(groom, bytes->size());
+  folder_.put(groom, *bytes);
+  return std::move(decoded.levels);
+}
+
+std::shared_ptr<LevelSet> LevelCache::read_folder(const wire::GroomHash& groom) {
   const CacheFolder::Found file = folder_.read(groom);
   switch (file.outcome) {
     case CacheFolder::Outcome::read:
@@ -58,7 +94,21 @@ std::shared_ptr<LevelSet> LevelCache::find(const wire::GroomHash& groom) {
 }
 
 void LevelCache::put(const wire::GroomHash& groom, const LevelSet& set) {
-  folder_.put(groom, wire::encode_levels(groom, set));
+  if (!folder_.put(groom, wire::encode_levels(groom, set)) || !objects_) return;
+  // Levels that were learnt replace those that were built.
+  objects_->offer(groom, set.learnt ? ObjectStore::Existing::replace : ObjectStore::Existing::keep);
+}
+
+bool LevelCache::put_next() {
+  const std::optional<CacheObjects::Wanted> wanted = objects_ ? objects_->take() : std::nullopt;
+  if (!wanted) return false;
+  const CacheFolder::Found file = folder_.read(wanted->groom);
+  if (file.outcome == CacheFolder::Outcome::read &&
+      wire::decode_levels(file.bytes, wanted->groom).fault == wire::LevelFileFault::none)
+    objects_->put(*wanted, file.bytes);
+  else
+    objects_->drop();
+  return true;
 }
 
 void LevelCache::count(const std::string& detail, const wire::GroomHash& groom, Counter& counter) {

@@ -5,6 +5,7 @@
 #include "core/assert.hpp"
 #include "schema/http3/capsule.hpp"
 #include "schema/http3/field_section.hpp"
+#include "schema/http3/opening.hpp"
 #include "schema/http3/settings.hpp"
 #include "schema/http3/stream_type.hpp"
 
@@ -269,6 +270,11 @@ Bytes Connection::datagram_prefix() const {
   Bytes prefix;
   put_varint(prefix, static_cast<std::uint64_t>(*session_) / 4);
   return prefix;
+}
+
+Bytes Connection::one_way_begin() const {
+  HAIRNET_ASSERT(session_);
+  return http3::one_way_begin(static_cast<std::uint64_t>(*session_));
 }
 
 void Connection::close_session(std::uint32_t code, std::string_view reason) {

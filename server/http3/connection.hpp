@@ -54,6 +54,8 @@ class Connection {
 
   // What a datagram of the session begins with. Asserts that there is one.
   [[nodiscard]] Bytes datagram_prefix() const;
+  // The same of a unidirectional stream of ours.
+  [[nodiscard]] Bytes one_way_begin() const;
   [[nodiscard]] bool has_session() const { return session_.has_value(); }
   [[nodiscard]] std::optional<StreamId> channel() const { return channel_; }
   // Ends the session, with a code and one line for the peer. Without a session nothing happens.

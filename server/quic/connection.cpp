@@ -44,6 +44,9 @@ void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std
     return;
   }
   now_ns_ = now_ns;
+  constexpr std::uint8_t kCongested = 3;
+  if (path != path_ || ecn == kCongested) answer_.hasten();
+  path_ = path;
   Path copy = path;
   const ngtcp2_path native{copy.local.native(), copy.remote.native(), nullptr};
   const ngtcp2_pkt_info info{ecn};
@@ -80,8 +83,9 @@ std::int64_t Connection::due_ns() const {
   if (deadline_ns_ != 0) due_ns = deadline_ns_;
   if (state_ == State::closing || state_ == State::over) return due_ns;
   const ngtcp2_tstamp expiry = ngtcp2_conn_get_expiry(quic_);
-  if (expiry < static_cast<ngtcp2_tstamp>(due_ns)) due_ns = static_cast<std::int64_t>(expiry);
-  return due_ns;
+  if (expiry >= static_cast<ngtcp2_tstamp>(due_ns)) return due_ns;
+  const auto expiry_ns = static_cast<std::int64_t>(expiry);
+  return is_quiet() ? answer_.due_ns(expiry_ns) : expiry_ns;
 }
 
 bool Connection::on_handshake_done() {
@@ -109,6 +113,7 @@ bool Connection::on_handshake_done() {
 }
 
 void Connection::on_stream_bytes(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
+  answer_.hasten();
   http3_.on_bytes(stream, bytes, is_last);
   // All bytes are taken at once.
   ngtcp2_conn_extend_max_stream_offset(quic_, stream, bytes.size());
@@ -116,6 +121,7 @@ void Connection::on_stream_bytes(http3::StreamId stream, std::span<const std::ui
 }
 
 void Connection::on_stream_closed(http3::StreamId stream) {
+  forget_download(stream);
   http3_.on_stream_closed(stream);
   queues_.erase(stream);
   if (ngtcp2_conn_is_local_stream(quic_, stream)) return;
@@ -126,6 +132,7 @@ void Connection::on_stream_closed(http3::StreamId stream) {
 }
 
 void Connection::on_quic_datagram(std::span<const std::uint8_t> bytes) {
+  answer_.on_datagram(now_ns_);
   switch (http3_.on_datagram(bytes)) {
     case http3::DatagramFate::no_session:
       return counters_->datagrams_dropped_early.add();
@@ -220,8 +227,53 @@ void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
   touch();
 }
 
+// Downloads do not count: a peer that does not read one still reads the channel.
 bool Connection::is_writable() const {
-  return takes_datagrams() && unsent_bytes() < kUnsentBytesMax && queues_.kept_bytes() < kKeptBytesMax;
+  const SendBuffer* buffer = queues_.find(http3_.channel().value_or(-1));
+  const std::size_t unsent = buffer ? buffer->unsent_bytes() : 0, kept = buffer ? buffer->kept_bytes() : 0;
+  return takes_datagrams() && queues_.datagrams().bytes() + unsent < kUnsentBytesMax && kept < kKeptBytesMax;
+}
+
+std::optional<http3::StreamId> Connection::open_download() {
+  if (state_ != State::open || !sink_) return std::nullopt;
+  http3::StreamId stream = 0;
+  was_download_refused_ =
+      downloads_.size() >= kDownloadsMax || ngtcp2_conn_open_uni_stream(quic_, &stream, nullptr) != 0;
+  if (was_download_refused_) return std::nullopt;
+  queues_.add_bulk_stream(stream).push(http3_.one_way_begin());
+  downloads_[stream];
+  counters_->downloads_opened.add();
+  return stream;
+}
+
+bool Connection::is_writable(http3::StreamId download) const {
+  const SendBuffer* buffer = queues_.find(download);
+  return state_ == State::open && buffer && downloads_.contains(download) &&
+         buffer->unsent_bytes() < kDownloadUnsentBytesMax && queues_.bulk_kept_bytes() < kKeptBytesMax;
+}
+
+void Connection::send_download(http3::StreamId download, std::vector<std::uint8_t> bytes, bool is_last) {
+  const auto found = downloads_.find(download);
+  if (state_ != State::open || found == downloads_.end()) return;
+  SendBuffer& buffer = queues_.stream(download);
+  buffer.push(std::move(bytes));
+  if (is_last) buffer.end();
+  found->second.is_ended = is_last;
+  found->second.was_full = !is_last && !is_writable(download);
+  touch();
+}
+
+void Connection::reset_download(http3::StreamId download) {
+  if (downloads_.erase(download) == 0) return;
+  counters_->downloads_reset.add();
+  reset(download, http3::ErrorCode::session_error);
+}
+
+void Connection::forget_download(http3::StreamId stream) {
+  const auto found = downloads_.find(stream);
+  if (found == downloads_.end()) return;
+  if (!found->second.is_ended) stopped_downloads_.push_back(stream);
+  downloads_.erase(found);
 }
 
 std::size_t Connection::datagram_bytes_max() const {
@@ -237,6 +289,8 @@ void Connection::close(std::string_view reason, std::int64_t now_ns) {
   state_ = State::finishing;
   close_reason_ = reason;
   queues_.drop_datagrams();
+  for (const auto& [stream, download] : downloads_) reset(stream, http3::ErrorCode::session_gone);
+  downloads_.clear();
   deadline_ns_ = now_ns + options_.linger_ns;
   if (SendBuffer* buffer = channel()) buffer->end();
   touch();
@@ -363,8 +417,14 @@ void Connection::write(Outgoing& out, std::int64_t now_ns) {
   const std::size_t packets_max =
       std::max<std::size_t>(1, ngtcp2_conn_get_send_quantum(quic_) / ngtcp2_conn_get_max_tx_udp_payload_size(quic_));
   was_full_ = was_full_ || !is_writable();
-  for (std::size_t packets = 0; packets < packets_max && write_packet(out, now_ns); ++packets) tell_writable();
+  std::size_t packets = 0;
+  for (; packets < packets_max && write_packet(out, now_ns); ++packets) {
+    tell_writable();
+    tell_of_downloads();
+  }
+  answer_.on_written(packets > 0, now_ns);
   tell_writable();  // acknowledgements make room, too
+  tell_of_downloads();
   if (!queues_.datagrams().empty() && ngtcp2_conn_get_cwnd_left(quic_) < ngtcp2_conn_get_max_tx_udp_payload_size(quic_))
     held_back_ns_ = now_ns;
   if (state_ == State::closing) return write(out, now_ns);
@@ -376,6 +436,20 @@ void Connection::tell_writable() {
   const auto sink = sink_;
   sink->on_writable(now_ns_);
   was_full_ = !is_writable();
+}
+
+void Connection::tell_of_downloads() {
+  for (const http3::StreamId stream : std::exchange(stopped_downloads_, {}))
+    if (const auto sink = sink_) sink->on_download_stopped(stream, now_ns_);
+  bool has_room =
+      was_download_refused_ && downloads_.size() < kDownloadsMax && ngtcp2_conn_get_streams_uni_left(quic_) > 0;
+  if (has_room) was_download_refused_ = false;
+  for (auto& [stream, download] : downloads_)
+    if (download.was_full && is_writable(stream)) {
+      download.was_full = false;
+      has_room = true;
+    }
+  if (const auto sink = sink_; sink && has_room) sink->on_downloads_writable(now_ns_);
 }
 
 bool Connection::write_packet(Outgoing& out, std::int64_t now_ns) {
@@ -392,7 +466,7 @@ bool Connection::write_packet(Outgoing& out, std::int64_t now_ns) {
 }
 
 void Connection::on_stream_sent(http3::StreamId stream, std::size_t bytes) {
-  if (sink_ && http3_.channel() == stream) sink_->on_sent(bytes);
+  if (sink_ && (http3_.channel() == stream || downloads_.contains(stream))) sink_->on_sent(bytes);
 }
 
 void Connection::on_datagram_sent(std::size_t bytes, bool is_sent) {
@@ -401,7 +475,10 @@ void Connection::on_datagram_sent(std::size_t bytes, bool is_sent) {
 }
 
 bool Connection::on_stopped(http3::StreamId stream) {
-  http3_.on_stop(stream);
+  if (queues_.is_bulk(stream))
+    forget_download(stream);
+  else
+    http3_.on_stop(stream);
   return failure_ == Failure::none;
 }
 
@@ -410,6 +487,7 @@ void Connection::widen() {
   if (state_ != State::open) return;
   if (const auto id = http3_.channel()) ngtcp2_conn_extend_max_stream_offset(quic_, *id, kMore);
   ngtcp2_conn_extend_max_offset(quic_, kMore);
+  answer_.hasten();
   touch();
 }
 

@@ -5,6 +5,7 @@
 #include <ngtcp2/ngtcp2_crypto.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "schema/quic/address.hpp"
+#include "schema/quic/answer_delay.hpp"
 #include "schema/quic/parameters.hpp"
 #include "schema/quic/send_queues.hpp"
 #include "server/http3/connection.hpp"
@@ -39,7 +41,10 @@ class SessionSink {
   virtual void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;  // of the channel
   virtual void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;
   virtual void on_writable(std::int64_t now_ns) = 0;  // again, after is_writable() was false
-  virtual void on_sent(std::size_t bytes) = 0;        // of the channel or of datagrams; for counters
+  // A download may be opened, or has room, again.
+  virtual void on_downloads_writable(std::int64_t now_ns) = 0;
+  virtual void on_download_stopped(http3::StreamId download, std::int64_t now_ns) = 0;  // the peer wants no more of it
+  virtual void on_sent(std::size_t bytes) = 0;  // of the channel, downloads or datagrams; for counters
   // The session is over, and with it the Connection; the last call. Does not follow Connection::close().
   virtual void on_closed(std::string_view why, std::int64_t now_ns) = 0;
 };
@@ -68,6 +73,8 @@ class Connection final : private http3::Owner, private SendObserver {
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
   // The same for bytes that were sent and are not acknowledged.
   static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
+  // What may wait to be sent on one download. All together keep as much as the channel.
+  static constexpr std::size_t kDownloadUnsentBytesMax = std::size_t{32} << 10;
   static constexpr std::size_t kIdBytes = 16;
 
   struct Opening {
@@ -91,6 +98,8 @@ class Connection final : private http3::Owner, private SendObserver {
   void poll(std::int64_t now_ns);  // when due_ns() has come
   void write(Outgoing& out, std::int64_t now_ns);
   [[nodiscard]] std::int64_t due_ns() const;
+  // Whether it need not be written before due_ns(): it has nothing to send but acknowledgements.
+  [[nodiscard]] bool may_wait(std::int64_t now_ns) const { return is_quiet() && answer_.holds(now_ns); }
   [[nodiscard]] bool is_over() const { return state_ == State::over; }
   [[nodiscard]] bool is_verified() const { return is_verified_; }
   [[nodiscard]] bool is_opening() const { return state_ == State::open && !sink_; }
@@ -104,6 +113,13 @@ class Connection final : private http3::Owner, private SendObserver {
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] bool takes_datagrams() const { return state_ == State::open && !queues_.datagrams().is_full(); }
   [[nodiscard]] std::size_t datagram_bytes_max() const;  // 0: the peer takes none
+  // A download is a unidirectional stream of the session. None: the peer allows no further one now, or does not have
+  // all of the last kDownloadsMax yet.
+  static constexpr std::size_t kDownloadsMax = 4;
+  std::optional<http3::StreamId> open_download();
+  [[nodiscard]] bool is_writable(http3::StreamId download) const;
+  void send_download(http3::StreamId download, std::vector<std::uint8_t> bytes, bool is_last);
+  void reset_download(http3::StreamId download);
   void widen();  // the peer is no stranger any more: it may send more before it is read
   // Sends what waits on the channel, for up to linger_ns, then ends the session and the connection. `reason`: one line.
   void close(std::string_view reason, std::int64_t now_ns);
@@ -148,7 +164,14 @@ class Connection final : private http3::Owner, private SendObserver {
 
   // False: no packet was written, and the connection can write no more now.
   bool write_packet(Outgoing& out, std::int64_t now_ns);
+  // A session with nothing on its way but datagrams.
+  [[nodiscard]] bool is_quiet() const {
+    return state_ == State::open && sink_ && !was_full_ && !was_download_refused_ && stopped_downloads_.empty() &&
+           queues_.is_idle();
+  }
   void tell_writable();
+  void tell_of_downloads();                      // what has changed
+  void forget_download(http3::StreamId stream);  // the peer has all of it, or wants no more
   void advance_finish(std::int64_t now_ns);
   void end_with_error(int ngtcp2_error, std::int64_t now_ns);
   // Sends CONNECTION_CLOSE, and sends it again to packets that still come.
@@ -169,7 +192,15 @@ class Connection final : private http3::Owner, private SendObserver {
   std::shared_ptr<void> ticket_;
   std::vector<ngtcp2_cid> ids_;
   Address remote_;  // at first
+  Path path_;       // of the last packet
+  AnswerDelay answer_;
   SendQueues queues_;
+  struct Download {
+    bool was_full = false, is_ended = false;
+  };
+  std::map<http3::StreamId, Download> downloads_;   // until the peer has all of them
+  std::vector<http3::StreamId> stopped_downloads_;  // of which the sink is to be told
+  bool was_download_refused_ = false;               // the peer allowed no further one
   std::vector<std::uint8_t> close_packet_;
   bool is_close_due_ = false;      // close_packet_ is to be sent (again)
   std::size_t closing_bytes_ = 0;  // that came since close_packet_ was sent

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/quic/crypto_callbacks.hpp"
 #include "schema/quic/parameters.hpp"
 #include "server/quic/connection.hpp"
 
@@ -14,10 +15,6 @@ namespace {
 constexpr std::uint64_t kStreamBytesMax = std::uint64_t{64} << 10, kConnectionBytesMax = kStreamBytesMax;
 constexpr std::uint64_t kOneWayBytesMax = 4096;
 constexpr std::uint64_t kStreamsMax = 8, kOneWayStreamsMax = 8;  // of the peer's, at a time
-
-void put_random(std::uint8_t* out, std::size_t bytes, const ngtcp2_rand_ctx*) {
-  gnutls_rnd(GNUTLS_RND_NONCE, out, bytes);
-}
 
 }  // namespace
 
@@ -83,18 +80,8 @@ struct ConnectionCallbacks {
 
   static const ngtcp2_callbacks& table() {
     static const ngtcp2_callbacks callbacks = [] {
-      ngtcp2_callbacks made{};
+      ngtcp2_callbacks made = crypto_callbacks();
       made.recv_client_initial = ngtcp2_crypto_recv_client_initial_cb;
-      made.recv_crypto_data = ngtcp2_crypto_recv_crypto_data_cb;
-      made.encrypt = ngtcp2_crypto_encrypt_cb;
-      made.decrypt = ngtcp2_crypto_decrypt_cb;
-      made.hp_mask = ngtcp2_crypto_hp_mask_cb;
-      made.update_key = ngtcp2_crypto_update_key_cb;
-      made.delete_crypto_aead_ctx = ngtcp2_crypto_delete_crypto_aead_ctx_cb;
-      made.delete_crypto_cipher_ctx = ngtcp2_crypto_delete_crypto_cipher_ctx_cb;
-      made.get_path_challenge_data = ngtcp2_crypto_get_path_challenge_data_cb;
-      made.version_negotiation = ngtcp2_crypto_version_negotiation_cb;
-      made.rand = put_random;
       made.handshake_completed = handshake_completed;
       made.recv_stream_data = recv_stream_data;
       made.acked_stream_data_offset = acked_stream_data_offset;
@@ -122,6 +109,7 @@ std::unique_ptr<Connection> Connection::create(ConnectionHost& host, const Conne
 bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials> credentials, std::int64_t now_ns) {
   credentials_ = std::move(credentials);
   remote_ = opening.path.remote;
+  path_ = opening.path;
   is_verified_ = opening.is_verified;
   now_ns_ = now_ns;
 
@@ -140,6 +128,7 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   params.max_idle_timeout = static_cast<ngtcp2_duration>(options_.idle_timeout_ns);
   params.max_datagram_frame_size = kDatagramFrameBytesMax;
   params.active_connection_id_limit = 4;
+  params.max_ack_delay = static_cast<ngtcp2_duration>(AnswerDelay::kToldDelay_ns);
   ngtcp2_cid own{};
   own.datalen = kIdBytes;
   gnutls_rnd(GNUTLS_RND_RANDOM, own.data, own.datalen);

@@ -12,6 +12,8 @@ namespace hairnet::quic {
 namespace {
 
 constexpr std::uint64_t kRetryTokenLife_ns = 10'000'000'000, kAddressTokenLife_ns = 3'600'000'000'000;
+// With more the oldest are forgotten. Gates let in fewer within a token's life.
+constexpr std::size_t kUsedRetriesMax = 16'384;
 constexpr double kStatelessPerS = 200, kStatelessBurst = 200;
 // A smaller packet cannot be told from one of a connection (RFC 9000, section 10.3).
 constexpr std::size_t kResetBytesMin = 41;
@@ -68,7 +70,10 @@ void Endpoint::receive(const Path& path, std::uint8_t ecn, std::span<const std::
   if (found == by_id_.end()) return take_stranger(path, ecn, packet, header, now_ns);
   Connection& connection = *found->second;
   connection.receive(path, ecn, packet, now_ns);
-  dirty_.insert(&connection);
+  if (connection.may_wait(now_ns))
+    settle(connection);
+  else
+    dirty_.insert(&connection);
 }
 
 void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
@@ -98,6 +103,7 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
   auto made = Connection::create(*this, options_.connection, opening, credentials_, *counters_, now_ns);
   if (!made) return counters_->dropped_unknown.add();
   Connection& connection = *made;
+  if (opening.original_destination) remember_used(Id::of(initial.dcid.data, initial.dcid.datalen), now_ns);
   unverified_count_ += opening.is_verified ? 0 : 1;
   connection.set_ticket(ticket);
   const std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
@@ -115,7 +121,8 @@ Endpoint::TokenCheck Endpoint::check_token(const ngtcp2_pkt_hd& header, Path pat
     ngtcp2_cid original{};
     if (ngtcp2_crypto_verify_retry_token(&original, header.token.base, header.token.len, token_secret_.data(),
                                          token_secret_.size(), header.version, &path.remote.any, path.remote.bytes,
-                                         &header.dcid, kRetryTokenLife_ns, time) != 0)
+                                         &header.dcid, kRetryTokenLife_ns, time) != 0 ||
+        used_retries_.contains(Id::of(header.dcid.data, header.dcid.datalen)))
       return TokenCheck::wrong;
     opening.original_destination = original;
     return TokenCheck::verified;
@@ -126,6 +133,15 @@ Endpoint::TokenCheck Endpoint::check_token(const ngtcp2_pkt_hd& header, Path pat
                                                            token_secret_.size(), &path.remote.any, path.remote.bytes,
                                                            kAddressTokenLife_ns, time) == 0;
   return is_sound ? TokenCheck::verified : TokenCheck::none;
+}
+
+void Endpoint::remember_used(const Id& retry, std::int64_t now_ns) {
+  while (!used_until_.empty() && (used_until_.front().first < now_ns || used_until_.size() >= kUsedRetriesMax)) {
+    used_retries_.erase(used_until_.front().second);
+    used_until_.pop_front();
+  }
+  used_retries_.insert(retry);
+  used_until_.emplace_back(now_ns + static_cast<std::int64_t>(kRetryTokenLife_ns), retry);
 }
 
 // What is answered without a connection. Each answer is shorter than what it answers.
@@ -194,12 +210,16 @@ void Endpoint::send_reset(const Path& path, std::span<const std::uint8_t> packet
 void Endpoint::flush(std::int64_t now_ns) {
   while (!timers_.empty() && timers_.begin()->first <= now_ns) {
     Connection* connection = timers_.begin()->second;
-    connection->poll(now_ns);
-    // Written and settled below, so that each comes once; a time-out at once would come again and again.
+    std::int64_t due_ns = connection->due_ns();
+    if (due_ns <= now_ns) {
+      connection->poll(now_ns);
+      // Written and settled below, so that each comes once; a time-out at once would come again and again.
+      due_ns = std::numeric_limits<std::int64_t>::max();
+      dirty_.insert(connection);
+    }
     timers_.erase(timers_.begin());
-    connections_.at(connection).second = std::numeric_limits<std::int64_t>::max();
-    timers_.emplace(connections_.at(connection).second, connection);
-    dirty_.insert(connection);
+    connections_.at(connection).second = due_ns;
+    timers_.emplace(due_ns, connection);
   }
   // Writing may make connections want to write again, through their sessions.
   for (const auto& connection : std::exchange(dirty_, {})) {
@@ -212,16 +232,20 @@ void Endpoint::flush(std::int64_t now_ns) {
 void Endpoint::settle(Connection& connection) {
   const auto found = connections_.find(&connection);
   HAIRNET_ASSERT(found != connections_.end());
-  timers_.erase({found->second.second, &connection});
+  std::int64_t& entered_ns = found->second.second;
   if (connection.is_over()) {
+    timers_.erase({entered_ns, &connection});
     for (const ngtcp2_cid& id : connection.ids()) remove_id(id);
     unverified_count_ -= connection.is_verified() ? 0 : 1;
     dirty_.erase(&connection);
     connections_.erase(found);
     return;
   }
-  found->second.second = connection.due_ns();
-  timers_.emplace(found->second.second, &connection);
+  // A time-out that has become later is found out when it comes: most do so with each packet.
+  const std::int64_t due_ns = connection.due_ns();
+  if (due_ns >= entered_ns) return;
+  timers_.erase({entered_ns, &connection});
+  timers_.emplace(entered_ns = due_ns, &connection);
 }
 
 std::int64_t Endpoint::due_ns() const {

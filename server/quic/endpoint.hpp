@@ -3,6 +3,7 @@
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <set>
@@ -54,7 +55,7 @@ class Endpoint final : private ConnectionHost {
   void receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet, std::int64_t now_ns);
   // Runs the time-outs, and writes what connections have to send. Call it after all that a wake-up brings.
   void flush(std::int64_t now_ns);
-  // When flush() is due at the latest.
+  // When flush() is due at the latest; it may find nothing to do.
   [[nodiscard]] std::int64_t due_ns() const;
   // Whether a connection has something for flush().
   [[nodiscard]] bool has_work() const { return !dirty_.empty(); }
@@ -86,13 +87,14 @@ class Endpoint final : private ConnectionHost {
   enum class TokenCheck : std::uint8_t { none, verified, wrong };
   TokenCheck check_token(const ngtcp2_pkt_hd& header, Path path, Connection::Opening& opening,
                          std::int64_t now_ns) const;
+  void remember_used(const Id& retry, std::int64_t now_ns);
   void send_retry(const Path& path, const ngtcp2_pkt_hd& header, std::int64_t now_ns);
   void send_refusal(const Path& path, const ngtcp2_pkt_hd& header, std::uint64_t error);
   void negotiate_version(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
                          std::int64_t now_ns);
   void send_reset(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
                   std::int64_t now_ns);
-  void settle(Connection& connection);  // enters its new time-out, or destroys it
+  void settle(Connection& connection);  // enters its new time-out if it is earlier, or destroys it
 
   EndpointOptions options_;
   std::shared_ptr<const Credentials> credentials_;
@@ -105,6 +107,9 @@ class Endpoint final : private ConnectionHost {
   std::map<Id, Connection*> by_id_;
   std::set<std::pair<std::int64_t, Connection*>> timers_;
   std::set<Connection*> dirty_;
+  // The connection IDs that we gave with Retry tokens that were used, until these expire: a token is good once.
+  std::set<Id> used_retries_;
+  std::deque<std::pair<std::int64_t, Id>> used_until_;  // the same, in order of time
   std::size_t unverified_count_ = 0;
   bool is_closed_ = false;
 };

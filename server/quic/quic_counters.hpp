@@ -23,7 +23,7 @@ struct QuicCounters : server::CounterSet {
   Counter dropped_closed{*this, "quic_packets_dropped", "reason", "closed"};    // the server takes no new ones
   Counter dropped_unsent{*this, "quic_packets_dropped", "reason", "unsent"};    // the system took them not
 
-  Counter refused_token{*this, "quic_connections_refused", "reason", "token"};  // of an address that is another's
+  Counter refused_token{*this, "quic_connections_refused", "reason", "token"};  // another address's, expired or used
   Counter refused_admission{*this, "quic_connections_refused", "reason", "admission"};
   Counter refused_protocol{*this, "quic_connections_refused", "reason", "alpn"};
 
@@ -35,6 +35,9 @@ struct QuicCounters : server::CounterSet {
   Counter closed_tls{*this, "quic_connections_closed", "reason", "tls"};
   Counter closed_quic_error{*this, "quic_connections_closed", "reason", "quic"};
   Counter closed_http3_error{*this, "quic_connections_closed", "reason", "http3"};
+
+  Counter downloads_opened{*this, "quic_downloads_opened"};  // streams of their own
+  Counter downloads_reset{*this, "quic_downloads_reset"};    // by this end, before their end
 
   Counter datagrams_received{*this, "quic_datagrams_received"};  // of sessions
   Counter datagrams_sent{*this, "quic_datagrams_sent"};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -23,6 +24,12 @@ class Census {
   [[nodiscard]] Count count(const std::string& name) const {
     const auto found = counts_.find(name);
     return found == counts_.end() ? Count{} : found->second;
+  }
+  // The name that has the most characters; empty: nobody has any.
+  [[nodiscard]] std::string largest() const {
+    const auto most = std::ranges::max_element(
+        counts_, [](const auto& a, const auto& b) { return a.second.characters < b.second.characters; });
+    return most == counts_.end() || most->second.characters == 0 ? std::string() : most->first;
   }
   void enter(const std::string& name) {
     Count& count = counts_[name];

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,9 @@ namespace hairnet::server {
 // The largest packet, in bytes with its size prefix, until the session has joined. Until then the peer may be anyone,
 // so it may not fill the server's memory. The largest valid Hello has half as many bytes.
 inline constexpr std::size_t kHelloPacketBytesMax = std::size_t{16} << 10;
+
+// A stream beside a connection's ordered packets, for one download. Its own packets are in order.
+using DownloadStream = std::int64_t;
 
 // The socket level as a session sees it. I/O thread.
 class Connection {
@@ -32,6 +36,17 @@ class Connection {
   [[nodiscard]] virtual bool writable() const = 0;
   // Whether a datagram has room, also while packets that are sent in order have none.
   [[nodiscard]] virtual bool takes_datagrams() const { return writable(); }
+  // Whether each download has a stream of its own, on which it waits for nothing but its own packets. The next four
+  // calls are for such connections.
+  [[nodiscard]] virtual bool has_download_streams() const { return false; }
+  // None: the peer allows no further stream now. PacketSink::on_streams_writable is called when it does.
+  virtual std::optional<DownloadStream> open_download() { return std::nullopt; }
+  // Whether the stream has room. PacketSink::on_streams_writable is called when it has room again.
+  [[nodiscard]] virtual bool takes_more(DownloadStream) const { return false; }
+  // Queues a packet of a download. Call it only while takes_more(). `is_last`: the stream ends behind it.
+  virtual void send_download(DownloadStream, std::vector<std::uint8_t> /*packet*/, bool /*is_last*/) {}
+  // Ends a stream before its last packet, and drops what waits there.
+  virtual void reset_download(DownloadStream) {}
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
   [[nodiscard]] virtual std::string_view peer() const = 0;
@@ -50,6 +65,9 @@ class PacketSink {
   virtual void on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) { on_packet(packet, now_ns); }
   virtual void on_broken_stream(std::int64_t now_ns) = 0;  // an impossible size prefix: nothing more can be read
   virtual void on_writable(std::int64_t now_ns) = 0;
+  virtual void on_streams_writable(std::int64_t) {}
+  // The peer does not want the rest of the download; the stream has ended.
+  virtual void on_download_stopped(DownloadStream, std::int64_t) {}
   virtual void on_closed(std::string_view reason,
                          std::int64_t now_ns) = 0;  // by the peer or the network; the last call
 };

@@ -16,11 +16,11 @@ constexpr const char* kBeyondEnd = "beyond the groom's end";
 
 }  // namespace
 
-// Only the first groom may be on its way from the disk.
+// Only the first grooms may be on their way from the disk.
 void Downloads::check_invariants() const {
   HAIRNET_ASSERT(waiting_.size() <= limits_->downloads_per_session_max);
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    HAIRNET_VALIDATE(i == 0 || (!waiting_[i].is_fetching && !waiting_[i].is_gone));
+    HAIRNET_VALIDATE(i < kStreamsMax || (!waiting_[i].is_fetching && !waiting_[i].is_gone && !waiting_[i].stream));
     HAIRNET_VALIDATE(!waiting_[i].bytes || (!waiting_[i].is_fetching && !waiting_[i].is_gone));
   }
 }
@@ -37,20 +37,23 @@ Refused Downloads::add(const wire::GroomRequest& request) {
   return {};
 }
 
-std::optional<wire::Message> Downloads::next(SessionId session, std::int64_t now_ns) {
-  if (waiting_.empty() || waiting_.front().is_fetching) return std::nullopt;
-  Download& download = waiting_.front();
-  if (!download.bytes && !download.is_gone) download.bytes = groom_service_->bytes(download.hash);
-  if (!download.bytes && !download.is_gone && groom_service_->fetch(session, download.hash)) {
-    download.is_fetching = true;
-    return std::nullopt;
-  }
-  if (!download.bytes || download.offset > download.bytes->size()) {
-    const wire::Error error{ErrorReason::groom_unavailable, 0, download.hash, download.bytes ? kBeyondEnd : kNotHere};
-    counters_->requests_refused_download.add();
-    waiting_.pop_front();
-    return error;
-  }
+bool Downloads::has_answer(Download& download, SessionId session) {
+  if (download.is_fetching) return false;
+  if (download.bytes || download.is_gone) return true;
+  download.bytes = groom_service_->bytes(download.hash);
+  if (!download.bytes) download.is_fetching = groom_service_->fetch(session, download.hash);
+  return !download.is_fetching;
+}
+
+std::optional<wire::Error> Downloads::refusal_of(const Download& download) {
+  HAIRNET_ASSERT(!download.is_fetching);
+  if (download.bytes && download.offset <= download.bytes->size()) return std::nullopt;
+  counters_->requests_refused_download.add();
+  return wire::Error{ErrorReason::groom_unavailable, 0, download.hash, download.bytes ? kBeyondEnd : kNotHere};
+}
+
+std::optional<wire::GroomData> Downloads::take_piece(Download& download, std::int64_t now_ns) {
+  HAIRNET_ASSERT(download.bytes && download.offset <= download.bytes->size());
   wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
   const auto rest = std::span(*download.bytes).subspan(download.offset);
   const auto piece = rest.first(std::min(rest.size(), kPiece_bytes));
@@ -62,18 +65,77 @@ std::optional<wire::Message> Downloads::next(SessionId session, std::int64_t now
   download.offset += piece.size();
   HAIRNET_ASSERT(download.offset <= download.bytes->size());
   counters_->download_bytes_sent.add(piece.size());
-  if (download.offset == download.bytes->size()) waiting_.pop_front();
   return data;
 }
 
-bool Downloads::on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes) {
-  if (waiting_.empty() || waiting_.front().hash != groom || !waiting_.front().is_fetching) return false;
+std::optional<wire::Message> Downloads::next(SessionId session, std::int64_t now_ns) {
+  if (waiting_.empty() || !has_answer(waiting_.front(), session)) return std::nullopt;
   Download& download = waiting_.front();
-  download.is_fetching = false;
-  download.is_gone = bytes == nullptr;
-  download.bytes = std::move(bytes);
+  if (auto refusal = refusal_of(download)) {
+    waiting_.pop_front();
+    return std::move(*refusal);
+  }
+  auto data = take_piece(download, now_ns);
+  if (!data) return std::nullopt;
+  if (is_done(download)) waiting_.pop_front();
+  return std::move(*data);
+}
+
+std::optional<std::variant<Downloads::Piece, wire::Error>> Downloads::next_on_stream(Connection& connection,
+                                                                                     SessionId session,
+                                                                                     std::int64_t now_ns) {
+  const std::size_t count = std::min(waiting_.size(), kStreamsMax);
+  for (std::size_t tried = 0; tried < count; ++tried) {
+    const std::size_t at = turn_++ % count;
+    const auto place = waiting_.begin() + static_cast<std::ptrdiff_t>(at);
+    Download& download = *place;
+    if (!has_answer(download, session)) continue;
+    if (auto refusal = refusal_of(download)) {
+      waiting_.erase(place);
+      return std::move(*refusal);
+    }
+    if (!download.stream) {
+      download.stream = connection.open_download();
+      download.moved_ns = now_ns;
+    }
+    if (!download.stream || !connection.takes_more(*download.stream)) continue;
+    auto data = take_piece(download, now_ns);
+    if (!data) return std::nullopt;
+    download.moved_ns = now_ns;
+    Piece piece{*download.stream, std::move(*data), is_done(download)};
+    if (piece.is_last) waiting_.erase(place);
+    check_invariants();
+    return piece;
+  }
+  return std::nullopt;
+}
+
+bool Downloads::on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes) {
+  const auto found =
+      std::ranges::find_if(waiting_, [&](const Download& d) { return d.hash == groom && d.is_fetching; });
+  if (found == waiting_.end()) return false;
+  found->is_fetching = false;
+  found->is_gone = bytes == nullptr;
+  found->bytes = std::move(bytes);
   check_invariants();
   return true;
+}
+
+void Downloads::on_stopped(DownloadStream stream) {
+  counters_->downloads_given_up_stopped.add(
+      std::erase_if(waiting_, [&](const Download& d) { return d.stream == stream; }));
+}
+
+std::optional<wire::Error> Downloads::give_up_stalled(Connection& connection, std::int64_t now_ns) {
+  const auto found = std::ranges::find_if(waiting_, [&](const Download& d) {
+    return d.stream && !connection.takes_more(*d.stream) && now_ns - d.moved_ns > limits_->download_stalled_ns;
+  });
+  if (found == waiting_.end()) return std::nullopt;
+  connection.reset_download(*found->stream);
+  counters_->downloads_given_up_stalled.add();
+  wire::Error error{ErrorReason::groom_unavailable, 0, found->hash, "its download was not read for too long"};
+  waiting_.erase(found);
+  return error;
 }
 
 }  // namespace hairnet::server

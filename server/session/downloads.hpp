@@ -4,20 +4,30 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "schema/wire/messages.hpp"
 #include "server/exchange/groom_service.hpp"
+#include "server/session/connection.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_limits.hpp"
 #include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 
-// The grooms that one session has requested, sent in pieces, one groom after the other. I/O thread.
+// The grooms that one session has requested, sent in pieces: one groom after the other, or, where downloads have
+// streams of their own, several at a time. I/O thread.
 class Downloads {
  public:
-  static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for at most one piece
+  static constexpr std::size_t kPiece_bytes = 16 << 10;  // without streams, frames wait for at most one piece
+  static constexpr std::size_t kStreamsMax = 4;          // open at a time
+
+  struct Piece {
+    DownloadStream stream = 0;
+    wire::GroomData data;
+    bool is_last = false;
+  };
 
   Downloads(GroomService& groom_service, const SessionLimits& limits, SessionCounters& counters, std::int64_t now_ns)
       : groom_service_(&groom_service),
@@ -30,29 +40,46 @@ class Downloads {
   // The next piece, or an error instead of a groom; none while nothing waits, while the first groom is read from disk,
   // or while the session has had its share of bytes.
   std::optional<wire::Message> next(SessionId session, std::int64_t now_ns);
+  // The same for a stream that has room, of one download after the other; opens streams. Errors belong to no stream.
+  std::optional<std::variant<Piece, wire::Error>> next_on_stream(Connection& connection, SessionId session,
+                                                                 std::int64_t now_ns);
   // Takes the result of GroomService::fetch; null when the file is gone or damaged. True when this session waited for
   // it.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
+  // The peer does not want the rest.
+  void on_stopped(DownloadStream stream);
+  // Ends a download whose stream has had no room for too long; none: there is no such download.
+  std::optional<wire::Error> give_up_stalled(Connection& connection, std::int64_t now_ns);
   void clear() { waiting_.clear(); }
   [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }
 
  private:
-  void check_invariants() const;
-
   struct Download {
     wire::GroomHash hash{};
     std::uint64_t offset = 0;
-    // Shared until all of it is sent, even if the groom is evicted. Null: not yet read from disk. A session reads one
-    // file at a time, so that many requests do not fill the memory.
+    // Shared until all of it is sent, even if the groom is evicted. Null: not yet read from disk. A session reads few
+    // files at a time, so that many requests do not fill the memory.
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
     bool is_fetching = false, is_gone = false;
+    std::optional<DownloadStream> stream = {};
+    std::int64_t moved_ns = 0;  // when its last piece was sent on its stream, or that was opened
   };
+
+  void check_invariants() const;
+  // Reads the file from disk if it is not in memory. False: it is being read.
+  bool has_answer(Download& download, SessionId session);
+  // Instead of a download that cannot be sent. Asserts has_answer().
+  std::optional<wire::Error> refusal_of(const Download& download);
+  // None: the session has had its share of bytes. Asserts that nothing refuses it.
+  std::optional<wire::GroomData> take_piece(Download& download, std::int64_t now_ns);
+  [[nodiscard]] static bool is_done(const Download& download) { return download.offset == download.bytes->size(); }
 
   GroomService* groom_service_;
   const SessionLimits* limits_;
   SessionCounters* counters_;
   TokenBucket bytes_;
   std::deque<Download> waiting_;
+  std::size_t turn_ = 0;  // which of the downloads with streams is next
 };
 
 }  // namespace hairnet::server

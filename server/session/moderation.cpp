@@ -109,6 +109,7 @@ Refused moderate(const wire::Moderate& request, const SessionIdentity& by, Sessi
     if (Refused refused = act_on_person(request, *target, by, context, now_ns)) return refused;
     subject = target->subject;
   }
+  if (context.fleet) context.rooms_changed.insert(by.room);
   counter_of(request.action, context.counters).add();
   spdlog::info("event=moderated session={} action={} by={} target={} room={} seconds={} reason={}", by.id,
                to_string(request.action), log_text(by.subject.name), log_text(subject), log_text(by.room),

@@ -132,6 +132,12 @@ bool Outbox::drop_if_congested() {
   return true;
 }
 
+void Outbox::withdraw_frames() {
+  const std::lock_guard lock(mutex_);
+  frames_lost_ |= ticks_waiting_ > 0;
+  drop_frames();
+}
+
 void Outbox::drop_frames() {
   std::erase_if(waiting_, [this](const Waiting& waiting) {
     counters_->frames_superseded.add(waiting.frame_count);

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "schema/wire/frame_datagram.hpp"
 #include "server/exchange/observer_sink.hpp"
 #include "server/session/session_counters.hpp"
 
@@ -31,13 +32,17 @@ class Outbox final : public ObserverSink {
   // Messages with a higher number in union Body are not sent: the client does not know them. Call it before the tick
   // has the sink.
   void set_message_max(std::uint8_t number) { message_max_ = number; }
+  // The last layout of datagrams that the client knows. Call it before the tick has the sink.
+  void set_datagram_layout(std::uint8_t layout) { datagram_layout_ = layout; }
 
   // Asserts that the message fits a packet: the server sends none that does not.
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) override;
   [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_bytes_max_; }
+  [[nodiscard]] bool takes_frame_datagrams() const override { return datagram_layout_ >= wire::kFrameDatagramLayout; }
   [[nodiscard]] double bytes_per_s() const override { return bytes_per_s_.load(std::memory_order_relaxed); }
   void push_frames(std::vector<FramePacket> packets) override;
+  void withdraw_frames();  // those that wait are not sent, and the observer hears that they are lost
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
@@ -82,6 +87,7 @@ class Outbox final : public ObserverSink {
   void check_invariants() const;
 
   const std::size_t control_bytes_max_, datagram_bytes_max_;
+  std::uint8_t datagram_layout_ = 0;
   std::size_t message_max_ = std::variant_size_v<wire::Message>;
   SessionCounters* counters_;
   std::atomic<double> bytes_per_s_{0};

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace hairnet::server {
 
@@ -31,6 +32,20 @@ class RoomRules {
   [[nodiscard]] bool is_locked(const std::string& room) const { return locks_.contains(room); }
   [[nodiscard]] std::size_t entry_count() const { return bans_.size() + mutes_.size() + locks_.size(); }
 
+  // What is decided of one room.
+  struct OfRoom {
+    std::vector<std::pair<std::string, std::int64_t>> bans;  // subject, and when it ends
+    std::vector<std::string> mutes;
+    bool is_locked = false;
+    std::vector<std::string> returning;  // of a locked room: they may enter until then
+    std::int64_t return_until_ns = 0;
+  };
+  [[nodiscard]] OfRoom of_room(const std::string& room, std::int64_t now_ns) const;
+  // Instead of all that was decided of the room. Returns how many bans and mutes are left out beyond `entries_max`.
+  std::size_t replace(const std::string& room, const OfRoom& rules, std::int64_t now_ns, std::size_t entries_max);
+  void forget(const std::string& room);  // all that was decided of it
+  [[nodiscard]] bool may_return(const std::string& room, const std::string& subject, std::int64_t now_ns) const;
+
   void open_room(const std::string& room) { ends_ns_.erase(room); }  // a session has entered
   void close_room(const std::string& room, std::int64_t ends_ns);    // nobody is left, and the room ends then
   void expire(std::int64_t now_ns);                                  // forgets bans and rooms that have ended
@@ -43,6 +58,7 @@ class RoomRules {
   std::set<Person> mutes_;
   std::set<std::string> locks_;                  // of rooms
   std::map<std::string, std::int64_t> ends_ns_;  // of empty rooms with mutes or a lock
+  std::map<Person, std::int64_t> returning_;     // until when each may enter a locked room
 };
 
 }  // namespace hairnet::server

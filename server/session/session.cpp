@@ -124,6 +124,11 @@ void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
   check_invariants();
 }
 
+void Session::on_download_stopped(DownloadStream stream, std::int64_t now_ns) {
+  downloads_.on_stopped(stream);
+  flush(now_ns);  // another one may have its turn
+}
+
 bool Session::take_message(std::int64_t now_ns, double price) {
   if (identity_.messages.take(price, now_ns)) return true;
   context_->counters.messages_refused_over_rate.add();
@@ -188,6 +193,9 @@ void Session::send(const wire::Message& message, std::int64_t now_ns) {
 void Session::flush(std::int64_t now_ns) {
   if (state_ == State::closed || !connection_) return;
   outbox_->set_bytes_per_s(connection_->bytes_per_s());
+  // Another server may have the room by now.
+  if (joined_ && context_->fleet && !context_->fleet->holds(identity_.room, now_ns)) outbox_->withdraw_frames();
+  send_on_streams(now_ns);
   std::vector<std::uint8_t> packet;
   bool may_be_lost = false;
   while (connection_->writable()) {
@@ -219,10 +227,24 @@ void Session::note_sent(const std::vector<std::uint8_t>& packet) {
 }
 
 bool Session::send_download(std::int64_t now_ns) {
-  if (state_ != State::active) return false;
+  if (state_ != State::active || connection_->has_download_streams()) return false;
   const std::optional<wire::Message> next = downloads_.next(id(), now_ns);
   if (next) outbox_->push(*next, now_ns);
   return next.has_value();
+}
+
+void Session::send_on_streams(std::int64_t now_ns) {
+  if (state_ != State::active || !connection_->has_download_streams()) return;
+  while (auto next = downloads_.next_on_stream(*connection_, id(), now_ns)) {
+    if (const auto* refusal = std::get_if<wire::Error>(&*next)) {
+      outbox_->push(*refusal, now_ns);
+      continue;
+    }
+    auto& piece = std::get<Downloads::Piece>(*next);
+    std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::move(piece.data)});
+    note_sent(packet);
+    connection_->send_download(piece.stream, std::move(packet), piece.is_last);
+  }
 }
 
 void Session::on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
@@ -249,11 +271,18 @@ void Session::poll(std::int64_t now_ns) {
     counters.sessions_closed_by_server_slow.add();
     drain(GoodbyeReason::slow_consumer, "messages are not taken fast enough", now_ns);
   } else if (state_ == State::awaiting_hello && now_ns - opened_ns_ > limits.handshake_timeout_ns) {
+    if (waiting_hello_) {
+      counters.sessions_refused_fleet.add();
+      drain(GoodbyeReason::server_full, "nobody can tell which server has the room; try again", now_ns);
+      return;
+    }
     counters.sessions_closed_by_server_handshake_timeout.add();
     drain(GoodbyeReason::handshake_timeout, "no hello came", now_ns);
   } else if (now_ns - heard_ns_ > limits.idle_timeout_ns) {
     counters.sessions_closed_by_server_idle.add();
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
+  } else if (const auto stalled = downloads_.give_up_stalled(*connection_, now_ns)) {
+    send(*stalled, now_ns);
   }
 }
 
@@ -293,6 +322,21 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
   flush(now_ns);
 }
 
+void Session::send_away(const ServerAddress& to, std::int64_t now_ns) {
+  context_->counters.sessions_redirected.add();
+  wire::Redirect redirect;
+  if (!to.host.empty()) redirect.to = {to.host, to.port};
+  outbox_->push(redirect, now_ns);
+  spdlog::info("event=session_redirected session={} trace={:016x} to={} port={}", id(), identity_.trace,
+               log_text(to.host), to.port);
+  const std::string where = to.host.empty() ? "another server" : to.host + ", port " + std::to_string(to.port);
+  drain(GoodbyeReason::server_full, "the room is held by " + where, now_ns);
+}
+
+void Session::note_member_change() {
+  if (context_->fleet && context_->rules.is_locked(identity_.room)) context_->rooms_changed.insert(identity_.room);
+}
+
 void Session::leave(std::int64_t now_ns) {
   if (!joined_) return;
   joined_ = false;
@@ -302,8 +346,11 @@ void Session::leave(std::int64_t now_ns) {
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());
-  if (context_->rooms.count(identity_.room).sessions == 0)
+  note_member_change();
+  if (context_->rooms.count(identity_.room).sessions == 0) {
     context_->rules.close_room(identity_.room, now_ns + context_->room_grace_ns);
+    if (context_->fleet) context_->rooms_left.insert(identity_.room);
+  }
   context_->subjects.leave(identity_.subject.name, identity_.characters.size());
   context_->bearers.leave(identity_.subject.bearer, identity_.characters.size());
   identity_.characters.clear();

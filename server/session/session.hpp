@@ -3,8 +3,10 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "schema/channel/token.hpp"
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
+#include "server/fleet/directory.hpp"
 #include "server/session/census.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/downloads.hpp"
@@ -40,6 +43,7 @@ struct SessionContext {
   std::optional<channel::TokenKey> token_key = {};  // none: no token is needed
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
+  Directory* fleet = nullptr;                      // says which server holds which room; null: this one holds all
   std::size_t session_count = 0;                   // sessions that have joined a room and not left it
   std::size_t character_count = 0;                 // of all sessions
   Census rooms = {}, subjects = {}, bearers = {};  // by SessionIdentity's room, subject.name and subject.bearer
@@ -47,9 +51,15 @@ struct SessionContext {
   std::function<bool()> is_memory_full = [] { return false; };  // the server has none for what needs more
   RoomRules rules = {};
   std::size_t awaiting_hello_count = 0;  // sessions in that state
+  // In a fleet: rooms whose last session has left since the last look for empty rooms.
+  std::set<std::string> rooms_left = {};
+  std::map<std::string, Wind> winds = {};    // that clients have set, by room
+  std::set<std::string> rooms_changed = {};  // whose rules, wind or members (where locked) have changed
+  std::string outgrown_room = {};            // takes no newcomers: this server has no time for more; empty: none
 };
 
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
+inline constexpr const char* kRoomOutgrown = "the room is full: its server has no time for more";
 inline constexpr const char* kTokenRevoked = "the operator of the server has revoked the token; ask for a new one";
 
 // One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks, an active
@@ -64,6 +74,8 @@ class Session final : public PacketSink {
   void on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) override;
   void on_broken_stream(std::int64_t now_ns) override;
   void on_writable(std::int64_t now_ns) override;
+  void on_streams_writable(std::int64_t now_ns) override { flush(now_ns); }
+  void on_download_stopped(DownloadStream stream, std::int64_t now_ns) override;
   void on_closed(std::string_view reason, std::int64_t now_ns) override;
   void on_message(wire::Envelope envelope, std::int64_t now_ns);
 
@@ -72,6 +84,11 @@ class Session final : public PacketSink {
   void poll(std::int64_t now_ns);   // ends sessions that time out or consume too slowly
   // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
+
+  // Asks again where the room of a hello is that waits for the directory.
+  void retry_hello(std::int64_t now_ns);
+  // Sends the client to the server that holds its room; no host: back to where it asked first. Ends the session.
+  void send_away(const ServerAddress& to, std::int64_t now_ns);
 
   void end_detached(std::int64_t now_ns);  // asserts that it is detached
   void end_for_memory(std::int64_t now_ns);
@@ -90,6 +107,7 @@ class Session final : public PacketSink {
   [[nodiscard]] SessionId id() const { return identity_.id; }
   [[nodiscard]] const SessionIdentity& identity() const { return identity_; }
   [[nodiscard]] bool is_joined() const { return joined_; }
+  [[nodiscard]] bool waits_for_room() const { return waiting_hello_.has_value(); }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::int64_t opened_ns() const { return opened_ns_; }
   [[nodiscard]] std::int64_t detached_since_ns() const { return detached_since_ns_; }
@@ -111,7 +129,9 @@ class Session final : public PacketSink {
   void remove(std::uint32_t character);  // asserts that it exists
   void note_sent(const std::vector<std::uint8_t>& packet);
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
-  void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
+  void send_on_streams(std::int64_t now_ns);
+  void note_member_change();        // a fleet keeps the members of a locked room
+  void leave(std::int64_t now_ns);  // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);
 
   SessionIdentity identity_;
@@ -125,9 +145,10 @@ class Session final : public PacketSink {
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
-  std::int64_t pose_error_next_ns_;  // at most one error about poses is sent a second
-  bool joined_ = false;              // the room knows the session
-  bool reads_datagram_ = false;      // the packet in hand may have overtaken others, or come after them
+  std::int64_t pose_error_next_ns_;           // at most one error about poses is sent a second
+  std::optional<wire::Hello> waiting_hello_;  // for the directory of the fleet
+  bool joined_ = false;                       // the room knows the session
+  bool reads_datagram_ = false;               // the packet in hand may have overtaken others, or come after them
 };
 
 }  // namespace hairnet::server

@@ -33,8 +33,12 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};        // the queue to the tick was full
   Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};      // a session was resumed too often
   Counter sessions_refused_memory{*this, "sessions_refused", "reason", "memory"};
-  Counter sessions_refused_banned{*this, "sessions_refused", "reason", "banned"};  // from the room
-  Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};  // the room is locked
+  Counter sessions_refused_banned{*this, "sessions_refused", "reason", "banned"};      // from the room
+  Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};      // the room is locked
+  Counter sessions_refused_outgrown{*this, "sessions_refused", "reason", "outgrown"};  // the server is full of the room
+  Counter sessions_refused_fleet{*this, "sessions_refused", "reason", "fleet"};  // no server can take the room now
+  Counter sessions_redirected{*this, "sessions_redirected"};  // to the server that holds the room, or will
+  Counter redirect_loops{*this, "redirect_loops"};            // clients that four servers in a row have sent on
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
   // resume was requested, but the session was unknown or over; a new one was made
@@ -52,6 +56,8 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_token_revoked{*this, "sessions_closed_by_server", "reason", "token_revoked"};
   Counter sessions_closed_by_server_memory{*this, "sessions_closed_by_server", "reason", "memory"};
   Counter sessions_closed_by_server_removed{*this, "sessions_closed_by_server", "reason", "removed"};
+  Counter kept_left_out{*this, "fleet_kept_left_out"};            // bans, mutes, members: too many to move with a room
+  Counter rooms_kept_refused{*this, "fleet_rooms_kept_refused"};  // what an earlier owner has kept was not valid
   Counter moderations_remove{*this, "moderations", "action", "remove"};
   Counter moderations_mute{*this, "moderations", "action", "mute"};
   Counter moderations_unmute{*this, "moderations", "action", "unmute"};
@@ -80,6 +86,8 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_observe{*this, "requests_refused", "request", "observe"};
   Counter requests_refused_download{*this, "requests_refused", "request", "download"};
   Counter download_bytes_sent{*this, "download_bytes_sent"};
+  Counter downloads_given_up_stopped{*this, "downloads_given_up", "reason", "stopped"};  // by the client
+  Counter downloads_given_up_stalled{*this, "downloads_given_up", "reason", "stalled"};  // it did not read them
   Counter downloads_delayed{*this, "downloads_delayed"};  // a piece waited, as the session had its share of bytes
   Counter poses_received{*this, "poses_received"};
   Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate"};

@@ -33,6 +33,7 @@ struct SessionIdentity {
 
   SessionId id = 0;
   wire::SessionSecret secret{};
+  std::uint64_t trace = 0;  // Hello.trace of its newest connection
   std::string name, room;
   wire::Role role = wire::Role::participant;
   Subject subject;

@@ -39,6 +39,7 @@ struct SessionLimits {
   std::int64_t resume_interval_ns = 1'000'000'000;  // from one resume of a session to the next
   // For which a full connection makes no progress, or a message waits: see Outbox::is_overdue.
   std::int64_t slow_consumer_ns = 10'000'000'000;
+  std::int64_t download_stalled_ns = 30'000'000'000;  // for which a download's stream has no room
   std::int64_t drain_timeout_ns = 2'000'000'000;
 };
 

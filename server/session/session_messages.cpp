@@ -10,7 +10,9 @@
 #include "schema/lobby.hpp"
 #include "server/session/message_price.hpp"
 #include "server/session/moderation.hpp"
+#include "server/session/room_route.hpp"
 #include "server/session/session.hpp"
+#include "server/session/verify_token.hpp"
 #include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -20,6 +22,7 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
+constexpr unsigned kRedirectsMax = 4;  // that a link follows in a row
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
 // A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
 constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
@@ -51,6 +54,20 @@ wire::GroomHash groom_of(const auto& message) {
   if constexpr (requires { message.groom; }) return message.groom;
   if constexpr (requires { message.hash; }) return message.hash;
   return {};
+}
+
+// Of the servers by id, those that follow this one: so each is named by others equally often.
+std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
+  std::vector<ServerStatus> servers = fleet.servers();
+  const auto after = std::ranges::upper_bound(servers, fleet.server_id(), {}, &ServerStatus::id);
+  std::ranges::rotate(servers, after);
+  std::vector<wire::ServerAt> others;
+  for (const ServerStatus& server : servers) {
+    if (others.size() == wire::kServersMax) break;
+    if (server.id != fleet.server_id() && !server.draining && server.address.port != 0)
+      others.push_back({server.address.host, server.address.port});
+  }
+  return others;
 }
 
 }  // namespace
@@ -113,7 +130,7 @@ struct Session::MessageHandler {
   }
 
   Refused operator()(wire::Hello& hello) {
-    if (session.state_ != State::awaiting_hello) {
+    if (session.state_ != State::awaiting_hello || session.waiting_hello_) {
       session.refuse_unexpected("a second hello", now_ns);
     } else if (hello.protocol_version != wire::kProtocolVersion) {
       counters.sessions_refused_version.add();
@@ -122,9 +139,44 @@ struct Session::MessageHandler {
           GoodbyeReason::version_unsupported);
     } else {
       session.outbox_->set_message_max(hello.message_max);
-      if (!try_resume(hello) && join(hello)) welcome(false);
+      session.outbox_->set_datagram_layout(hello.datagram_layout);
+      identity.trace = hello.trace;
+      enter(hello);
     }
     return {};
+  }
+  void enter(const wire::Hello& hello) {
+    if (!try_resume(hello) && is_routed_here(hello) && join(hello)) welcome(false);
+  }
+  // False when the room is another server's, or not yet anybody's: the session ends, or waits. A hello that will be
+  // refused need not know whose the room is.
+  bool is_routed_here(const wire::Hello& hello) {
+    const std::string room(wire::room_of(hello.room));
+    std::optional<channel::TokenClaims> claims;
+    if (!context.fleet || !wire::is_room_name(room) || verify_token(context, hello.token, room, hello.role, claims))
+      return true;
+    RoomRoute route = route_to_room(*context.fleet, room, hello.redirects, now_ns);
+    switch (route.kind) {
+      case RoomRoute::Kind::here:
+        return true;
+      case RoomRoute::Kind::elsewhere:
+        if (hello.redirects >= kRedirectsMax) note_redirect_loop(room, route.address);
+        session.send_away(route.address, now_ns);
+        break;
+      case RoomRoute::Kind::wait:
+        session.waiting_hello_ = hello;
+        break;
+      case RoomRoute::Kind::unavailable:
+        counters.sessions_refused_fleet.add();
+        session.drain(GoodbyeReason::server_full, std::move(route.reason), now_ns);
+        break;
+    }
+    return false;
+  }
+  // Links do not follow it, but wait and begin again at the server that they know.
+  void note_redirect_loop(const std::string& room, const ServerAddress& to) {
+    counters.redirect_loops.add();
+    spdlog::info("event=redirect_loop session={} room={} to={}:{}", session.id(), log_text(room), to.host, to.port);
   }
   // False when there is nothing to resume: the client gets a new session.
   bool try_resume(const wire::Hello& hello) {
@@ -145,7 +197,7 @@ struct Session::MessageHandler {
     std::optional<channel::TokenClaims> claims;
     const SessionIdentity& found = former->identity();
     HAIRNET_ASSERT(found.claims.has_value() == context.token_key.has_value());
-    Refused refused = check_token(hello.token, found.room, found.role, claims);
+    Refused refused = verify_token(context, hello.token, found.room, found.role, claims);
     if (!refused && claims && subject_name(*claims) != subject_name(*found.claims))
       refused = {ErrorReason::token_invalid, "the token is not of the session's subject"};
     if (refused) {
@@ -156,12 +208,13 @@ struct Session::MessageHandler {
     identity = context.directory->take_over(*former, session, now_ns);
     HAIRNET_ASSERT(identity.id == hello.session);
     identity.resumed_ns = now_ns;
+    identity.trace = hello.trace;
     use_claims(std::move(claims));
     session.set_state(State::active);
     session.joined_ = true;
     counters.sessions_resumed.add();
-    spdlog::info("event=session_resumed session={} subject={} peer={}", session.id(), log_text(identity.subject.name),
-                 session.connection_->peer());
+    spdlog::info("event=session_resumed session={} trace={:016x} subject={} peer={}", session.id(), identity.trace,
+                 log_text(identity.subject.name), session.connection_->peer());
     welcome(true);
     context.grooms.resend_states(session.id(), now_ns);
     return true;
@@ -200,15 +253,21 @@ struct Session::MessageHandler {
       return false;
     }
     std::optional<channel::TokenClaims> claims;
-    if (const Refused of_token = check_token(hello.token, identity.room, hello.role, claims)) {
+    if (const Refused of_token = verify_token(context, hello.token, identity.room, hello.role, claims)) {
       refuse_token(of_token);
       return false;
     }
     identity.subject = subject_of(claims, hello.token, session.connection_->network());
     if (is_kept_out(identity.room, identity.subject, claims)) return false;
-    if (context.rules.is_locked(identity.room) && !is_moderator(claims)) {
+    if (context.rules.is_locked(identity.room) && !is_moderator(claims) &&
+        !context.rules.may_return(identity.room, identity.subject.name, now_ns)) {
       counters.sessions_refused_locked.add();
       end({ErrorReason::not_allowed, "a moderator has locked the room"}, GoodbyeReason::room_refused);
+      return false;
+    }
+    if (is_outgrown()) {
+      counters.sessions_refused_outgrown.add();
+      end({ErrorReason::limit_exceeded, kRoomOutgrown}, GoodbyeReason::room_refused);
       return false;
     }
     // In this order: a detached session that gives way puts a command into the queue.
@@ -218,16 +277,19 @@ struct Session::MessageHandler {
     ++context.session_count;
     context.rooms.enter(identity.room);
     context.rules.open_room(identity.room);
+    session.note_member_change();
     context.subjects.enter(identity.subject.name);
     context.bearers.enter(identity.subject.bearer);
     use_claims(std::move(claims));
     counters.sessions_welcomed.add();
-    spdlog::info("event=session_opened session={} subject={} token={} client={} room={} peer={} transport={}",
-                 session.id(), log_text(identity.subject.name), log_text(identity.claims ? identity.claims->id : ""),
-                 log_text(identity.name), log_text(identity.room), session.connection_->peer(),
-                 session.connection_->transport());
+    spdlog::info(
+        "event=session_opened session={} trace={:016x} subject={} token={} client={} room={} peer={} transport={}",
+        session.id(), identity.trace, log_text(identity.subject.name),
+        log_text(identity.claims ? identity.claims->id : ""), log_text(identity.name), log_text(identity.room),
+        session.connection_->peer(), session.connection_->transport());
     return true;
   }
+  [[nodiscard]] bool is_outgrown() const { return identity.room == context.outgrown_room; }
   // True when the subject is banned from the room: the session was refused and ends.
   bool is_kept_out(const std::string& room, const Subject& subject, const std::optional<channel::TokenClaims>& claims) {
     if (is_moderator(claims) || !context.rules.is_banned(room, subject.name, now_ns)) return false;
@@ -247,19 +309,6 @@ struct Session::MessageHandler {
     counters.sessions_refused_busy.add();
     session.drain(GoodbyeReason::server_full, "the server is busy; try again", now_ns);
     return false;
-  }
-  // Why the token does not let a client into the room in that role; else sets its claims, if the server needs a token.
-  Refused check_token(const std::string& token, const std::string& room, wire::Role role,
-                      std::optional<channel::TokenClaims>& claims) const {
-    if (!context.token_key) return {};
-    auto verified = channel::verify(token, *context.token_key, context.unix_time_s(), room);
-    if (!verified)
-      return {ErrorReason::token_invalid, channel::explain(verified.error(), token, *context.token_key, room)};
-    if (context.revoked_tokens.contains(*verified)) return {ErrorReason::token_invalid, kTokenRevoked};
-    if (verified->role == wire::Role::observer && role == wire::Role::participant)
-      return {ErrorReason::token_invalid, "the token lets its bearer observe only"};
-    claims = std::move(*verified);
-    return {};
   }
   void refuse_token(const Refused& refused) {
     counters.sessions_refused_token.add();
@@ -326,12 +375,19 @@ struct Session::MessageHandler {
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
     welcome.may_set_wind = may_set_wind() && !is_muted();
+    if (context.fleet) welcome.others = others_than_this(*context.fleet);
     session.connection_->mark_joined();
     session.send(welcome, now_ns);
-    Command open = OpenSession{session.id(), session.outbox_, identity.room,
-                               context.subjects.count(identity.subject.name).number, resumed};
+    Command open =
+        OpenSession{session.id(), session.outbox_, identity.room, context.subjects.count(identity.subject.name).number,
+                    resumed,      wind_of_room()};
     // has_room_for() said that it fits; another command may have come since.
     if (!context.commands.try_put(open, open_weight(identity.room))) context.commands.put(std::move(open));
+  }
+
+  [[nodiscard]] std::optional<Wind> wind_of_room() const {
+    const auto found = context.winds.find(identity.room);
+    return found == context.winds.end() ? std::nullopt : std::optional(found->second);
   }
 
   Refused operator()(wire::GroomOffer& offer) {
@@ -400,6 +456,7 @@ struct Session::MessageHandler {
     if (context.rooms.count(identity.room).characters >= limits.characters_per_room_max)
       return {ErrorReason::limit_exceeded,
               "the room is full: at most " + std::to_string(limits.characters_per_room_max) + " characters"};
+    if (is_outgrown()) return {ErrorReason::limit_exceeded, kRoomOutgrown};
     if (context.character_count >= limits.character_count_max)
       return {ErrorReason::limit_exceeded,
               "the server is full: at most " + std::to_string(limits.character_count_max) + " characters"};
@@ -428,7 +485,12 @@ struct Session::MessageHandler {
     if (!may_set_wind()) return {ErrorReason::not_allowed, "this session may not set the wind"};
     if (is_muted()) return {ErrorReason::not_allowed, "a moderator does not let this user set the wind"};
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
-    return put(set);
+    if (Refused refused = put(set)) return refused;
+    if (context.fleet) {
+      context.winds[identity.room] = set.wind;
+      context.rooms_changed.insert(identity.room);
+    }
+    return {};
   }
   // What the token says counts; else the setting.
   [[nodiscard]] bool may_set_wind() const {
@@ -557,6 +619,16 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   }
   MessageHandler handler{*this, now_ns};
   std::visit([&](auto& message) { handler.handle(message); }, envelope.message);
+  check_invariants();
+}
+
+void Session::retry_hello(std::int64_t now_ns) {
+  if (!waiting_hello_ || state_ != State::awaiting_hello) return;
+  const std::string room(wire::room_of(waiting_hello_->room));
+  const RoomRoute route = route_to_room(*context_->fleet, room, waiting_hello_->redirects, now_ns);
+  if (route.kind == RoomRoute::Kind::wait) return;
+  const wire::Hello hello = *std::exchange(waiting_hello_, std::nullopt);
+  MessageHandler{*this, now_ns}.enter(hello);
   check_invariants();
 }
 

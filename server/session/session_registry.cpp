@@ -2,14 +2,17 @@
 
 #include <sodium.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/session/room_route.hpp"
 
 namespace hairnet::server {
 namespace {
 
 constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens and of bans
+constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;  // between two looks for rooms without sessions
 constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;  // by the end of a session that reads too slowly
 
 }  // namespace
@@ -121,6 +124,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   std::size_t detached = 0, packets_waiting = 0;
   check_invariants();
+  if (context_->fleet) poll_fleet(now_ns);
   if (context_->token_key && now_ns >= tokens_due_ns_) {
     tokens_due_ns_ = now_ns + kTokenInterval_ns;
     const std::int64_t unix_s = context_->unix_time_s();
@@ -152,9 +156,103 @@ void SessionRegistry::free_memory(std::int64_t now_ns) {
   if (largest) largest->end_for_memory(now_ns);
 }
 
-void SessionRegistry::drain(std::int64_t now_ns) {
+void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
   draining_ = true;
+  if (!context_->fleet || send_on_ns <= 0) return end_all(now_ns);
+  context_->fleet->drain(now_ns);
+  keeper_.keep_changed(now_ns);
+  for (const std::string& room : context_->fleet->own_rooms()) {
+    const auto known = empty_rooms_.find(room);
+    const bool was_used =
+        context_->rooms_left.contains(room) || (known != empty_rooms_.end() && known->second.was_used);
+    if (was_used && context_->rooms.count(room).sessions == 0) keeper_.end(room, now_ns);
+  }
+  send_on_until_ns_ = now_ns + send_on_ns;
+  for (const std::string& room : context_->fleet->own_rooms()) context_->fleet->release(room, now_ns);
+  context_->fleet->poll(now_ns);
+}
+
+void SessionRegistry::end_all(std::int64_t now_ns) {
   for (auto& [id, session] : sessions_) session->drain(wire::GoodbyeReason::server_draining, "", now_ns);
+}
+
+void SessionRegistry::poll_fleet(std::int64_t now_ns) {
+  // One that resumes another's identity changes the map.
+  std::vector<Session*> waiting;
+  for (auto& [id, session] : sessions_) {
+    if (session->waits_for_room()) waiting.push_back(session.get());
+  }
+  for (Session* session : waiting) session->retry_hello(now_ns);
+  if (send_on_until_ns_ != 0) return send_on(now_ns);
+  if (now_ns < rooms_due_ns_) return;
+  rooms_due_ns_ = now_ns + kRoomsInterval_ns;
+  keeper_.keep_changed(now_ns);
+  release_empty_rooms(now_ns);
+}
+
+void SessionRegistry::release_empty_rooms(std::int64_t now_ns) {
+  std::map<std::string, EmptyRoom> empty;
+  for (const std::string& room : context_->fleet->own_rooms()) {
+    const bool was_left = context_->rooms_left.contains(room);
+    if (context_->rooms.count(room).sessions > 0) continue;
+    const auto known = empty_rooms_.find(room);
+    EmptyRoom one = known == empty_rooms_.end() ? EmptyRoom{now_ns} : known->second;
+    if (was_left) one = {now_ns, context_->room_grace_ns, true};
+    // Nobody could ever enter a lock that moves on and on: it ends when those who were in the room do not come back.
+    const bool is_locked = context_->rules.is_locked(room);
+    const std::int64_t least_ns = is_locked && !one.was_used ? RoomKeeper::kReturn_ns : kRoomsInterval_ns;
+    if (now_ns - one.since_ns <= std::max(one.grace_ns, least_ns)) {
+      empty[room] = one;
+      continue;
+    }
+    if (one.was_used || is_locked) keeper_.end(room, now_ns);  // else it is as it was
+    release(room, now_ns);
+  }
+  empty_rooms_ = std::move(empty);
+  context_->rooms_left.clear();
+}
+
+void SessionRegistry::release(const std::string& room, std::int64_t now_ns) {
+  context_->fleet->release(room, now_ns);
+  context_->rules.forget(room);
+}
+
+void SessionRegistry::send_on(std::int64_t now_ns) {
+  if (now_ns >= send_on_until_ns_) {
+    send_on_until_ns_ = 0;
+    return end_all(now_ns);
+  }
+  // A claim that was under way when the drain began.
+  for (const std::string& room : context_->fleet->own_rooms()) context_->fleet->release(room, now_ns);
+  std::map<std::string, RoomRoute> routes;
+  for (auto& [id, session] : sessions_) {
+    if (session->state() != Session::State::active) continue;
+    const std::string& room = session->identity().room;
+    const auto [found, is_new] = routes.try_emplace(room);
+    if (is_new) found->second = route_to_room(*context_->fleet, room, 0, now_ns);
+    if (found->second.kind == RoomRoute::Kind::elsewhere) session->send_away(found->second.address, now_ns);
+  }
+}
+
+void SessionRegistry::hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns) {
+  keeper_.keep_changed(now_ns);
+  context_->fleet->hand_over(room, to, now_ns);
+  context_->fleet->poll(now_ns);
+}
+
+void SessionRegistry::on_room_lost(const std::string& room, std::int64_t now_ns) {
+  context_->winds.erase(room);
+  context_->rooms_changed.erase(room);
+  const std::vector<Session*> sessions = in_room(room);
+  if (sessions.empty()) return context_->rules.forget(room);  // asking for its place would claim it
+  const RoomRoute route = route_to_room(*context_->fleet, room, 0, now_ns);
+  const ServerAddress to = route.kind == RoomRoute::Kind::elsewhere ? route.address : ServerAddress{};
+  for (Session* session : sessions) {
+    if (session->state() == Session::State::detached)
+      session->end_detached(now_ns);
+    else
+      session->send_away(to, now_ns);
+  }
 }
 
 }  // namespace hairnet::server

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/session/room_keeper.hpp"
 #include "server/session/session.hpp"
 
 namespace hairnet::server {
@@ -15,7 +16,7 @@ namespace hairnet::server {
 // All sessions. I/O thread.
 class SessionRegistry final : public SessionDirectory {
  public:
-  explicit SessionRegistry(SessionContext& context) : context_(&context) { context.directory = this; }
+  explicit SessionRegistry(SessionContext& context) : context_(&context), keeper_(context) { context.directory = this; }
 
   // Null when the server is draining: the connection then gets a Goodbye and is closed. The sink exists until the first
   // poll() after the connection is closed. When too many wait for their Welcome, the longest waiting one ends: silent
@@ -29,23 +30,48 @@ class SessionRegistry final : public SessionDirectory {
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
-  void drain(std::int64_t now_ns);  // all sessions, and refuses new ones
+  // Ends all sessions, and refuses new ones. In a fleet each room is given up first, and its sessions are sent to the
+  // server that takes it, for `send_on_ns` at most: until then they go on, without frames.
+  void drain(std::int64_t send_on_ns, std::int64_t now_ns);
+  // `kept`: what its earlier owner has kept of it.
+  void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
+    keeper_.take(room, kept, now_ns);
+  }
+  // Gives a room of this server up for another one. on_room_lost() follows.
+  void hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns);
+  // Another server holds the room, or nobody: its sessions are sent on.
+  void on_room_lost(const std::string& room, std::int64_t now_ns);
   // Ends the session for which most bytes wait, if that frees memory worth it.
   void free_memory(std::int64_t now_ns);
   [[nodiscard]] std::size_t count() const { return sessions_.size(); }
   [[nodiscard]] const std::map<SessionId, std::unique_ptr<Session>>& all() const { return sessions_; }
 
  private:
+  // One that nobody has entered has no grace: claims of names at random do not pile up.
+  struct EmptyRoom {
+    std::int64_t since_ns = 0;
+    std::int64_t grace_ns = 0;  // for its wind, and its moderators' mutes and lock
+    bool was_used = false;      // a session was in it, on this server
+  };
   void check_invariants() const;
+  void end_all(std::int64_t now_ns);
+  void poll_fleet(std::int64_t now_ns);
+  void release_empty_rooms(std::int64_t now_ns);
+  void release(const std::string& room, std::int64_t now_ns);  // and forgets what was decided of it
+  void send_on(std::int64_t now_ns);     // while draining in a fleet: sessions whose rooms have been released
   void end_silent(std::int64_t now_ns);  // the one that has waited longest for a hello
   // Ends the one that has been detached longest of those for which `is_meant` holds. False when there is none.
   bool end_longest_detached(const std::function<bool(const Session&)>& is_meant, std::int64_t now_ns);
 
   SessionContext* context_;
+  RoomKeeper keeper_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
   std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed completely
   SessionId last_id_ = 0;
-  std::int64_t tokens_due_ns_ = 0;  // when the tokens of all sessions are checked, and bans expire, next
+  std::int64_t tokens_due_ns_ = 0;                // when the tokens of all sessions are checked, and bans expire, next
+  std::map<std::string, EmptyRoom> empty_rooms_;  // that this server holds and no session is in
+  std::int64_t rooms_due_ns_ = 0;                 // when these are looked for next
+  std::int64_t send_on_until_ns_ = 0;             // while draining in a fleet
   bool draining_ = false;
 };
 

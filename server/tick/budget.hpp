@@ -31,7 +31,7 @@ struct BudgetCharacter {
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed over about a second
   LevelIndex requested_level = LevelIndex::high;                   // the finest that its owner asked for
   bool levels_ready = false;
-  bool may_learn = false;  // the learnt level holds: there is one, in still air, for its material and its motion
+  bool may_learn = false;  // the learnt level holds: there is one, for its material, its motion and the wind
   bool asleep = false;     // from LatticeView
   Lod now;
   double since_s = std::numeric_limits<double>::infinity();  // time since the last change; infinite for a new character

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/assert.hpp"
+#include "core/learnt/learnt_hair.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -66,10 +67,12 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
 
 bool LevelChooser::may_learn(const Room& room, const Simulation& simulation, Character& character,
                              std::uint64_t tick) const {
-  if (!is_learnt_tick(def_.tick_s) || !simulation.has_learnt(character.groom)) return false;
+  const LearntHair* const learnt = simulation.learnt(character.groom);
+  if (!is_learnt_tick(def_.tick_s) || !learnt) return false;
   if (character.lattice.level == LevelIndex::learnt && !character.lattice.is_covered)
     character.learnt_next = tick + static_cast<std::uint64_t>(kUncovered_s / def_.tick_s);
-  return tick >= character.learnt_next && is_still(room.wind) && character.material == MaterialScale{};
+  return tick >= character.learnt_next && learnt->covers_air(gust_m_per_s(room.wind)) &&
+         character.material == MaterialScale{};
 }
 
 void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {

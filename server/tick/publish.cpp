@@ -7,6 +7,7 @@
 
 #include "core/assert.hpp"
 #include "core/learnt/learnt_hair.hpp"
+#include "schema/wire/frame_datagram.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -183,6 +184,11 @@ bool Publisher::note_learnt(const Terms& terms, const Character& character, Obse
     counters_->learnt_announced.add();
     observer.sink->push(wire::GroomLearnt{character.groom, told.file}, terms.now_ns);
   }
+  const Room& room = terms.rooms.room(character.room);
+  if (!is_still(room.wind_in_world.value_or(room.wind))) {  // clients evaluate hair in still air
+    view.learnt_since.reset();
+    return false;
+  }
   if (!view.learnt_since || !view.sent || tick - *view.sent > kLearntGapMax_ticks) view.learnt_since = tick;
   if (!told.evaluated_since || character.coefficients.is_fading()) return false;
   return tick - std::max(*view.learnt_since, *told.evaluated_since) >= kLearntSettled_ticks;
@@ -265,31 +271,34 @@ void Publisher::encode(const Terms& terms, Character& character, const KnownBasi
 // Gathers frames into packets of at most `bytes_max` bytes of frames, or of one frame.
 class Publisher::Packer {
  public:
-  Packer(const Terms& terms, std::size_t bytes_max, bool may_be_lost, std::vector<FramePacket>& packets)
-      : terms_(&terms), bytes_max_(bytes_max), may_be_lost_(may_be_lost), packets_(&packets) {}
+  enum class Kind : std::uint8_t { certain, losable, datagram };  // the last: without an envelope
+  Packer(const Terms& terms, std::size_t bytes_max, Kind kind, std::vector<FramePacket>& packets)
+      : terms_(&terms), bytes_max_(bytes_max), kind_(kind), packets_(&packets) {}
 
   void add(const wire::Frame& frame, std::uint8_t generation, std::size_t frame_bytes) {
     HAIRNET_ASSERT(batch_.frames.empty() || batch_.frames.back().member < frame.member);
     if (bytes_ + frame_bytes > bytes_max_) flush();
     bytes_ += frame_bytes;
     batch_.frames.push_back(frame);
-    if (may_be_lost_) batch_.generations.push_back(generation);
+    if (kind_ != Kind::certain) batch_.generations.push_back(generation);
   }
   void flush() {
     if (batch_.frames.empty()) return;
     batch_.tick = terms_->tick.tick;
     batch_.sample_time_ns = terms_->tick.sample_time_ns;
     const std::size_t frame_count = batch_.frames.size();
-    packets_->push_back({wire::encode_packet({terms_->now_ns, std::exchange(batch_, {})}), frame_count, may_be_lost_});
+    wire::FrameBatch batch = std::exchange(batch_, {});
+    packets_->push_back({kind_ == Kind::datagram ? wire::encode_frame_datagram(terms_->now_ns, batch)
+                                                 : wire::encode_packet({terms_->now_ns, std::move(batch)}),
+                         frame_count, kind_ != Kind::certain});
     HAIRNET_ASSERT(!packets_->back().bytes.empty());  // a packet of frames fits the protocol's bound
-    HAIRNET_ASSERT(!may_be_lost_ || packets_->back().bytes.size() <= bytes_max_ + kBatchBytes);
     bytes_ = 0;
   }
 
  private:
   const Terms* terms_;
   std::size_t bytes_max_, bytes_ = 0;
-  bool may_be_lost_;
+  Kind kind_;
   std::vector<FramePacket>* packets_;
   wire::FrameBatch batch_;
 };
@@ -300,8 +309,11 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   std::size_t evaluated_count = 0;
   std::vector<FramePacket> packets;
   const std::size_t datagram_bytes_max = observer.sink->datagram_bytes_max();
-  const std::size_t losable_bytes_max = datagram_bytes_max > kBatchBytes ? datagram_bytes_max - kBatchBytes : 0;
-  Packer certain(terms, def_.packet_bytes_max, false, packets), losable(terms, losable_bytes_max, true, packets);
+  const bool has_envelope = !observer.sink->takes_frame_datagrams();
+  const std::size_t head_bytes = has_envelope ? kBatchBytes : wire::frame_datagram_head_bytes(terms.tick.tick);
+  const std::size_t losable_bytes_max = datagram_bytes_max > head_bytes ? datagram_bytes_max - head_bytes : 0;
+  Packer certain(terms, def_.packet_bytes_max, Packer::Kind::certain, packets);
+  Packer losable(terms, losable_bytes_max, has_envelope ? Packer::Kind::losable : Packer::Kind::datagram, packets);
   for (const Observer::Request& request : observer.requests) {
     const Character& character = *request.character;
     HAIRNET_ASSERT(request.variant < character.variant_count);

@@ -31,6 +31,11 @@ struct Scheduler::CommandHandler {
     if (!observer) {
       observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
       observer->subject = c.subject;
+      Room& room = scheduler.rooms_.room(observer->room);
+      if (c.wind && room.observers.size() == 1 && !room.wind_in_world) {
+        room.wind = *c.wind;
+        room.wind_told = {*c.wind, wire::RoomWind::kOfEarlierServer};
+      }
     } else {
       observer->sink = std::move(c.sink);
       observer->bases_sent.clear();

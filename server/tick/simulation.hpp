@@ -25,9 +25,10 @@ class Simulation {
   void forget_levels(const wire::GroomHash& groom);  // characters with these levels keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
-  [[nodiscard]] bool has_learnt(const wire::GroomHash& groom) const {
+  // Null while the hair of the groom is not learnt.
+  [[nodiscard]] const LearntHair* learnt(const wire::GroomHash& groom) const {
     const auto found = levels_.find(groom);
-    return found != levels_.end() && found->second->learnt;
+    return found == levels_.end() ? nullptr : found->second->learnt.get();
   }
 
   // Applies the inputs of a tick and steps the World. The order is: removed, added, levels, materials, strides,

@@ -47,7 +47,8 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> pending;  // pending handshakes, and pages
   bool is_local = true;                                                      // all its addresses are of the loopback
   bool is_closed = false;
-  std::function<std::string()> webtransport_page;  // what a page needs to connect by WebTransport; none: no sessions
+  // What a page that was asked for by this Host needs to connect by WebTransport; none: no sessions.
+  std::function<std::string(std::string_view host)> webtransport_page;
   LogThrottle refusal_log, origin_log, host_log, accept_log;
 
   void accept(asio::ip::tcp::socket socket);

@@ -20,6 +20,7 @@ constexpr std::size_t kBodyBytesMax = 4096;  // of a body that comes with a GET;
 constexpr std::size_t kReadBytesMax = 16 << 10;
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
 constexpr std::string_view kWebTransportPage = "/wt.json";
+constexpr std::string_view kRoomPage = "/room";     // pages of allowed origins may ask it, with a token
 constexpr std::chrono::milliseconds kRateWait{10};  // for a connection that receives pages at its limit
 
 using Request = WebSocketConnection::Request;
@@ -33,7 +34,8 @@ std::string_view path_of(std::string_view target) {
 }
 
 bool is_service_path(std::string_view path) {
-  return path == "/healthz" || path == "/readyz" || path == "/metrics";
+  return path == "/healthz" || path == "/readyz" || path == "/metrics" || path == "/fleet.json" || path == "/fleet" ||
+         path == kRoomPage;
 }
 
 // A list of tags, or "*"; weak tags count like strong ones.
@@ -117,7 +119,9 @@ class HttpConnection {
     if (request.target().size() > kTargetBytesMax) co_return refusal(414, "the address is too long");
     if (request.version() >= 11 && request.count(http::field::host) != 1)
       co_return refusal(400, "there must be one Host");
-    if (request.method() != http::verb::get && request.method() != http::verb::head)
+    const bool asks_for_leave =
+        request.method() == http::verb::options && path_of(view(request.target())) == kRoomPage && router_->service;
+    if (request.method() != http::verb::get && request.method() != http::verb::head && !asks_for_leave)
       co_return refusal(405, "there is nothing to change here");
     if (parser.chunked() || parser.content_length().value_or(0) > kBodyBytesMax)
       co_return refusal(413, "a request here has no body");
@@ -130,11 +134,18 @@ class HttpConnection {
     const std::string_view target = view(request.target()), path = path_of(target);
     if (router_->service && is_service_path(path)) {
       const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : std::string_view();
-      return router_->service->handle(
-          {view(request.method_string()), path, query, stream_->peer(), stream_->is_from_loopback()});
+      const HttpRequest question{view(request.method_string()),
+                                 path,
+                                 query,
+                                 stream_->peer(),
+                                 stream_->is_from_loopback(),
+                                 view(request[http::field::authorization])};
+      if (path == kRoomPage) return answer_page(request, question);
+      return router_->service->handle(question);
     }
     if (router_->webtransport_page && path == kWebTransportPage) {
-      HttpResponse response{.content_type = "application/json", .body = router_->webtransport_page()};
+      HttpResponse response{.content_type = "application/json",
+                            .body = router_->webtransport_page(view(request[http::field::host]))};
       response.allow_origin = "*";  // it is public; the session itself checks the origin
       return response;
     }
@@ -163,6 +174,21 @@ class HttpConnection {
     response.etag = file.etag;
     response.file_bytes = file.bytes;
     if (names_tag(view(request[http::field::if_none_match]), file.etag)) response.status = 304;
+    return response;
+  }
+
+  // A question that pages of other origins may ask: those that may also open a session here.
+  HttpResponse answer_page(const Request& request, const HttpRequest& question) {
+    const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
+    if (request.count(http::field::origin) > 1 || router_->refuses_origin(origin, host, stream_->peer()))
+      return refusal(403, "this server answers no pages of that origin; its setting transport.origins lists them");
+    HttpResponse response;
+    if (request.method() == http::verb::options)
+      response.status = 204;
+    else
+      response = router_->service->handle(question);
+    response.allow_origin = origin;
+    response.vary = "Origin";
     return response;
   }
 

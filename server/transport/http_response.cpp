@@ -16,7 +16,8 @@ constexpr std::string_view kSecurityHeaders =
     "Cross-Origin-Embedder-Policy: require-corp\r\n"
     "Cross-Origin-Resource-Policy: same-origin\r\n"
     "Content-Security-Policy: default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
-    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self' ws: wss: https: blob: data:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self' ws: wss: http: https: blob: "
+    "data:; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'\r\n";
 
 std::string http_date(std::int64_t date_s) {
@@ -37,12 +38,16 @@ std::string_view status_name(int status) {
   switch (status) {
     case 200:
       return "OK";
+    case 204:
+      return "No Content";
     case 301:
       return "Moved Permanently";
     case 304:
       return "Not Modified";
     case 400:
       return "Bad Request";
+    case 401:
+      return "Unauthorized";
     case 403:
       return "Forbidden";
     case 404:
@@ -85,7 +90,8 @@ std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_
   std::string header = "HTTP/1.1 " + std::to_string(response.status) + " ";
   header.append(status_name(response.status)).append("\r\nServer: hairnet\r\n");
   add(header, "Date", http_date(date_s));
-  if (response.status != 304) {
+  const bool has_body = response.status != 304 && response.status != 204;
+  if (has_body) {
     add(header, "Content-Type", response.content_type);
     add(header, "Content-Encoding", response.content_encoding);
     add(header, "Content-Length", std::to_string(response.body.empty() ? response.file_bytes : response.body.size()));
@@ -95,6 +101,8 @@ std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_
   add(header, "Vary", response.vary);
   add(header, "Location", response.location);
   add(header, "Access-Control-Allow-Origin", response.allow_origin);
+  if (response.status == 204) add(header, "Access-Control-Allow-Headers", "Authorization");
+  if (response.status == 401) add(header, "WWW-Authenticate", "Bearer");
   add(header, "Upgrade", response.upgrade);
   if (response.status == 405) add(header, "Allow", "GET, HEAD");
   add(header, "Connection", !response.upgrade.empty() ? "upgrade, close" : keep_alive ? "keep-alive" : "close");

@@ -129,7 +129,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     router.is_local = router.is_local && local.address().is_loopback();
     impl->acceptors.push_back(std::move(acceptor));
   }
-  if (router.open_session) router.webtransport_page = [] { return std::string(kNoWebTransport); };
+  if (router.open_session) router.webtransport_page = [](std::string_view) { return std::string(kNoWebTransport); };
   if (options.webtransport && router.open_session) {
     auto quic =
         QuicListener::create(loop.core().serial, impl->router, options.udp_port ? options.udp_port : port, port);
@@ -138,9 +138,9 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     if (quic) {
       impl->quic = std::move(*quic);
       impl->quic->start();
-      router.webtransport_page = [weak = std::weak_ptr(impl->quic)] {
+      router.webtransport_page = [weak = std::weak_ptr(impl->quic)](std::string_view host) {
         const auto listener = weak.lock();
-        return listener ? listener->page() : std::string(kNoWebTransport);
+        return listener ? listener->page(host) : std::string(kNoWebTransport);
       };
     } else {
       spdlog::warn("event=webtransport_unavailable detail={}", log_text(quic.error()));
@@ -161,6 +161,10 @@ Listener::~Listener() {
 std::uint16_t Listener::port() const {
   boost::system::error_code ignored;
   return impl_->acceptors.front()->local_endpoint(ignored).port();
+}
+
+void Listener::set_public_port(std::uint16_t port) {
+  if (impl_->quic) impl_->quic->set_public_port(port);
 }
 
 void Listener::close() {

@@ -29,6 +29,9 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
   [[nodiscard]] std::uint16_t port() const;
+  // By which clients reach this port, where something in front of it has another number. Clients that come by it are
+  // told the same number of UDP, unless `udp_port` is set.
+  void set_public_port(std::uint16_t port);
   // Stops accepting, and closes the connections that are not sessions: handshakes and pages.
   void close();
 

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::chrono::minutes kRenewalInterval{10};
 constexpr std::chrono::seconds kKeepAliveMax{5};
-constexpr std::chrono::hours kTimerMax{1};  // a timer that is due later is set again
+constexpr std::int64_t kTimer_ns_max = 3'600'000'000'000;  // a timer that is due later is set again
 
 asio::ip::tcp::endpoint endpoint_of(const quic::Address& address) {
   asio::ip::tcp::endpoint endpoint;
@@ -158,12 +158,15 @@ void QuicListener::flush() {
   const std::int64_t now_ns = channel::monotonic_ns();
   endpoint_->flush(now_ns);
   if (endpoint_->has_work()) want_flush();
-  const std::int64_t due_ns = endpoint_->due_ns();
-  timer_.expires_after(std::min<std::chrono::nanoseconds>(
-      kTimerMax, std::chrono::nanoseconds(std::max<std::int64_t>(0, due_ns - now_ns))));
+  const std::int64_t due_ns = std::min(endpoint_->due_ns(), now_ns + kTimer_ns_max);
+  if (due_ns >= timer_ns_) return;  // setting a timer costs a system call
+  timer_ns_ = due_ns;
+  timer_.expires_after(std::chrono::nanoseconds(std::max<std::int64_t>(0, due_ns - now_ns)));
   timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
     const auto self = weak.lock();
-    if (!error && self && self->endpoint_) self->flush();
+    if (error || !self || !self->endpoint_) return;
+    self->timer_ns_ = std::numeric_limits<std::int64_t>::max();
+    self->flush();
   });
 }
 
@@ -223,7 +226,8 @@ std::shared_ptr<quic::SessionSink> QuicListener::on_session(quic::Connection& qu
   return sink ? connection : nullptr;
 }
 
-std::string QuicListener::page() const {
+std::string QuicListener::page(std::string_view host) const {
+  const bool is_public = port() == tcp_port_ && public_port_ != 0 && host.ends_with(":" + std::to_string(public_port_));
   std::string hashes;
   if (own_) {
     for (const quic::CertificateHash& hash : own_->hashes()) {
@@ -231,8 +235,8 @@ std::string QuicListener::page() const {
       hashes.append("\"").append(base64(hash)).append("\"");
     }
   }
-  return "{\"port\":" + std::to_string(port()) + ",\"path\":\"" + std::string(WebTransportConnection::kPath) +
-         "\",\"hashes\":[" + hashes + "]}\n";
+  return "{\"port\":" + std::to_string(is_public ? public_port_ : port()) + ",\"path\":\"" +
+         std::string(WebTransportConnection::kPath) + "\",\"hashes\":[" + hashes + "]}\n";
 }
 
 }  // namespace hairnet::server

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
@@ -27,8 +29,10 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   }
   void shut();  // closes the sockets, and ends all sessions at once
   // JSON that a page needs to connect: the port, the path, and the hashes of the certificates if no authority has
-  // signed them.
-  [[nodiscard]] std::string page() const;
+  // signed them. `host` is that of the request for it.
+  [[nodiscard]] std::string page(std::string_view host) const;
+  // See Listener; 0: none.
+  void set_public_port(std::uint16_t port) { public_port_ = port; }
   [[nodiscard]] std::uint16_t port() const { return sockets_.front()->port(); }
 
  private:
@@ -47,11 +51,12 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
 
   SerialExecutor executor_;
   std::shared_ptr<ConnectionRouter> router_;
-  std::uint16_t tcp_port_;
+  std::uint16_t tcp_port_, public_port_ = 0;
   std::vector<std::shared_ptr<UdpSocket>> sockets_;
   std::optional<quic::OwnCertificates> own_;  // none: the configured certificate
   std::unique_ptr<quic::Endpoint> endpoint_;  // null once shut
   asio::steady_timer timer_, renewal_;
+  std::int64_t timer_ns_ = std::numeric_limits<std::int64_t>::max();  // when timer_ is due; then: it waits for nothing
   bool flush_wanted_ = false;
 };
 

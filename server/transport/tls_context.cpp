@@ -15,13 +15,6 @@
 namespace hairnet::server {
 namespace {
 
-std::string openssl_reason() {
-  const unsigned long code = ERR_peek_last_error();
-  const char* text = code == 0 ? nullptr : ERR_reason_error_string(code);
-  ERR_clear_error();
-  return text ? text : "unknown reason";
-}
-
 // Returns an empty string when the file can be read. OpenSSL's own messages about this are hard to read.
 std::string unreadable(const char* what, const std::string& path) {
   errno = 0;
@@ -54,6 +47,13 @@ void warn_of_dates(SSL_CTX* context, const std::string& path) {
 
 }  // namespace
 
+std::string openssl_reason() {
+  const unsigned long code = ERR_peek_last_error();
+  const char* text = code == 0 ? nullptr : ERR_reason_error_string(code);
+  ERR_clear_error();
+  return text ? text : "unknown reason";
+}
+
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files) {
   if (std::string why = unreadable("certificate", files.certificate); !why.empty()) return Refusal(std::move(why));
   if (std::string why = unreadable("key", files.key); !why.empty()) return Refusal(std::move(why));
@@ -80,6 +80,20 @@ Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& fil
     return Refusal("the key " + files.key + " does not fit the certificate " + files.certificate);
   }
   warn_of_dates(context, files.certificate);
+  return made;
+}
+
+Result<std::shared_ptr<asio::ssl::context>> make_client_tls_context(const std::string& ca, std::string_view whose) {
+  ERR_clear_error();
+  auto made = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_client);
+  SSL_CTX* context = made->native_handle();
+  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  boost::system::error_code ignored;
+  if (ca.empty())
+    made->set_default_verify_paths(ignored);
+  else if (SSL_CTX_load_verify_locations(context, ca.c_str(), nullptr) != 1)
+    return Refusal("the certificates of the authority of " + std::string(whose) + ", " + ca +
+                   ", cannot be read: " + openssl_reason());
   return made;
 }
 

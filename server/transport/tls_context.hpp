@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "core/result.hpp"
 #include "server/transport/asio.hpp"
@@ -11,5 +13,12 @@ namespace hairnet::server {
 // The server side of TLS 1.2 and later. The error for unusable files is one line. An expired certificate only causes a
 // warning, since a clock may be wrong. The files are read once.
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files);
+
+// The client side of it. The server's certificate must follow from one of the file `ca`, or of the system's when `ca`
+// is empty; the caller has names verified. `whose`: the server, in words for errors.
+Result<std::shared_ptr<asio::ssl::context>> make_client_tls_context(const std::string& ca, std::string_view whose);
+
+// The newest error of OpenSSL in words, which is then forgotten.
+std::string openssl_reason();
 
 }  // namespace hairnet::server

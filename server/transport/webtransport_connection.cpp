@@ -45,6 +45,20 @@ void WebTransportConnection::send_datagram(std::vector<std::uint8_t> packet) {
   on_work_();
 }
 
+void WebTransportConnection::send_download(DownloadStream stream, std::vector<std::uint8_t> packet, bool is_last) {
+  HAIRNET_ASSERT(!packet.empty());
+  if (!quic_) return;
+  counters_->sent_packets_webtransport.add();
+  quic_->send_download(stream, std::move(packet), is_last);
+  on_work_();
+}
+
+void WebTransportConnection::reset_download(DownloadStream stream) {
+  if (!quic_) return;
+  quic_->reset_download(stream);
+  on_work_();
+}
+
 void WebTransportConnection::close(std::string_view reason) {
   sink_ = nullptr;
   quic::Connection* quic = std::exchange(quic_, nullptr);
@@ -79,6 +93,14 @@ void WebTransportConnection::on_datagram(std::span<const std::uint8_t> bytes, st
 
 void WebTransportConnection::on_writable(std::int64_t now_ns) {
   if (sink_) sink_->on_writable(now_ns);
+}
+
+void WebTransportConnection::on_downloads_writable(std::int64_t now_ns) {
+  if (sink_) sink_->on_streams_writable(now_ns);
+}
+
+void WebTransportConnection::on_download_stopped(DownloadStream stream, std::int64_t now_ns) {
+  if (sink_) sink_->on_download_stopped(stream, now_ns);
 }
 
 void WebTransportConnection::on_sent(std::size_t bytes) {

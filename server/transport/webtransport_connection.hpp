@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,8 +29,8 @@ struct QuicTicket {
   TransportCounters* counters;
 };
 
-// A WebTransport session as sessions see it: size-prefixed packets on the channel, as over TCP, and a packet in each
-// datagram.
+// A WebTransport session as sessions see it: size-prefixed packets on the channel, as over TCP, and on the stream of
+// each download, and a packet in each datagram.
 class WebTransportConnection final : public Connection, public quic::SessionSink {
  public:
   static constexpr std::string_view kPath = "/wt";
@@ -48,6 +49,11 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   [[nodiscard]] double bytes_per_s() const override { return quic_ ? quic_->bytes_per_s() : 0; }
   [[nodiscard]] bool writable() const override { return quic_ && quic_->is_writable(); }
   [[nodiscard]] bool takes_datagrams() const override { return quic_ && quic_->takes_datagrams(); }
+  [[nodiscard]] bool has_download_streams() const override { return true; }
+  std::optional<DownloadStream> open_download() override { return quic_ ? quic_->open_download() : std::nullopt; }
+  [[nodiscard]] bool takes_more(DownloadStream stream) const override { return quic_ && quic_->is_writable(stream); }
+  void send_download(DownloadStream stream, std::vector<std::uint8_t> packet, bool is_last) override;
+  void reset_download(DownloadStream stream) override;
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return peer_; }
   [[nodiscard]] std::string_view network() const override { return network_; }
@@ -56,6 +62,8 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override;
   void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override;
   void on_writable(std::int64_t now_ns) override;
+  void on_downloads_writable(std::int64_t now_ns) override;
+  void on_download_stopped(DownloadStream stream, std::int64_t now_ns) override;
   void on_sent(std::size_t bytes) override;
   void on_closed(std::string_view why, std::int64_t now_ns) override;
 

@@ -12,6 +12,7 @@
 #include "core/learning/learn_hair.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
+#include "schema/wire/learnt_file.hpp"
 #include "tests/fidelity/modes_subject.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
@@ -27,18 +28,30 @@ constexpr double kJoin_s = 2;  // a late joiner's time to meet the others
 struct Options {
   std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
   std::vector<std::string> motions{std::begin(fidelity::kRealMotions), std::end(fidelity::kRealMotions)};
+  std::vector<double> winds_m_per_s{0, 3};
   HairLearning learning;
   double duration_s = 8;
   std::string json;
 };
 
-// The hair of one character that only poses move; it begins as World and clients do.
+// In gusts, with turbulence.
+WindField wind_of(double speed_m_per_s) {
+  Wind wind;
+  wind.mean_m_per_s = speed_m_per_s * Vec3(0.6, 0, 0.8);
+  wind.gust_ratio = 0.5;
+  wind.turbulence_rms_m_per_s = 0.2 * speed_m_per_s;
+  return WindField(wind);
+}
+
+// The hair of one character that only poses and the air move; it begins as World and clients do.
 class LearntCharacter {
  public:
   LearntCharacter(const LearntHair& hair, const Basis& basis) : hair_(hair), basis_(basis), c_(basis.mode_count()) {}
-  void step(const Pose& pose) {
+  void step(const Pose& pose, const Vec3& air_world = Vec3::Zero()) {
+    const std::array<Vec3, 2> air{air_world, air_world};
     LearntMotion motion{.state = &state_, .from = &pose, .to = &pose, .begins = !has_begun_, .coefficients = c_};
     if (motion.begins) motion.ticks = 0;
+    motion.air_world = std::span(air).first(static_cast<std::size_t>(motion.ticks) + 1);
     step_learnt(hair_, {&motion, 1});
     covered_ = motion.is_covered;
     has_begun_ = true;
@@ -61,16 +74,18 @@ double distance_m2(std::span<const float> a, std::span<const float> b) {
   return sum;
 }
 
-Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip) {
+Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip,
+              const WindField& wind) {
   const Modes& modes = *subject.modes;
   WorldDef def;
   def.tick_s = kLearntTick_s;
+  def.environment.wind = wind;
   World world(def);
   constexpr std::array kLevels{LevelIndex::high, LevelIndex::low, LevelIndex::ether};
   std::array<CharacterId, kLevels.size()> ids;
   for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = world.add({subject.levels, kLevels[i], clip.poses[0]});
   LearntCharacter learnt(hair, modes.basis), joiner(hair, modes.basis);
-  learnt.step(clip.poses[0]);
+  learnt.step(clip.poses[0], wind.velocity(clip.poses[0].head().position, 0));
   const std::size_t join_tick = clip.tick_count() / 2;
   const auto joined_ticks = static_cast<std::size_t>(kJoin_s * kRate_hz);
 
@@ -85,8 +100,9 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
     const Pose& pose = clip.poses[tick];
     for (const CharacterId id : ids) world.set_pose(id, pose);
     world.step();
-    learnt.step(pose);
-    if (tick >= join_tick) joiner.step(pose);
+    const Vec3 air = wind.velocity(pose.head().position, static_cast<double>(tick) * kLearntTick_s);
+    learnt.step(pose, air);
+    if (tick >= join_tick) joiner.step(pose, air);
     if (tick >= join_tick + joined_ticks) {
       join_m2 += distance_m2(learnt.coefficients(), joiner.coefficients());
       ++joined;
@@ -119,7 +135,7 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
       if (i == 1 && looks_inside) depth.add(1, nodes);
     }
   }
-  // Then the character stands upright and still.
+  // Then the character stands upright and still in still air.
   Pose rest = rigid_pose({Quat::Identity(), clip.poses.back().head().position});
   for (int tick = 0; tick < 30; ++tick)
     learnt.step(interpolate(clip.poses.back(), rest, std::min((tick + 1) / 15.0, 1.0)));
@@ -145,9 +161,11 @@ struct Times {
   double learnt_us = 0, low_us = 0;
 };
 
-Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip) {
+Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hair, const fidelity::Clip& clip,
+                    const WindField& wind) {
   WorldDef def;
   def.tick_s = kLearntTick_s;
+  def.environment.wind = wind;
   World world(def);
   std::vector<CharacterId> ids;
   std::vector<LearntState> states(kLearntWidth);
@@ -163,6 +181,8 @@ Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hai
       world.set_pose(ids[n], clip.poses[tick + n]);
     }
     const double start_s = fidelity::now_s();
+    for (LearntMember& member : members)
+      member.air_world = wind.velocity(member.pose->head().position, static_cast<double>(tick) * kLearntTick_s);
     step_learnt(hair, members);
     const double middle_s = fidelity::now_s();
     world.step();
@@ -175,16 +195,17 @@ Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hai
 
 void print_head() {
   std::printf(
-      "%-18s %-13s %6s | error %%: learnt  low   mapped  ether  mapped | deep %%: high low learnt, pushed"
+      "%-18s %-13s %4s %6s | error %%: learnt  low   mapped  ether  mapped | deep %%: high low learnt, pushed"
       "         | covered %% | late mm | rest mm\n",
-      "", "", "rms mm");
+      "", "", "wind", "rms mm");
 }
 
 void print(const Json& row) {
   const auto number = [&](const char* key) { return row[key].get<double>(); };
-  std::printf("%-18s %-13s %6.1f |        %6.1f  %6.1f %6.1f %6.1f %6.1f |", row["groom"].get<std::string>().c_str(),
-              row["motion"].get<std::string>().c_str(), number("rms_mm"), number("learnt_percent"),
-              number("low_percent"), number("low_map_percent"), number("ether_percent"), number("ether_map_percent"));
+  std::printf("%-18s %-13s %4.0f %6.1f |        %6.1f  %6.1f %6.1f %6.1f %6.1f |",
+              row["groom"].get<std::string>().c_str(), row["motion"].get<std::string>().c_str(), number("wind_m_per_s"),
+              number("rms_mm"), number("learnt_percent"), number("low_percent"), number("low_map_percent"),
+              number("ether_percent"), number("ether_map_percent"));
   for (const auto& deep : row["deep_percent"]) std::printf(" %5.2f", deep.get<double>());
   std::printf(" | %5.1f | %5.1f | %5.2f\n", number("covered_percent"), number("late_mm"), number("rest_mm"));
   std::fflush(stdout);
@@ -230,41 +251,53 @@ int run(const Options& o) {
     }
     const LearntHair& hair = **learnt;
     const double end_s = fidelity::now_s();
-    Json own = Json::array();
-    Times times;
+    std::vector<fidelity::Clip> clips;
     for (const std::string& motion_name : o.motions) {
       const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
       if (!motion) return fail(motion.error());
-      const fidelity::Clip clip = fidelity::make_clip(*motion, kRate_hz, o.duration_s);
-      if (own.empty()) {
-        times = measure_times(subject, hair, clip);
-        std::printf(
-            "\n%s: moved %.1f s, fitted %.1f s; %zu B; held-out motions: learnt %.1f %%, low %.1f %%; "
-            "%.2f us a character and tick, low %.1f us\n",
-            name.c_str(), fit_s - start_s, end_s - fit_s, hair.bytes(), 100 * static_cast<double>(hair.error),
-            100 * static_cast<double>(hair.low_error), times.learnt_us, times.low_us);
-        print_head();
-      }
-      Json row{{"groom", name}, {"motion", motion_name}};
-      row.update(run_clip(subject, hair, clip));
-      print(row);
-      own.push_back(row);
-      rows.push_back(row);
+      clips.push_back(fidelity::make_clip(*motion, kRate_hz, o.duration_s));
     }
-    means.push_back(mean_of(own, name));
-    means.back().update({{"moved_s", fit_s - start_s},
-                         {"fitted_s", end_s - fit_s},
-                         {"bytes", hair.bytes()},
-                         {"held_out", {hair.error, hair.low_error}},
-                         {"learnt_us", times.learnt_us},
-                         {"low_us", times.low_us}});
-    print(means.back());
+    const auto percent = [](float share) { return 100 * static_cast<double>(share); };
+    std::printf(
+        "\n%s: moved %.1f s, fitted %.1f s; %zu B; held-out motions: learnt %.1f %%, low %.1f %%; in wind %.1f and "
+        "%.1f "
+        "%%, at most %.1f m/s\n",
+        name.c_str(), fit_s - start_s, end_s - fit_s, wire::encode_learnt(hair).size(), percent(hair.error),
+        percent(hair.low_error), percent(hair.wind.error), percent(hair.wind.low_error),
+        static_cast<double>(hair.wind.most_m_per_s));
+    for (const double speed_m_per_s : o.winds_m_per_s) {
+      const WindField wind = wind_of(speed_m_per_s);
+      const Times times = measure_times(subject, hair, clips[0], wind);
+      std::printf("%.0f m/s: %.2f us a character and tick, low %.1f us\n", speed_m_per_s, times.learnt_us,
+                  times.low_us);
+      print_head();
+      Json own = Json::array();
+      for (std::size_t c = 0; c < clips.size(); ++c) {
+        Json row{{"groom", name}, {"motion", o.motions[c]}, {"wind_m_per_s", speed_m_per_s}};
+        row.update(run_clip(subject, hair, clips[c], wind));
+        print(row);
+        own.push_back(row);
+        rows.push_back(row);
+      }
+      means.push_back(mean_of(own, name));
+      means.back().update({{"moved_s", fit_s - start_s},
+                           {"fitted_s", end_s - fit_s},
+                           {"held_out", {hair.error, hair.low_error, hair.wind.error, hair.wind.low_error}},
+                           {"learnt_us", times.learnt_us},
+                           {"low_us", times.low_us}});
+      print(means.back());
+    }
   }
   if (means.empty()) return fail("every hairstyle was refused");
   std::printf("\n");
   print_head();
   for (const Json& mean : means) print(mean);
-  print(mean_of(means, "mean"));
+  for (const double speed_m_per_s : o.winds_m_per_s) {
+    Json own = Json::array();
+    for (const Json& mean : means)
+      if (mean["wind_m_per_s"] == speed_m_per_s) own.push_back(mean);
+    print(mean_of(own, "mean"));
+  }
   for (const Json& mean : means) rows.push_back(mean);
   return fidelity::write_json("hairnet-fidelity-learnt", o.json, rows);
 }
@@ -279,6 +312,9 @@ int main(int argc, char** argv) {
   Options o;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus")->capture_default_str();
   app.add_option("--motion", o.motions, "motions of the corpus")->capture_default_str();
+  app.add_option("--wind", o.winds_m_per_s, "mean speeds of winds, m/s")
+      ->check(CLI::Range(0.0, 40.0))
+      ->capture_default_str();
   app.add_option("--duration", o.duration_s, "of each motion, at most, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -9,6 +9,7 @@
 #include "schema/codec/frame.hpp"
 #include "schema/http3/settings.hpp"
 #include "schema/wire/basis_file.hpp"
+#include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/learnt_file.hpp"
 #include "schema/wire/level_file.hpp"
@@ -62,6 +63,19 @@ void add_packet_seeds(Folder& packets, Folder& streams) {
     if (kind % 4 != 3) continue;
     streams.add(stream);
     stream.assign(1, static_cast<std::uint8_t>(kind));
+  }
+}
+
+void add_frame_datagram_seeds(Folder& packets) {
+  wire::RandomMessages random(2);
+  for (int n = 0; n < 4;) {
+    wire::FrameBatch batch = random.frame_batch();
+    batch.generations.resize(batch.frames.size());
+    if (batch.frames.empty()) continue;
+    const Bytes datagram = wire::encode_frame_datagram(batch.sample_time_ns, batch);
+    if (datagram.empty()) continue;
+    packets.add(datagram);
+    ++n;
   }
 }
 
@@ -249,6 +263,7 @@ int write_seeds(const std::filesystem::path& root) {
   Folder http3(root / "http3_connection"), http3_sessions(root / "http3_session");
   Folder frames(root / "frame"), bases(root / "basis_file"), learnt(root / "learnt_file");
   add_packet_seeds(packets, streams);
+  add_frame_datagram_seeds(packets);
   add_file_seeds(grooms, levels, recordings);
   add_token_seeds(tokens);
   add_link_seeds(links);

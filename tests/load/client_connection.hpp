@@ -16,7 +16,8 @@ class ConnectionEvents {
   virtual void on_open(std::int64_t now_ns) = 0;
   // `arrival_ns`: when it was read.
   virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) = 0;
-  // Last; not after the ClientConnection is destroyed. `reason`: a word such as refused, reset, closed.
+  // Last; not after the ClientConnection is destroyed. `reason`: a word over plain TCP, such as
+  // refused or reset; one line over other transports, as their library says it.
   virtual void on_closed(std::string_view reason, std::int64_t now_ns) = 0;
 
  protected:

@@ -19,8 +19,11 @@ constexpr std::size_t kAnyBytes = std::numeric_limits<std::size_t>::max();
 
 class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
  public:
-  StreamConnection(asio::io_context& io, ConnectionEvents& events, std::shared_ptr<link::ServerStream> stream)
+  // `attempt`: the same stream, if it is WebTransport; else null.
+  StreamConnection(asio::io_context& io, ConnectionEvents& events, std::shared_ptr<link::ServerStream> stream,
+                   std::shared_ptr<link::WebTransportAttempt> attempt)
       : stream_(std::move(stream)),
+        attempt_(std::move(attempt)),
         events_(&events),
         may_read_(io, asio::steady_timer::time_point::max()),
         may_write_(io, asio::steady_timer::time_point::max()),
@@ -69,25 +72,47 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
       events_->on_open(channel::monotonic_ns());
     }
     while (events_ && fault.empty()) {
-      while (events_ && readable_ == 0) co_await wait(may_read_);
+      co_await until_readable();
       if (!events_) co_return;
       const link::ServerStream::Read read = co_await stream_->read();
       fault = read.fault;
-      if (fault.empty() && !take(read)) fault = "stream_broken";
+      if (!fault.empty()) break;
+      const bool is_sound = co_await take(read);
+      if (!is_sound) fault = "the server sent a size that no packet has";
     }
     if (events_) events_->on_closed(fault, channel::monotonic_ns());
   }
 
-  // False when the stream holds no packets.
-  bool take(const link::ServerStream::Read& read) {
-    const std::int64_t arrival_ns = channel::monotonic_ns();
-    if (readable_ != kAnyBytes) readable_ -= std::min(readable_, read.bytes.size());
-    const auto pass = [&](std::span<const std::uint8_t> packet) {
-      if (events_) events_->on_packet(packet, arrival_ns);
+  // QUIC goes on meanwhile: who reads slowly still answers.
+  asio::awaitable<void> until_readable() {
+    while (events_ && readable_ == 0) {
+      bool goes_on = false;
+      if (attempt_) goes_on = co_await attempt_->rest();
+      if (!goes_on) co_await wait(may_read_);
+    }
+  }
+
+  // Takes no more bytes at once than may be read. False when the stream holds no packets.
+  asio::awaitable<bool> take(const link::ServerStream::Read& read) {
+    const auto pass = [this](std::span<const std::uint8_t> packet) {
+      if (events_) events_->on_packet(packet, channel::monotonic_ns());
     };
-    if (!read.is_packet) return splitter_.feed(read.bytes, pass);
-    pass(read.bytes);
-    return true;
+    if (read.is_packet) {
+      count_read(read.bytes.size());
+      pass(read.bytes);
+      co_return true;
+    }
+    for (std::span<const std::uint8_t> left = read.bytes; events_ && !left.empty();) {
+      co_await until_readable();
+      const std::size_t count = std::min(left.size(), readable_);
+      count_read(count);
+      if (!splitter_.feed(left.first(count), pass)) co_return false;
+      left = left.subspan(count);
+    }
+    co_return true;
+  }
+  void count_read(std::size_t bytes) {
+    if (readable_ != kAnyBytes) readable_ -= std::min(readable_, bytes);
   }
 
   asio::awaitable<void> transmit(std::shared_ptr<StreamConnection>) {
@@ -113,6 +138,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   }
 
   std::shared_ptr<link::ServerStream> stream_;
+  std::shared_ptr<link::WebTransportAttempt> attempt_;
   ConnectionEvents* events_;
   asio::steady_timer may_read_, may_write_;  // cancelled when it may be so
   channel::PacketSplitter splitter_;
@@ -154,11 +180,12 @@ class StreamConnector final : public Connector {
     if (host > 0 && !no_address && server.is_v4() && server.is_loopback())
       options.local = asio::ip::address_v4(0x7f000000u + host);
     std::shared_ptr<link::ServerStream> stream;
+    std::shared_ptr<link::WebTransportAttempt> attempt;
     if (transport_ == Transport::webtransport)
-      stream = link::make_web_transport_stream(*io_, std::move(options), memory_);
+      stream = attempt = link::make_web_transport_stream(*io_, std::move(options), memory_);
     else
       stream = link::make_server_stream(*io_, std::move(options));
-    auto connection = std::make_shared<StreamConnection>(*io_, events, std::move(stream));
+    auto connection = std::make_shared<StreamConnection>(*io_, events, std::move(stream), std::move(attempt));
     connection->start(*io_);
     return std::make_unique<StreamClientConnection>(std::move(connection));
   }

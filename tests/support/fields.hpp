@@ -17,9 +17,10 @@ BOOST_DESCRIBE_STRUCT(Material, (),
                        air_drag_ns_per_m2, ether_mass_ratio, ether_stiffness_per_s2, ether_damping_ratio, root_length_m,
                        thickness_m, metaball_potential_j))
 BOOST_DESCRIBE_STRUCT(GroupMaterial, (), (group, material))
+BOOST_DESCRIBE_STRUCT(LearntWind, (), (weights, most_m_per_s, error, low_error))
 BOOST_DESCRIBE_STRUCT(LearntHair, (),
                       (hidden_count, mode_count, input_weights, hidden_weights, bias, output_weights, most, error,
-                       low_error))
+                       low_error, wind))
 BOOST_DESCRIBE_STRUCT(MaterialScale, (), (stiffness, damping, density, ether_damping, air_drag, gel_per_s2))
 BOOST_DESCRIBE_STRUCT(Wind, (),
                       (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed))
@@ -50,7 +51,9 @@ BOOST_DESCRIBE_STRUCT(Groom, (),
 
 namespace wire {
 
-BOOST_DESCRIBE_STRUCT(Hello, (), (protocol_version, client_name, room, token, role, session, secret, message_max))
+BOOST_DESCRIBE_STRUCT(Hello, (),
+                      (protocol_version, client_name, room, token, role, session, secret, message_max, redirects,
+                       datagram_layout, trace))
 BOOST_DESCRIBE_STRUCT(GroomOffer, (), (hash, byte_count))
 BOOST_DESCRIBE_STRUCT(GroomChunk, (), (hash, offset, bytes))
 BOOST_DESCRIBE_STRUCT(HairState, (), (step_m, displacements, velocities))
@@ -70,9 +73,10 @@ BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))
 BOOST_DESCRIBE_STRUCT(GroomRequest, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(EvaluateLearnt, (), (groom, learnt))
 BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
+BOOST_DESCRIBE_STRUCT(ServerAt, (), (host, port))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
-                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind))
+                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others))
 BOOST_DESCRIBE_STRUCT(GroomNeed, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(GroomStatus, (), (hash, state))
 BOOST_DESCRIBE_STRUCT(GroomData, (), (hash, byte_count, offset, bytes))
@@ -86,6 +90,7 @@ BOOST_DESCRIBE_STRUCT(GroomBasis, (), (groom, basis))
 BOOST_DESCRIBE_STRUCT(GroomLearnt, (), (groom, learnt))
 BOOST_DESCRIBE_STRUCT(Frame, (), (member, level, discontinuous, asleep, evaluated, step_stride, content))
 BOOST_DESCRIBE_STRUCT(FrameBatch, (), (tick, sample_time_ns, frames, generations))
+BOOST_DESCRIBE_STRUCT(Redirect, (), (to))
 BOOST_DESCRIBE_STRUCT(Error, (), (reason, character, groom, detail))
 BOOST_DESCRIBE_STRUCT(Goodbye, (), (reason, detail))
 

@@ -47,6 +47,16 @@ class RecordingHttp3Owner final : public Http3Owner {
     ++calls;
     ++ends;
   }
+  void on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) override {
+    ++calls;
+    http3::Bytes& all = downloads[stream];
+    all.insert(all.end(), bytes.begin(), bytes.end());
+    if (is_last) downloads_ended.insert(stream);
+  }
+  void on_download_reset(StreamId stream) override {
+    ++calls;
+    downloads_reset.insert(stream);
+  }
   void on_datagram(std::span<const std::uint8_t> bytes) override {
     ++calls;
     datagrams.emplace_back(bytes.begin(), bytes.end());
@@ -61,6 +71,8 @@ class RecordingHttp3Owner final : public Http3Owner {
   int failures = 0, channels = 0, ends = 0;
   http3::Bytes received;
   std::vector<http3::Bytes> datagrams;
+  std::map<StreamId, http3::Bytes> downloads;
+  std::set<StreamId> downloads_ended, downloads_reset;
 
  private:
   StreamId next_one_way_ = 2, next_both_ways_ = 0;

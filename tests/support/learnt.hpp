@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cmath>
+#include <span>
+
 #include "core/learnt/learnt_hair.hpp"
 #include "core/random.hpp"
 
 namespace hairnet::support {
 
-// A network that has learnt nothing: it moves, and comes to rest.
+// A network that has learnt nothing: it moves, forgets within a second as learnt ones do, and comes to rest.
 inline LearntHair random_learnt_hair(std::uint64_t seed, std::size_t hidden_count = 20, std::size_t mode_count = 12) {
   Random random(seed);
   LearntHair hair;
@@ -17,8 +20,11 @@ inline LearntHair random_learnt_hair(std::uint64_t seed, std::size_t hidden_coun
   fill(hair.input_weights, 3 * hidden_count * kPoseInputCount, 0.3);
   fill(hair.hidden_weights, 3 * hidden_count * hidden_count, 0.3);
   fill(hair.bias, 3 * hidden_count, 1);
+  for (float& z0 : std::span(hair.bias).first(hidden_count)) z0 = 1 + std::abs(z0);
   fill(hair.output_weights, mode_count * hidden_count, 0.02);
   hair.most.fill(10);
+  fill(hair.wind.weights, 3 * hidden_count * kAirInputCount, 0.05);
+  hair.wind.most_m_per_s = 15;
   return hair;
 }
 

@@ -139,6 +139,9 @@ void RandomMessages::draw(Hello& hello) {
     hello.session = integer(1, ~std::uint64_t{0});
     draw(hello.secret);
   }
+  if (coin()) hello.redirects = static_cast<std::uint8_t>(integer(0, 255));
+  if (coin()) hello.datagram_layout = static_cast<std::uint8_t>(integer(0, 255));
+  if (coin()) hello.trace = integer(1, ~std::uint64_t{0});
 }
 void RandomMessages::draw(GroomOffer& offer) {
   offer = {hash(), integer(1, ~std::uint64_t{0})};
@@ -156,9 +159,15 @@ void RandomMessages::draw(Welcome& w) {
   w.resume_grace_s = static_cast<float>(real(0, 100));
   draw(w.pose_delay_ns);
   draw(w.may_set_wind);
+  w.others.resize(integer(0, kServersMax));
+  for (ServerAt& other : w.others) draw(other);
 }
 void RandomMessages::draw(GroomData& data) {
   data = {hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
+}
+void RandomMessages::draw(ServerAt& server) {
+  constexpr const char* kHosts[] = {"hair-3.example.org", "192.0.2.7", "2001:db8::1"};
+  server = {kHosts[integer(0, 2)], static_cast<std::uint16_t>(integer(1, 65535))};
 }
 void RandomMessages::draw(Error& error) {
   error = {static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(),

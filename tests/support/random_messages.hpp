@@ -64,6 +64,7 @@ class RandomMessages {
   void draw(Welcome& welcome);
   void draw(GroomData& data);
   void draw(FrameBatch& batch) { batch = frame_batch(); }
+  void draw(ServerAt& server);
   void draw(Error& error);
   void draw(Goodbye& goodbye);
 

@@ -8,6 +8,7 @@
 #include "client/assets/made/made.hpp"
 #include "client/files/read_file.hpp"
 #include "client/files/write_file.hpp"
+#include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/tools/hex.hpp"
@@ -25,6 +26,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kPacketsOfAKind = 12;
 constexpr std::size_t kSpoiltPackets = 6000;
+constexpr std::size_t kFrameDatagrams = 2000;
 constexpr std::int64_t kExactTime_ns = std::int64_t{1} << 52;
 
 // Numbers that a double represents exactly, and values that a client's own checks accept.
@@ -84,6 +86,30 @@ Json spoilt_cases() {
   return cases;
 }
 
+// Frame datagrams, three of four with a few bytes changed behind the mark, and what they say if they can be read.
+Json frame_datagram_cases() {
+  Json cases = Json::array();
+  wire::RandomMessages random(9);
+  for (std::size_t n = 0; n < kFrameDatagrams; ++n) {
+    wire::FrameBatch batch = random.frame_batch();
+    if (batch.frames.empty()) continue;
+    batch.generations.assign(batch.frames.size(), static_cast<std::uint8_t>(random.integer(0, 255)));
+    std::vector<std::uint8_t> bytes =
+        wire::encode_frame_datagram(batch.sample_time_ns + static_cast<std::int64_t>(random.real(-1e10, 1e10)), batch);
+    if (bytes.empty()) continue;
+    for (std::uint64_t changes = n % 4; changes > 0; --changes)
+      bytes[random.integer(2, std::min<std::size_t>(40, bytes.size() - 1))] =
+          static_cast<std::uint8_t>(random.integer(0, 255));
+    if (n % 8 == 7) bytes.resize(random.integer(2, bytes.size()));
+    const wire::DecodedPacket decoded = wire::decode_frame_datagram(bytes);
+    Json& each = cases.emplace_back(Json{{"packet", hex(bytes)}, {"error", wire::to_string(decoded.error)}});
+    if (decoded.error != wire::DecodeError::none) continue;
+    each["clockNs"] = std::to_string(decoded.envelope.clock_ns);
+    each["message"] = to_json(decoded.envelope.message);
+  }
+  return cases;
+}
+
 bool write(const std::filesystem::path& folder, const char* name, std::span<const std::byte> bytes) {
   const std::string path = folder / name;
   const auto written = write_file(path, bytes);
@@ -107,6 +133,7 @@ int write_all(const std::filesystem::path& folder) {
   const std::vector<std::uint8_t> groom = whole_groom();
   const bool done =
       write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
+      write(folder, "frame_datagrams.json", frame_datagram_cases()) &&
       write(folder, "sequence.json", sequence_case()) && write(folder, "ffd.json", ffd_cases()) &&
       write(folder, "grooms.json", groom_cases()) && write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
       write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&

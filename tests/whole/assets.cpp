@@ -102,10 +102,11 @@ Assets::GroomFile groom_file(std::vector<std::uint8_t> bytes) {
   return file;
 }
 
-std::string Assets::token(bool expired, const std::string& room, const std::string& subject) const {
+std::string Assets::token(bool expired, const std::string& room, const std::string& subject, bool moderates) const {
   channel::TokenClaims claims;
   claims.room = room;
   claims.subject = subject;
+  claims.moderate = moderates;
   claims.expires_s = expired ? 1'000'000'000 : 100'000'000'000;
   return channel::sign(claims, token_key);
 }

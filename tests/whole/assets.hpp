@@ -23,7 +23,7 @@ struct Assets {
   std::string token_key_file, level_cache;
   channel::TokenKey token_key;
   // `subject` may be empty.
-  std::string token(bool expired, const std::string& room, const std::string& subject) const;
+  std::string token(bool expired, const std::string& room, const std::string& subject, bool moderates = false) const;
 };
 const Assets& assets();
 // The file and its hash; the bytes may be anything.

@@ -13,6 +13,11 @@ constexpr std::uint32_t kManyCharacters = 12, kTooManyCharacters = 20;  // for t
 
 }  // namespace
 
+bool sends_bad_datagrams(Misbehaviour kind) {
+  return kind == Misbehaviour::datagram_spoiler || kind == Misbehaviour::noise || kind == Misbehaviour::mutant ||
+         kind == Misbehaviour::stranger;
+}
+
 BadClient::BadClient(Timeline& timeline, Journal& journal, ServerHost& host, BadClientPlan plan, std::uint64_t seed)
     : timeline_(&timeline),
       journal_(&journal),
@@ -116,6 +121,7 @@ void BadClient::hello() {
 
 void BadClient::on_open() {
   const std::uint64_t turn = turn_;
+  if (sends_bad_datagrams(plan_.kind) && random_.unit() < 0.5) send_bad_datagrams();  // before any hello
   switch (plan_.kind) {
     case Misbehaviour::silent:
       return say_part_of_hello();
@@ -190,6 +196,7 @@ void BadClient::on_closed(const std::string& why) {
 
 void BadClient::act() {
   if (timeline_->now_ns() >= until_ns_ || !connection_ || !connection_->is_open()) return;
+  if (sends_bad_datagrams(plan_.kind)) send_bad_datagrams();
   misbehave();
   const std::uint64_t turn = turn_;
   timeline_->after(static_cast<std::int64_t>(random_.between(5e6, 1e8)), [this, turn] {
@@ -251,6 +258,31 @@ void BadClient::misbehave() {
       return choose();
     case Misbehaviour::windmaker:
       return make_wind();
+    case Misbehaviour::datagram_spoiler:
+      add_characters(2, LevelIndex::ether);
+      return pose_characters();
+  }
+}
+
+// Random bytes, and packets of a client as datagrams: whole, cut, with bytes behind, or with changed bits.
+void BadClient::send_bad_datagrams() {
+  if (!connection_->has_datagrams()) return;
+  for (std::uint64_t n = up_to(4); n > 0; --n) {
+    std::vector<std::uint8_t> bytes(random_.next() % quic::kDatagramBytesMax);
+    const double pick = random_.unit();
+    if (pick < 0.3) {
+      for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
+    } else {
+      bytes = wire::encode_packet({clock_ns(), random_valid_message()});
+      if (pick > 0.95) bytes = {'F', 'B'};  // of a frame datagram, which only servers send
+      if (pick < 0.4) bytes.resize(random_.next() % bytes.size());
+      if (pick >= 0.4 && pick < 0.5) bytes.resize(bytes.size() + up_to(8));
+      for (std::uint64_t flips = pick < 0.7 && !bytes.empty() ? random_.next() % 4 : 0; flips > 0; --flips)
+        bytes[random_.next() % bytes.size()] ^= static_cast<std::uint8_t>(1u << random_.next() % 8);
+    }
+    if (bytes.size() > quic::kDatagramBytesMax) continue;
+    journal_->count("bad datagrams");
+    connection_->write_datagram(std::move(bytes));
   }
 }
 

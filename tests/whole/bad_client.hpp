@@ -38,11 +38,15 @@ enum class Misbehaviour : std::uint8_t {
   hoarder,         // has as many characters as it may, in a room of its own
   chooser,         // has many characters, and asks for the nearest again and again
   windmaker,       // sets the wind again and again
+  datagram_spoiler,  // sends datagrams that are no poses, or nothing at all
 };
-inline constexpr std::array<std::string_view, 20> kMisbehaviourNames{
+inline constexpr std::array<std::string_view, 21> kMisbehaviourNames{
     "silent",       "noise",         "mutant",       "stranger", "flood",    "pose_flood", "slow",
     "wrong_hello",  "groom_spoiler", "crowd_of_one", "churner",  "newcomer", "resumer",    "groom_trickler",
-    "groom_heaper", "drip_reader",   "shuffler",     "hoarder",  "chooser",  "windmaker"};
+    "groom_heaper", "drip_reader",   "shuffler",     "hoarder",  "chooser",  "windmaker",  "datagram_spoiler"};
+
+// Where its line has datagrams. Others would be sent away before they do what is theirs.
+[[nodiscard]] bool sends_bad_datagrams(Misbehaviour kind);
 
 struct BadClientPlan {
   int number = 0;
@@ -75,6 +79,7 @@ class BadClient final : public ClientEvents {
   }
   [[nodiscard]] std::uint64_t up_to(std::uint64_t max) { return 1 + random_.next() % max; }
   void connect();
+  void send_bad_datagrams();
   void redial(double wait_ns_max);
   void on_packet(std::span<const std::uint8_t> packet);
   void send(const wire::Message& message);

@@ -33,6 +33,7 @@ struct Trace {
 
 struct FrameComparison {
   std::size_t frames = 0, moving_frames = 0;  // compared; of these, with hair that is not at rest
+  std::size_t learnt_frames = 0;              // compared on the learnt level
   std::size_t fading = 0;                     // after a change of level: hair is between both
   std::size_t unknown = 0;                    // received, but not computed
   std::size_t levels_differ = 0, poses_differ = 0, hair_differs = 0;
@@ -41,7 +42,7 @@ struct FrameComparison {
 };
 
 // `received` came over the wire, with nodes of the finest level, `computed` from the recording, with those of each
-// level. `modes`: of all grooms.
+// level, and of the finest one for learnt hair. `modes`: of all grooms.
 FrameComparison compare(const Trace& received, const Trace& computed,
                         const std::vector<std::shared_ptr<const Modes>>& modes);
 

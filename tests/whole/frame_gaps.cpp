@@ -56,6 +56,7 @@ class PlainClient final : public ClientEvents {
     core_.on_packet(bytes, timeline_->now_ns());
     turn();
   }
+  void on_download_packet(std::span<const std::uint8_t> packet) override { on_datagram(packet); }
   void on_room() override { turn(); }
   void on_closed(const std::string&) override {}
 

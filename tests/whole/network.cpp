@@ -209,6 +209,7 @@ SimulatedConnection::SimulatedConnection(Timeline& timeline, Host& host, ClientE
       network_(std::to_string(address)),
       up_(std::make_shared<Pipe>(timeline, quality, true, 2 * seed)),
       down_(std::make_shared<Pipe>(timeline, quality, false, 2 * seed + 1)),
+      seed_(seed),
       splitter_(server::kHelloPacketBytesMax) {}
 
 void SimulatedConnection::connect(bool into_nothing) {
@@ -217,17 +218,23 @@ void SimulatedConnection::connect(bool into_nothing) {
   up_->listen();
   down_->listen();
   up_->on_datagram = [weak](std::span<const std::uint8_t> bytes) {
-    if (const auto self = weak.lock()) self->take_datagram(bytes);
+    const auto self = weak.lock();
+    if (!self) return;
+    if (!self->host_->is_paused()) return self->take_datagram(bytes);
+    self->at_server([copy = std::vector(bytes.begin(), bytes.end())](auto& wire) { wire.take_datagram(copy); });
   };
   down_->on_datagram = [weak](std::span<const std::uint8_t> bytes) {
     const auto self = weak.lock();
     if (self && self->client_ && !self->over_) self->client_->on_datagram(bytes);
   };
   up_->on_bytes = [weak](std::span<const std::uint8_t> bytes) {
-    if (const auto self = weak.lock()) self->take(bytes);
+    const auto self = weak.lock();
+    if (!self) return;
+    if (!self->host_->is_paused()) return self->take(bytes);
+    self->at_server([copy = std::vector(bytes.begin(), bytes.end())](auto& wire) { wire.take(copy); });
   };
   up_->on_end = [weak] {
-    if (const auto self = weak.lock()) self->tell_server("the peer closed");
+    if (const auto self = weak.lock()) self->at_server([](auto& wire) { wire.tell_server("the peer closed"); });
   };
   up_->on_room = [weak] {
     const auto self = weak.lock();
@@ -241,8 +248,10 @@ void SimulatedConnection::connect(bool into_nothing) {
     if (const auto self = weak.lock()) self->tell_client("the server closed");
   };
   down_->on_room = [weak] {
-    const auto self = weak.lock();
-    if (self && self->sink_) self->sink_->on_writable(self->host_->clock_ns());
+    if (const auto self = weak.lock())
+      self->at_server([](auto& wire) {
+        if (wire.sink_) wire.sink_->on_writable(wire.host_->clock_ns());
+      });
   };
   timeline_->after(quality_.delay_ns, [self = shared_from_this()] { self->answer(); });
 }
@@ -260,8 +269,19 @@ void SimulatedConnection::answer() {
     self->open_ = true;
     self->client_->on_open();
   });
-  sink_ = host_->open(self);
-  if (server_closed_) sink_ = nullptr;
+  at_server([](auto& wire) {
+    if (!wire.host_->is_up()) return;  // it has ended meanwhile
+    wire.sink_ = wire.host_->open(wire.shared_from_this());
+    if (wire.server_closed_) wire.sink_ = nullptr;
+  });
+}
+
+template <class Action>
+void SimulatedConnection::at_server(Action action) {
+  if (host_->is_paused())
+    host_->wait_for_it([self = shared_from_this(), action = std::move(action)] { action(*self); });
+  else
+    action(*this);
 }
 
 void SimulatedConnection::take(std::span<const std::uint8_t> bytes) {
@@ -287,8 +307,71 @@ void SimulatedConnection::send_datagram(std::vector<std::uint8_t> packet) {
   if (!server_closed_) down_->write_datagram(std::move(packet));
 }
 
+std::optional<server::DownloadStream> SimulatedConnection::open_download() {
+  if (server_closed_ || downloads_.size() >= kDownloadsMax) return std::nullopt;
+  const server::DownloadStream number = ++last_download_;
+  const std::uint64_t seed = (2 * seed_ + 1) ^ (static_cast<std::uint64_t>(number) << 32);
+  const auto pipe = downloads_[number].pipe = std::make_shared<Pipe>(*timeline_, quality_, false, seed);
+  pipe->listen();
+  pipe->pause(is_reading_paused_);
+  const std::weak_ptr<SimulatedConnection> weak = weak_from_this();
+  pipe->on_bytes = [weak, number](std::span<const std::uint8_t> bytes) {
+    const auto self = weak.lock();
+    if (!self || !self->downloads_.contains(number)) return;
+    self->downloads_.at(number).splitter.feed(bytes, [&](std::span<const std::uint8_t> packet) {
+      if (self->client_ && !self->over_) self->client_->on_download_packet(packet);
+    });
+  };
+  const auto tell_room = [weak] {
+    if (const auto self = weak.lock())
+      self->at_server([](auto& wire) {
+        if (wire.sink_) wire.sink_->on_streams_writable(wire.host_->clock_ns());
+      });
+  };
+  pipe->on_room = tell_room;
+  pipe->on_end = [weak, number, tell_room] {
+    if (const auto self = weak.lock()) self->downloads_.erase(number);
+    tell_room();
+  };
+  return number;
+}
+
+bool SimulatedConnection::takes_more(server::DownloadStream stream) const {
+  const auto found = downloads_.find(stream);
+  return !server_closed_ && found != downloads_.end() &&
+         found->second.pipe->unsent_bytes() < quic::Connection::kDownloadUnsentBytesMax;
+}
+
+void SimulatedConnection::send_download(server::DownloadStream stream, std::vector<std::uint8_t> packet, bool is_last) {
+  if (server_closed_) return;
+  const std::shared_ptr<Pipe> pipe = downloads_.at(stream).pipe;
+  pipe->write(packet);
+  if (is_last) pipe->end();
+}
+
+void SimulatedConnection::reset_download(server::DownloadStream stream) {
+  const auto found = downloads_.find(stream);
+  if (found == downloads_.end()) return;
+  found->second.pipe->kill();
+  downloads_.erase(found);
+}
+
+void SimulatedConnection::kill_downloads() {
+  for (const auto& [number, download] : downloads_) download.pipe->kill();
+}
+
+void SimulatedConnection::pause_reading(bool paused) {
+  const auto self = shared_from_this();  // what is read may end the connection
+  is_reading_paused_ = paused;
+  down_->pause(paused);
+  std::vector<std::shared_ptr<Pipe>> pipes;  // and some of the downloads
+  for (const auto& [number, download] : downloads_) pipes.push_back(download.pipe);
+  for (const auto& pipe : pipes) pipe->pause(paused);
+}
+
 void SimulatedConnection::close(std::string_view) {
   if (server_closed_) return;
+  kill_downloads();
   end_at_server();
   down_->end();
 }
@@ -304,9 +387,11 @@ void SimulatedConnection::break_now(const ConnectionLoss& how) {
   if (broken_ns_ < 0) broken_ns_ = timeline_->now_ns();
   up_->kill();
   down_->kill();
+  kill_downloads();
   const auto self = shared_from_this();
   if (how.client_told_ns >= 0) timeline_->after(how.client_told_ns, [self] { self->tell_client("reset"); });
-  if (how.server_told_ns >= 0) timeline_->after(how.server_told_ns, [self] { self->tell_server("reset"); });
+  if (how.server_told_ns >= 0)
+    timeline_->after(how.server_told_ns, [self] { self->at_server([](auto& wire) { wire.tell_server("reset"); }); });
 }
 
 void SimulatedConnection::break_after(std::uint64_t bytes, bool of_server, const ConnectionLoss& how) {
@@ -325,6 +410,7 @@ void SimulatedConnection::on_server_killed() {
   end_at_server();
   up_->kill();
   down_->kill();
+  kill_downloads();
 }
 
 void SimulatedConnection::tell_client(const std::string& why) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -104,6 +105,7 @@ class ClientEvents {
   virtual void on_open() = 0;
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t>) {}
+  virtual void on_download_packet(std::span<const std::uint8_t>) {}
   virtual void on_room() = 0;                          // more can be written
   virtual void on_closed(const std::string& why) = 0;  // the last call
 };
@@ -117,6 +119,9 @@ class Host {
   [[nodiscard]] virtual bool is_up() const = 0;
   virtual server::PacketSink* open(std::shared_ptr<SimulatedConnection> wire) = 0;
   [[nodiscard]] virtual std::int64_t clock_ns() const = 0;  // its own
+  // Its process stands still: what reaches it waits, and must be told to wait_for_it().
+  [[nodiscard]] virtual bool is_paused() const { return false; }
+  virtual void wait_for_it(std::function<void()>) {}
 };
 
 // A connection loss without a close: who notices, and after how long. Less than 0: never.
@@ -145,7 +150,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
   void half_close() { up_->end(); }
   void drop();  // the client is not called again; the server sees the end after the bytes written so far
-  void pause_reading(bool paused) { down_->pause(paused); }
+  void pause_reading(bool paused);
   [[nodiscard]] bool is_open() const { return open_ && !over_; }
 
   // The network's side.
@@ -161,6 +166,11 @@ class SimulatedConnection final : public server::Connection, public std::enable_
     return has_datagrams() ? quic::kDatagramBytesMax : 0;
   }
   void send_datagram(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] bool has_download_streams() const override { return has_datagrams(); }
+  std::optional<server::DownloadStream> open_download() override;
+  [[nodiscard]] bool takes_more(server::DownloadStream stream) const override;
+  void send_download(server::DownloadStream stream, std::vector<std::uint8_t> packet, bool is_last) override;
+  void reset_download(server::DownloadStream stream) override;
   // As far as quic::Connection knows it.
   [[nodiscard]] double bytes_per_s() const override { return has_datagrams() ? down_->bytes_per_s() : 0; }
   [[nodiscard]] bool writable() const override {
@@ -183,12 +193,23 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: not broken, as far as this end knows
 
  private:
+  template <class Action>
+  void at_server(Action action);  // which gets this connection: now, or when the server's process goes on
   void answer();
   void take(std::span<const std::uint8_t> bytes);
   void take_datagram(std::span<const std::uint8_t> bytes);
   void tell_client(const std::string& why);
   void tell_server(std::string_view why);
   void end_at_server();
+  void kill_downloads();
+
+  // What a client takes at a time.
+  static constexpr std::size_t kDownloadsMax = 7;
+  // Its packets overtake those of the channel and of other downloads, since its path and its sender are its own.
+  struct Download {
+    std::shared_ptr<Pipe> pipe;
+    channel::PacketSplitter splitter{wire::kPacketBytesMax};
+  };
 
   Timeline* timeline_;
   Host* host_;
@@ -198,12 +219,15 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   std::string network_;
   server::Admission::Ticket ticket_;
   std::shared_ptr<Pipe> up_, down_;
+  std::map<server::DownloadStream, Download> downloads_;
+  server::DownloadStream last_download_ = 0;
+  std::uint64_t seed_;
   channel::PacketSplitter splitter_;
   server::PacketSink* sink_ = nullptr;
   int life_ = -1;
   std::int64_t broken_ns_ = -1;
   bool open_ = false, over_ = false;  // for the client
-  bool answered_ = false, server_closed_ = false, broken_stream_ = false;
+  bool answered_ = false, server_closed_ = false, broken_stream_ = false, is_reading_paused_ = false;
 };
 
 }  // namespace hairnet::whole

@@ -19,7 +19,7 @@ constexpr int kTimeoutDoublingsMax = 6;
 }  // namespace
 
 bool PacketSender::may_send() const {
-  return static_cast<double>(in_flight_ + kPacketBytes) <= std::max(window_, double{kPacketBytes});
+  return static_cast<double>(in_flight_) < std::max(window_, double{kPacketBytes});
 }
 
 double PacketSender::bytes_per_s() const {
@@ -58,9 +58,17 @@ void PacketSender::arrive(std::uint64_t number, Kind kind, std::uint64_t segment
                           const std::vector<std::uint8_t>& bytes) {
   const auto self = shared_from_this();
   arrivals_.push_back(number);
-  back_.send(kAcknowledgementBytes, [weak = weak_from_this(), count = arrivals_before_ + arrivals_.size()] {
-    if (const auto sender = weak.lock()) sender->on_acknowledgement(count);
-  });
+  arrived_ns_ = timeline_->now_ns();
+  const bool may_wait = recovery_.answers_late && kind == Kind::datagram;
+  if (++unanswered_ >= quic::AnswerDelay::kDatagramsMax || !may_wait) {
+    acknowledge();
+  } else if (unanswered_ == 1) {
+    timeline_->after(quic::AnswerDelay::of_client(std::llround(round_trip_ns_)),
+                     [weak = weak_from_this(), answer = answer_] {
+                       const auto receiver = weak.lock();
+                       if (receiver && answer == receiver->answer_) receiver->acknowledge();
+                     });
+  }
   if (kind == Kind::datagram && on_datagram) on_datagram(bytes);
   if (kind != Kind::segment || segment < next_segment_) return;
   early_.try_emplace(segment, bytes);
@@ -72,8 +80,17 @@ void PacketSender::arrive(std::uint64_t number, Kind kind, std::uint64_t segment
   }
 }
 
+void PacketSender::acknowledge() {
+  unanswered_ = 0;
+  ++answer_;
+  back_.send(kAcknowledgementBytes, [weak = weak_from_this(), count = arrivals_before_ + arrivals_.size(),
+                                     held_ns = timeline_->now_ns() - arrived_ns_] {
+    if (const auto sender = weak.lock()) sender->on_acknowledgement(count, held_ns);
+  });
+}
+
 // Of the first `count` arrivals: it says all that earlier ones said.
-void PacketSender::on_acknowledgement(std::uint64_t count) {
+void PacketSender::on_acknowledgement(std::uint64_t count, std::int64_t held_ns) {
   const auto self = shared_from_this();
   const std::int64_t now_ns = timeline_->now_ns();
   bool is_new = false;
@@ -104,7 +121,7 @@ void PacketSender::on_acknowledgement(std::uint64_t count) {
       window_ += window_ < threshold_ ? bytes : recovery_.growth * kPacketBytes * bytes / window_;
   }
   if (!is_new) return;
-  if (newest_sent_ns) measure(now_ns - *newest_sent_ns);
+  if (newest_sent_ns) measure(now_ns - *newest_sent_ns - held_ns);
   is_limited_ = false;
   timeouts_ = 0;
   timer_from_ns_ = now_ns;
@@ -204,12 +221,14 @@ void PacketSender::on_timeout() {
     window_ = kPacketBytes;
     return go_on();
   }
-  const auto is_kept = [this](const Packet& packet) {
-    return packet.kind == Kind::segment && kept_.contains(packet.segment);
-  };
-  const auto oldest = std::ranges::find_if(packets_, is_kept);
-  if (oldest == packets_.end()) return transmit(Kind::probe, 0, {});
-  transmit(Kind::segment, oldest->segment, std::vector<std::uint8_t>(oldest->bytes));
+  std::map<std::uint64_t, std::vector<std::uint8_t>> oldest;
+  for (const Packet& packet : packets_) {
+    if (oldest.size() == static_cast<std::size_t>(recovery_.probes)) break;
+    if (packet.kind == Kind::segment && kept_.contains(packet.segment))
+      oldest.try_emplace(packet.segment, packet.bytes);
+  }
+  for (auto& [segment, bytes] : oldest) transmit(Kind::segment, segment, std::move(bytes));
+  for (std::size_t i = oldest.size(); i < static_cast<std::size_t>(recovery_.probes); ++i) transmit(Kind::probe, 0, {});
 }
 
 }  // namespace hairnet::whole

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "schema/quic/answer_delay.hpp"
 #include "tests/whole/path.hpp"
 
 namespace hairnet::whole {
@@ -16,21 +17,29 @@ namespace hairnet::whole {
 struct Recovery {
   std::int64_t timeout_least_ns = 0;  // without an acknowledgement, until something is sent again
   std::int64_t timeout_more_ns = 0;   // beside the round trip and its deviation
+  int probes = 1;                     // packets sent after a time-out
   bool has_tail_probe = false;        // the first time-out comes after two round trips
   bool timeout_loses_all = false;     // the second one counts all packets on the way as lost
   double growth = 0.53;               // of the window, packets a round trip, after a loss
   bool grows_unused = false;          // also while the sender does not need the window
+  bool answers_late = false;          // the receiver lets acknowledgements of datagrams wait, as clients do
 
   // As Linux: RACK, a tail loss probe, then the RTO; CUBIC's least growth.
   static Recovery tcp() { return {.timeout_least_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
-  // RFC 9002. The growth is such that the window is the one of ngtcp2 at 5 % loss
+  // RFC 9002, with the two probes of ngtcp2. The growth is such that the window is the one of ngtcp2 at 5 % loss
   // (tests/unit/server/quic_pace_test.cpp).
-  static Recovery quic() { return {.timeout_more_ns = 25 * kMs, .growth = 2, .grows_unused = true}; }
+  static Recovery quic() {
+    return {.timeout_more_ns = quic::AnswerDelay::kToldDelay_ns,
+            .probes = 2,
+            .growth = 2,
+            .grows_unused = true,
+            .answers_late = true};
+  }
 };
 
 // One direction of a connection over paths that lose packets: segments, which are sent again and arrive in order, and
 // datagrams, which are not. A model of TCP's and QUIC's loss recovery and congestion control (Reno with CUBIC's
-// factors), without handshakes; every packet is acknowledged by one of its own, which may get lost too.
+// factors), without handshakes; acknowledgements are packets of their own, which may get lost too.
 class PacketSender : public std::enable_shared_from_this<PacketSender> {
  public:
   static constexpr std::size_t kPacketBytes = 1200;  // payload, at most
@@ -65,7 +74,9 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   };
   void transmit(Kind kind, std::uint64_t segment, std::vector<std::uint8_t> bytes);
   void arrive(std::uint64_t number, Kind kind, std::uint64_t segment, const std::vector<std::uint8_t>& bytes);
-  void on_acknowledgement(std::uint64_t count);
+  void acknowledge();
+  // The newest arrival has waited for `held_ns` for it.
+  void on_acknowledgement(std::uint64_t count, std::int64_t held_ns);
   void measure(std::int64_t round_trip_ns);
   void find_losses();
   void lose(Packet& packet);
@@ -83,6 +94,9 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   std::uint64_t acknowledged_below_ = 0;  // number of the newest packet that is acknowledged, plus 1
   std::deque<std::uint64_t> arrivals_;    // numbers in the order of arrival, without those that the sender knows
   std::uint64_t arrivals_before_ = 0;
+  int unanswered_ = 0;                                        // arrivals that are not acknowledged yet
+  std::uint64_t answer_ = 0;                                  // counts acknowledgements
+  std::int64_t arrived_ns_ = 0;                               // the newest
   std::uint64_t segment_count_ = 0, next_segment_ = 0;        // sent; delivered
   std::map<std::uint64_t, std::size_t> kept_;                 // bytes of segments that are not acknowledged
   std::map<std::uint64_t, std::vector<std::uint8_t>> early_;  // segments that arrived before earlier ones

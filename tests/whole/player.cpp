@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "schema/wire/frame_datagram.hpp"
+
 namespace hairnet::whole {
 namespace {
 
@@ -56,12 +58,14 @@ void Player::make_core() {
   options.client_name = name();
   options.room = plan_.room;
   options.token = plan_.token;
-  options.connect_timeout_s = plan_.quality.lossy ? 5 : 1;
+  options.connect_timeout_s = plan_.quality.lossy || plan_.find_server ? 5 : 1;
   options.keep_alive_s = 1;
   options.seed = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
   members_.clear();
   removing_.clear();
+  has_session_ = false;
+  haired_.clear();
   counted_undecodable_ = counted_unknown_ = counted_evaluated_ = 0;
   core_->start();
   for (const auto& [number, character] : characters_) {
@@ -77,7 +81,7 @@ void Player::add_character() {
   if (characters_.size() >= kCharactersMax) return;
   const std::uint32_t number = ++last_number_;
   Character& character = characters_[number];
-  character.groom = static_cast<std::size_t>(random_.next() % assets().grooms.size());
+  character.groom = static_cast<std::size_t>(random_.next() % plan_.groom_count);
   const std::uint64_t pick = random_.next() % 16;
   character.level = pick < 6    ? LevelIndex::ether
                     : pick < 9  ? LevelIndex::learnt
@@ -145,6 +149,12 @@ void Player::set_moving(bool moving) {
   }
 }
 
+void Player::send(wire::ClientMessage message) {
+  if (!core_) return;
+  core_->send(std::move(message));
+  turn();
+}
+
 void Player::calm_down() {
   act_until_ns_ = gap_until_ns_ = 0;
   calm_since_ns_ = timeline_->now_ns();
@@ -188,8 +198,11 @@ void Player::pause_reading(bool paused) {
 }
 
 void Player::connect() {
+  opening_ns_ = timeline_->now_ns();
   core_->on_opening(clock_ns());
   half_closed_ = false;
+  if (plan_.find_server) host_ = &plan_.find_server(core_->redirected_to());
+  splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
   connection_ = std::make_shared<SimulatedConnection>(
       *timeline_, *host_, *this, plan_.quality, static_cast<std::uint64_t>(plan_.number), random_.next() ^ ++dials_);
   connections_.push_back(connection_);
@@ -207,6 +220,7 @@ void Player::turn() {
   do {
     turn_again_ = false;
     core_->poll(clock_ns());
+    hear();  // before another connection takes the place of the one from which it came
     if (core_->wants_close()) {
       if (connection_) {
         connection_->drop();
@@ -269,14 +283,29 @@ void Player::on_open() {
 
 void Player::on_bytes(std::span<const std::uint8_t> bytes) {
   if (!core_) return;
+  if (plan_.on_frames)
+    splitter_.feed(bytes, [this](std::span<const std::uint8_t> packet) { note_frames(wire::decode_packet(packet)); });
   core_->on_bytes(bytes, clock_ns());
   turn();
+}
+
+void Player::note_frames(const wire::DecodedPacket& decoded) {
+  if (plan_.on_frames && core_->active() && std::holds_alternative<wire::FrameBatch>(decoded.envelope.message))
+    plan_.on_frames(*host_, connection_->life(), decoded.envelope.clock_ns);
 }
 
 void Player::on_datagram(std::span<const std::uint8_t> bytes) {
   if (!core_) return;
   journal_->count("datagrams received");
+  if (plan_.on_frames && wire::is_frame_datagram(bytes)) note_frames(wire::decode_frame_datagram(bytes));
   core_->on_packet(bytes, clock_ns());
+  turn();
+}
+
+void Player::on_download_packet(std::span<const std::uint8_t> packet) {
+  if (!core_) return;
+  journal_->count("download packets received");
+  core_->on_packet(packet, clock_ns());
   turn();
 }
 
@@ -285,6 +314,7 @@ void Player::on_closed(const std::string& why) {
   if (core_->active() && broken_ns_ < 0) {
     broken_ns_ = connection_ && connection_->broken_ns() >= 0 ? connection_->broken_ns() : timeline_->now_ns();
     broken_life_ = connection_ ? connection_->life() : -1;
+    broken_host_ = host_;
     had_character_ = std::ranges::any_of(members_, [this](const auto& m) {
       return m.second.own && !removing_.contains(server::number_of(m.second.key));
     });
@@ -398,6 +428,7 @@ void Player::act() {
     const std::uint32_t number = one_of(numbers, random_);
     characters_[number].level =
         std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
+    haired_.erase(number);  // it may have been rigid for a moment
     core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");
   } else if (pick == 4 && !numbers.empty()) {

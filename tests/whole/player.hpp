@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "client/link/link_core.hpp"
+#include "schema/channel/packet_splitter.hpp"
 #include "tests/whole/assets.hpp"
 #include "tests/whole/server_host.hpp"
 
@@ -21,11 +23,18 @@ struct PlayerPlan {
   NetworkQuality quality;
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
-  int clock_ppm = 0;                   // its clock's drift
-  bool steady = false;                 // a good network and simple behaviour: it must get every tick
-  bool sends_garbage = false;          // among its poses, until calm_down()
-  double actions_per_s = 1;            // of all that a client may ask for
+  int clock_ppm = 0;                                 // its clock's drift
+  bool steady = false;                               // a good network and simple behaviour: it must get every tick
+  bool sends_garbage = false;                        // among its poses, until calm_down()
+  double actions_per_s = 1;                          // of all that a client may ask for
+  std::size_t groom_count = assets().grooms.size();  // of the first ones its characters have one
   std::int64_t groom_wait_ns_max = 0;  // of a steady client: until its first groom is ready, whoever else offers grooms
+
+  // In a fleet. The server at an address; none: the one that the client knows.
+  std::function<ServerHost&(const std::optional<wire::ServerAt>&)> find_server = {};
+  // Hears of each packet with frames, from a server's life and with that server's time.
+  std::function<void(const ServerHost& host, int life, std::int64_t stamp_ns)> on_frames = {};
+  bool may_be_removed = false;  // by a moderator, or kept out by a lock
 };
 
 // A well-behaved client: a LinkCore over simulated connections, with random requests. Checks what the server sends.
@@ -41,12 +50,16 @@ class Player final : public ClientEvents {
   void pause_reading(bool paused);
   void calm_down();  // requests everything, and sends no more garbage; its connection does not break any more
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
+  [[nodiscard]] std::int64_t welcomed_ns() const { return welcomed_ns_; }  // last, with a new session; 0: never
   [[nodiscard]] bool has_all_arrived() const;  // nothing that it sent over an earlier connection is still to arrive
   void set_moving(bool moving);
+  void send(wire::ClientMessage message);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
   [[nodiscard]] bool has_datagrams() const { return plan_.quality.lossy && plan_.quality.lossy->has_datagrams; }
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
+  [[nodiscard]] const ServerHost& host() const { return *host_; }  // that it asked last
+  [[nodiscard]] bool may_set_wind() const { return core_ && core_->welcome() && core_->welcome()->may_set_wind; }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
   // The characters that it knows: its own confirmed ones by number, and those of its room by owner.
@@ -58,6 +71,7 @@ class Player final : public ClientEvents {
     std::optional<std::uint64_t> last_tick;
     std::int64_t last_ns = 0;
     bool asleep = false, discontinuous = false;
+    bool hair = false;  // in the last frame
     LevelIndex level = LevelIndex::rigid;
     std::int64_t learnt_ns = -1;  // of the last frame of level learnt
     std::int64_t like_ns = 0;     // when its hair was last as in the World, or could not be compared
@@ -89,6 +103,7 @@ class Player final : public ClientEvents {
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
   void on_datagram(std::span<const std::uint8_t> bytes) override;
+  void on_download_packet(std::span<const std::uint8_t> packet) override;
   void on_room() override { turn(); }
   void on_closed(const std::string& why) override;
 
@@ -107,11 +122,19 @@ class Player final : public ClientEvents {
   void spoil(wire::PoseSample& pose);
   Pose pose_of(const Character& character) const;
   void change_appearance(Character& character);
+  void note_frames(const wire::DecodedPacket& decoded);
+  // Its session broke a moment ago and this server has it still.
+  [[nodiscard]] bool must_be_resumed() const;
   void check(const link::FrameBatch& batch);
   void check(const link::FrameBatch& batch, const link::Frame& frame, Member& member);
   void check_hair(const link::FrameBatch& batch, const link::Frame& frame, const GroundTruth& truth, Member& member);
   void check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member);
   void check_counters();
+  // Of an own character.
+  [[nodiscard]] bool wants_hair(std::uint32_t character) const {
+    const auto found = characters_.find(character);
+    return found != characters_.end() && found->second.level != LevelIndex::rigid;
+  }
   [[nodiscard]] wire::GroomHash first_groom() const {
     return characters_.empty() ? wire::GroomHash{} : assets().grooms[characters_.begin()->second.groom].hash;
   }
@@ -128,7 +151,7 @@ class Player final : public ClientEvents {
   std::int64_t wake_ns_ = -1;
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
   bool turn_again_ = false, calm_ = false;
-  std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0;
+  std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0, opening_ns_ = 0, welcomed_ns_ = 0;
   std::uint64_t dials_ = 0;
   std::map<std::uint32_t, Character> characters_;
   std::set<std::uint32_t> removing_;
@@ -142,6 +165,10 @@ class Player final : public ClientEvents {
   std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
   bool had_character_ = false;   // then; a session without one gives way when the server is full
   int broken_life_ = -1;
+  const ServerHost* broken_host_ = nullptr;
+  bool has_session_ = false;        // from a welcome to the loss of its connection
+  std::set<std::uint32_t> haired_;  // own characters that had hair when the session before this one ended
+  channel::PacketSplitter splitter_{wire::kPacketBytesMax};  // for on_frames
   std::int64_t groom_wanted_ns_ = -1;  // since when the groom of its first character is not ready; negative: it is
   std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0, counted_evaluated_ = 0;
 };

@@ -33,6 +33,15 @@ float most_apart(float error_m, int coarser_octaves) {
 
 }  // namespace
 
+bool Player::must_be_resumed() const {
+  if (broken_ns_ < 0 || !had_character_ || broken_host_ != host_ || broken_life_ != host_->life() ||
+      host_->gave_up_since(plan_.room, broken_ns_))
+    return false;
+  const server::SessionLimits& limits = host_->config().sessions;
+  const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
+  return timeline_->now_ns() - broken_ns_ + 100 * kMs < least_ns / 2;
+}
+
 struct Player::EventHandler {
   Player& p;
 
@@ -42,6 +51,7 @@ struct Player::EventHandler {
     const bool resumed = e.again && e.welcome.resumed;
     if (!resumed || p.groom_wanted_ns_ >= 0) p.groom_wanted_ns_ = p.timeline_->now_ns();
     if (!resumed) {
+      p.welcomed_ns_ = p.timeline_->now_ns();
       p.members_.clear();
       p.removing_.clear();
     }
@@ -49,25 +59,30 @@ struct Player::EventHandler {
       member.frames = 0;
       member.asleep = false;
     }
+    p.has_session_ = true;
+    if (resumed) p.haired_.clear();
+    const bool must_be_resumed = p.must_be_resumed();
     const std::int64_t broken_ns = std::exchange(p.broken_ns_, -1);
-    if (!e.again || broken_ns < 0 || p.broken_life_ != p.host_->life()) return;
-    const server::SessionLimits& limits = p.host_->config().sessions;
-    const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
-    const std::int64_t since_ns = p.timeline_->now_ns() - broken_ns;
     // Its line may have lost the goodbye.
     const bool may_be_slow =
         p.plan_.quality.lossy && p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
-    if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed && p.had_character_ && !may_be_slow)
-      p.fault("is not resumed " + std::to_string(since_ns / kMs) + " ms after its connection broke");
+    if (e.again && must_be_resumed && !e.welcome.resumed && !may_be_slow)
+      p.fault("is not resumed " + std::to_string((p.timeline_->now_ns() - broken_ns) / kMs) +
+              " ms after its connection broke");
   }
   void operator()(const link::Reconnecting& e) const {
     p.journal_->mix(static_cast<std::uint64_t>(e.reason));
     p.journal_->count("lost, " + std::string(wire::to_string(e.reason)));
-    if (e.reason == GoodbyeReason::server_full && p.broken_ns_ >= 0 && p.broken_life_ == p.host_->life()) {
-      const server::SessionLimits& limits = p.host_->config().sessions;
-      const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
-      if (p.timeline_->now_ns() - p.broken_ns_ + 100 * kMs < least_ns / 2 && p.had_character_)
-        p.fault("finds the server full, which has its session");
+    if (e.reason == GoodbyeReason::server_full && p.must_be_resumed())
+      p.fault("finds the server full, which has its session");
+    const bool had_session = std::exchange(p.has_session_, false);
+    for (const auto& [number, member] : p.members_)
+      if (had_session && member.own && member.hair) p.haired_.insert(server::number_of(member.key));
+    const bool is_sent_on = had_session && p.broken_ns_ < 0 &&
+                            (e.reason == GoodbyeReason::none || e.reason == GoodbyeReason::server_draining);
+    if (is_sent_on) {
+      p.journal_->count(e.reason == GoodbyeReason::none ? "session sent on" : "session ended by a drain");
+      if (!p.host_->gave_up_since(p.plan_.room, p.opening_ns_)) p.fault("is sent away from its room: " + e.detail);
     }
     const bool is_early = e.reason == GoodbyeReason::over_rate && p.broken_ns_ >= 0;  // a resume soon after the last
     if (is_early) p.journal_->count("resumed too early");
@@ -81,7 +96,10 @@ struct Player::EventHandler {
     p.journal_->mix(static_cast<std::uint64_t>(e.reason));
     p.journal_->count("ended, " + std::string(wire::to_string(e.reason)));
     const bool was_welcome = p.core_->welcome().has_value();
-    if (!p.leaving_ && was_welcome) p.fault("ended: " + e.detail);
+    const bool is_removed = p.plan_.may_be_removed && e.reason == GoodbyeReason::removed;
+    if (!p.leaving_ && was_welcome && !is_removed) p.fault("ended: " + e.detail);
+    p.has_session_ = false;
+    p.haired_.clear();
     if (!was_welcome && (e.reason == GoodbyeReason::protocol_error || e.reason == GoodbyeReason::token_refused ||
                          e.reason == GoodbyeReason::version_unsupported || e.reason == GoodbyeReason::over_rate))
       p.fault("was not let in: " + e.detail);
@@ -161,8 +179,9 @@ struct Player::EventHandler {
     p.journal_->mix(static_cast<std::uint64_t>(e.reason));
     p.journal_->count("client got " + std::string(wire::to_string(e.reason)));
     if (e.reason == ErrorReason::none || e.detail.empty()) p.fault("is refused without a reason");
-    const bool expected =
-        e.reason == ErrorReason::groom_unavailable || (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage);
+    const bool expected = e.reason == ErrorReason::groom_unavailable ||
+                          (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage) ||
+                          (e.reason == ErrorReason::not_allowed && p.plan_.may_be_removed);
     if (!expected) p.fault("is refused (" + std::string(wire::to_string(e.reason)) + "): " + e.detail);
   }
 };
@@ -236,11 +255,16 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
     }
     check_hair(batch, frame, *truth, member);
   }
-  // Out of a client's view one may wake and sleep again: only who sees all can tell.
-  const bool saw_all = calm_since_ns_ > 0 && member.last_ns > calm_since_ns_ + kSecond_ns;
+  // Out of a client's view one may wake and sleep again, and so it may in frames that get lost: only who sees all can
+  // tell.
+  const bool saw_all =
+      !has_datagrams() && !frame.repeated && calm_since_ns_ > 0 && member.last_ns > calm_since_ns_ + kSecond_ns;
   if (frame.asleep && member.asleep && saw_all && host_->metrics(life).tick.observers_congested.value() == 0)
     fault(what + "says twice that it sleeps");
   check_interval(batch, frame, member);
+  if (frame.character != 0 && haired_.erase(frame.character) != 0 && !frame.basis && wants_hair(frame.character))
+    fault(what + "has lost its hair on the way to another server");
+  member.hair = frame.basis != nullptr && wants_hair(frame.character);
   member.last_tick = batch.tick;
   member.last_ns = timeline_->now_ns();
   member.asleep = frame.asleep;

@@ -33,6 +33,9 @@ std::vector<std::string> missing_refusals(const std::map<std::string, std::uint6
       "hoarder got limit_exceeded",
       "chooser sent away, over_rate",
       "windmaker got limit_exceeded",
+      "datagram_spoiler got malformed",
+      "datagram_spoiler sent away, protocol_error",
+      "server: datagrams_dropped",
   };
   std::vector<std::string> missing;
   for (const std::string_view refusal : kRefusals) {

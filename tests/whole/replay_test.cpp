@@ -2,15 +2,23 @@
 
 #include <fstream>
 
+#include "tests/support/learnt.hpp"
 #include "tests/whole/frame_comparison.hpp"
 #include "tests/whole/whole_test.hpp"
 
 namespace hairnet::whole {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
-class Replay : public WholeTest {};
+class Replay : public WholeTest {
+ protected:
+  static Arguments with(Arguments arguments, const Arguments& more) {
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+};
 
 TEST_F(Replay, every_received_frame_is_what_the_recording_computes_again) {
   auto server = start_server({"--record", path("recording")});
@@ -56,6 +64,23 @@ TEST_F(Replay, two_clients_at_once_each_get_their_own_characters) {
   expect_same_frames("received_a", "computed");
   expect_same_frames("received_b", "computed");
   EXPECT_NE(Trace(path("received_a")).frames.row(0)[1], Trace(path("received_b")).frames.row(0)[1]);
+}
+
+TEST_F(Replay, learnt_hair_that_the_client_evaluates_is_computed_again_too) {
+  const Arguments character{"--character", "groom=made:bob,motion=made:nod,level=learnt,strands=200"};
+  auto builder = start_server({"--learn-hair", "never"}, "builder");
+  finish(*start_view(with(character, {"--duration", "0.2", "--no-draw"}), "upload"), 0);
+  drain(*builder);
+  put_learnt_hair(support::random_learnt_hair(5));
+
+  auto server = start_server({"--record", path("recording")});
+  finish(*start_view(with(character, {"--duration", "6", "--trace", path("received")})), 0);
+  drain(*server);
+  EXPECT_THAT(server->out(), ContainsRegex("frames_evaluated_by_clients [1-9][0-9]"));
+  auto sim = start("hairnet-sim", {"--replay", path("recording"), "--trace", path("computed")}, "sim");
+  finish(*sim, 0);
+  EXPECT_THAT(sim->out(), HasSubstr("every state hash equal"));
+  EXPECT_GT(expect_same_frames("received", "computed").learnt_frames, 60u);
 }
 
 TEST_F(Replay, a_damaged_recording_has_a_plain_reason) {

@@ -10,6 +10,7 @@
 
 #include "tests/whole/bad_client.hpp"
 #include "tests/whole/player.hpp"
+#include "tests/whole/settled.hpp"
 
 namespace hairnet::whole {
 namespace {
@@ -20,10 +21,6 @@ constexpr std::int64_t kSettle_ns_max =
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
 constexpr std::size_t kBases_bytes = 40'000;  // that a client may be sent when grooms are ready
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
-
-std::string name_of(LevelIndex level) {
-  return std::string(kLevelNames[static_cast<std::size_t>(level)]);
-}
 
 std::string described(const NetworkQuality& quality) {
   if (!quality.lossy) return "";
@@ -58,11 +55,7 @@ class Scenario {
   void check_motion();
   void check_rest();
   void leave();
-  void check_nothing_left();
-  void check_counts(int life);
-  void count_life(int life);
   [[nodiscard]] std::string unsettled();
-  std::set<server::CharacterKey> keys_of(const std::string& room);
   static double backlog_s(const Player& player);
   bool all_rest();
 
@@ -89,7 +82,7 @@ class Scenario {
   std::vector<std::unique_ptr<Player>> players_;
   std::vector<std::unique_ptr<BadClient>> bad_clients_;
   std::int64_t disturbed_until_ns_ = 0;
-  bool wants_tokens_ = false, tokens_have_subjects_ = false;
+  bool has_worst_lines_ = false, wants_tokens_ = false, tokens_have_subjects_ = false;
   std::vector<Misbehaviour> misbehaviours_;  // of groups of bad clients
 };
 
@@ -102,6 +95,7 @@ server::Config Scenario::make_config() {
   config.ticks_behind_max = static_cast<std::uint32_t>(1 + random_.next() % 4);
   // A folder for this trial alone, empty at first: files of other trials would be counted.
   if (chance(0.5)) config.level_cache = assets().level_cache + "/" + std::to_string(seed_);
+  has_worst_lines_ = chance(0.4);
   wants_tokens_ = chance(0.3);
   tokens_have_subjects_ = chance(0.6);
   if (wants_tokens_) config.token_key_file = assets().token_key_file;
@@ -120,10 +114,10 @@ server::Config Scenario::make_config() {
   limits.poses_per_s = 1000;
   limits.poses_burst = 1000;
   limits.handshake_timeout_ns = kSecond_ns;
-  limits.idle_timeout_ns = 4 * kSecond_ns;
+  limits.idle_timeout_ns = (has_worst_lines_ ? 12 : 4) * kSecond_ns;
   limits.resume_grace_ns = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);
   limits.resume_interval_ns = 200 * kMs;
-  limits.slow_consumer_ns = moment(kSecond_ns, 2 * kSecond_ns);
+  limits.slow_consumer_ns = (has_worst_lines_ ? 5 : 1) * moment(kSecond_ns, 2 * kSecond_ns);
   limits.drain_timeout_ns = 500 * kMs;
   limits.downloads_per_session_max = 4;
   server::GroomStoreLimits& grooms = config.grooms;
@@ -163,8 +157,8 @@ NetworkQuality Scenario::make_quality() {
 void Scenario::make_lossy(NetworkQuality& quality) {
   constexpr double kLosses[] = {0, 0.01, 0.05, 0.2}, kReorders[] = {0, 0, 0.04, 0.3};
   const bool has_datagrams = chance(0.75), is_far = has_datagrams && chance(0.4);
-  // A far line with the worst losses carries less than a session needs.
-  const bool may_be_worst = has_datagrams && !is_far;
+  // A far line with the worst losses carries less than a session needs, and a near one stalls for seconds.
+  const bool may_be_worst = has_worst_lines_ && has_datagrams && !is_far;
   const auto make_path = [&] {
     PathQuality path;
     path.delay_ns = is_far ? moment(60 * kMs, 200 * kMs) : moment(0, 60 * kMs);
@@ -255,7 +249,7 @@ void Scenario::make_bad_group(Misbehaviour kind, std::uint64_t address) {
     plan.room = room;
     plan.token = token_for(room, "group " + std::to_string(address));
     plan.quality = make_quality();
-    if (chance(0.2)) make_lossy(plan.quality);
+    if (chance(sends_bad_datagrams(kind) ? 0.8 : 0.2)) make_lossy(plan.quality);
     if (plan.kind == Misbehaviour::drip_reader) {
       plan.quality.bytes_per_s = 1000;
       plan.quality.window_bytes = plan.quality.unsent_bytes_max = 500;
@@ -299,7 +293,7 @@ void Scenario::restart_server() {
   const std::int64_t down_ns = moment(10 * kMs, 1200 * kMs);
   const std::int64_t told_ns = chance(0.7) ? 50 * kMs : 2 * kSecond_ns;
   timeline_.after(drained ? 300 * kMs : 0, [this, told_ns, down_ns] {
-    count_life(host_->life());
+    host_->count_life(host_->life());
     host_->kill({told_ns, -1});
     timeline_.after(down_ns, [this] {
       report("server starts");
@@ -347,16 +341,6 @@ void Scenario::disturb() {
   timeline_.run(disturbed_until_ns_ + kSecond_ns / 2);
 }
 
-std::set<server::CharacterKey> Scenario::keys_of(const std::string& room) {
-  std::set<server::CharacterKey> keys;
-  for (const auto& player : players_) {
-    if (player->plan().room != room) continue;
-    const auto own = player->keys();
-    keys.insert(own.begin(), own.end());
-  }
-  return keys;
-}
-
 // One line about a part that has not recovered yet; empty when everything has.
 std::string Scenario::unsettled() {
   if (!host_->is_up()) return "the server is down";
@@ -366,41 +350,7 @@ std::string Scenario::unsettled() {
     return "the server has characters of those who have left";
   // An upload delays the poses of its client.
   if (host_->server()->grooms().upload_bytes() > 0) return "a groom is being uploaded or built";
-  for (const auto& player : players_) {
-    if (!player->is_active()) return player->name() + " is not active";
-  }
-  for (const auto& player : players_) {
-    std::set<server::CharacterKey> seen;
-    for (const auto& [number, member] : player->members()) {
-      if (!seen.insert(member.key).second) return player->name() + " knows a character as two members";
-      if (member.own && !player->characters().contains(server::number_of(member.key)))
-        return player->name() + " has a character that it removed";
-    }
-    if (!player->room_wind() || !player->room_wind()->mean_m_per_s.isZero())
-      return player->name() + " does not know that the air of its room is still";
-    const auto expected = keys_of(player->plan().room);
-    if (seen != expected)
-      return player->name() + " knows " + std::to_string(seen.size()) + " members where there are " +
-             std::to_string(expected.size());
-    for (const auto& [number, member] : player->members()) {
-      const std::string which = " of member " + std::to_string(number);
-      if (member.frames == 0) return player->name() + " has no frame" + which;
-      // The client may not have noticed the loss of its connection yet.
-      if (member.last_ns < player->calm_since_ns()) return player->name() + " has no frame since all is calm" + which;
-      for (const auto& other : players_) {
-        if (other->session() != server::session_of(member.key)) continue;
-        const Player::Character& character = other->characters().at(server::number_of(member.key));
-        if (!member.own && (member.tag != character.tag || member.appearance != character.appearance))
-          return player->name() + " does not know the newest tag and appearance" + which;
-        // It has low where nothing is learnt, or the network does not hold.
-        const LevelIndex wanted = character.level == LevelIndex::learnt ? LevelIndex::low : character.level;
-        if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
-          return player->name() + " has frames on level " + name_of(member.level) + ", where " + name_of(wanted) +
-                 " is wanted," + which;
-      }
-    }
-  }
-  return {};
+  return whole::unsettled(players_);
 }
 
 void Scenario::calm() {
@@ -467,12 +417,18 @@ bool Scenario::all_rest() {
 void Scenario::check_rest() {
   for (const auto& player : players_) player->set_moving(false);
   const std::int64_t begun_ns = timeline_.now_ns();
-  while (timeline_.now_ns() < begun_ns + kRest_ns_max && !all_rest()) timeline_.run(timeline_.now_ns() + 100 * kMs);
+  // A client with a poor line may be sent away as slow, and bring its characters again.
+  const auto until_ns = [&] {
+    std::int64_t last_ns = begun_ns;
+    for (const auto& player : players_) last_ns = std::max(last_ns, player->welcomed_ns());
+    return std::min(last_ns, begun_ns + 2 * kRest_ns_max) + kRest_ns_max;
+  };
+  while (timeline_.now_ns() < until_ns() && !all_rest()) timeline_.run(timeline_.now_ns() + 100 * kMs);
   for (const auto& player : players_) {
     for (const auto& [number, member] : player->members()) {
       if (!member.asleep)
         journal_.fault(player->name(), "sees member " + std::to_string(number) + " not come to rest, on level " +
-                                           name_of(member.level));
+                                           std::string(kLevelNames[static_cast<std::size_t>(member.level)]));
     }
   }
   report("at rest after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
@@ -486,63 +442,6 @@ void Scenario::leave() {
   const server::SessionLimits& limits = config_.sessions;
   timeline_.run(timeline_.now_ns() + kSecond_ns + limits.idle_timeout_ns + limits.drain_timeout_ns +
                 limits.resume_grace_ns + config_.room_grace_ns + 2 * kSecond_ns);
-}
-
-void Scenario::check_nothing_left() {
-  if (!host_->is_up()) return journal_.fault("server", "is down at the end");
-  const server::Server& server = *host_->server();
-  const auto check = [&](const std::string& what, std::size_t count) {
-    if (count != 0) journal_.fault("server", "still has " + std::to_string(count) + " " + what + " when all have left");
-  };
-  check("connections", host_->connection_count());
-  check("sessions", server.session_count());
-  check("sessions, counted by themselves,", server.context().session_count);
-  check("characters, counted by sessions,", server.context().character_count);
-  check("rooms, counted by sessions,", server.context().rooms.size());
-  check("subjects, counted by sessions,", server.context().subjects.size());
-  check("bearers of tokens, counted by sessions,", server.context().bearers.size());
-  check("users of grooms", server.grooms().user_count());
-  check("bytes of uploads", server.grooms().upload_bytes());
-  check("characters in the World", server.scheduler().simulation().character_count());
-  check("characters in rooms", server.scheduler().rooms().characters().size());
-  check("observers", server.scheduler().rooms().observers().size());
-  check("rooms", server.scheduler().rooms().room_count());
-  const server::Metrics& m = host_->metrics(host_->life());
-  check("grooms that wait to be built", static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value()));
-  if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
-    journal_.fault("server", "opened " + std::to_string(m.session.sessions_opened.value()) + " sessions and closed " +
-                                 std::to_string(m.session.sessions_closed.value()));
-  if (m.room.rooms_opened.value() != m.room.rooms_closed.value())
-    journal_.fault("server", "opened and closed different numbers of rooms");
-}
-
-void Scenario::check_counts(int life) {
-  const server::Metrics& m = host_->metrics(life);
-  const server::SessionCounters& s = m.session;
-  const server::RoomCounters& r = m.room;
-  const std::uint64_t judged =
-      s.poses_dropped_over_rate.value() + s.poses_dropped_busy.value() + s.poses_thinned.value() +
-      s.poses_rejected_character.value() + s.poses_rejected_time.value() + s.poses_rejected_not_finite.value() +
-      s.poses_rejected_not_unit.value() + s.poses_rejected_too_far.value() + r.poses_accepted.value() +
-      r.poses_rejected_stale.value() + r.poses_rejected_out_of_order.value() + r.poses_rejected_future.value() +
-      r.poses_rejected_unknown.value();
-  if (judged != s.poses_received.value())
-    journal_.fault("server", "received " + std::to_string(s.poses_received.value()) + " poses and judged " +
-                                 std::to_string(judged));
-  if (s.frames_sent.value() + s.frames_superseded.value() > m.tick.frames_published.value())
-    journal_.fault("server", "sent more frames than it published");
-  if (m.tick.frames_dropped_not_finite.value() > 0) journal_.fault("server", "dropped frames that are not finite");
-}
-
-void Scenario::count_life(int life) {
-  const server::Metrics& metrics = host_->metrics(life);
-  for (const server::CounterSet* set : metrics.counter_sets()) {
-    for (const server::Counter* counter : set->counters()) {
-      if (counter->value() > 0)
-        journal_.count("server: " + counter->name().flat() + (counter->name().scale == 1 ? "" : ", in ns"),
-                       counter->value());
-    }
-  }
 }
 
 Outcome Scenario::run() {
@@ -560,9 +459,9 @@ Outcome Scenario::run() {
   check_motion();
   check_rest();
   leave();
-  check_nothing_left();
-  check_counts(host_->life());
-  count_life(host_->life());
+  host_->check_empty();
+  host_->check_counts(host_->life());
+  host_->count_life(host_->life());
   for (const auto& player : players_) player->finish();
   const std::uint64_t received = journal_.events("frames received") - journal_.events("frames overtaken");
   if (received > journal_.events("server: frames_sent")) journal_.fault("all", "received more frames than were sent");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "core/modes/make_modes.hpp"
@@ -14,6 +15,9 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
+constexpr std::int64_t kSendOnMax_ns = kSecond_ns;  // as server/app/program.cpp has it
+constexpr std::uint16_t kPort = 7420;
+constexpr std::int64_t kUnixStart_s = 1'800'000'000;
 constexpr double kFlush_ns_max =
     4e5;  // from a tick's end to its frames being taken: before the next one, even if that is late
 
@@ -34,6 +38,19 @@ Result<std::shared_ptr<const LearntHair>> learn_nothing(const Groom&, const std:
   return hair;
 }
 
+// The same bits for each groom, however often it is built; without them most of a trial's time goes there.
+server::LevelBuild build_once(const server::LevelBuildDef& def, const wire::GroomHash& hash,
+                              std::span<const std::uint8_t> file, const Groom& groom, const server::GoesOn& goes_on) {
+  static std::mutex mutex;
+  static std::map<wire::GroomHash, server::LevelBuild> built;
+  const std::lock_guard lock(mutex);
+  if (const auto found = built.find(hash); found != built.end() && goes_on() == server::BuildFault::none)
+    return found->second;
+  server::LevelBuild build = server::build_levels_here(def, hash, file, groom, goes_on);
+  if (build.levels) built.emplace(hash, build);
+  return build;
+}
+
 Pose as_frames_have_it(const Pose& pose) {
   std::array<std::uint8_t, codec::kPoseBytesMax + codec::kWriterSlackBytes> bytes;
   codec::BitWriter writer(bytes.data());
@@ -44,6 +61,12 @@ Pose as_frames_have_it(const Pose& pose) {
 
 ServerHost::ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed)
     : timeline_(&timeline), journal_(&journal), config_(config), random_(seed, 2) {}
+
+void ServerHost::join_fleet(EtcdLine& line, double clock_rate) {
+  line_ = &line;
+  clock_rate_ = clock_rate;
+  name_ = config_.fleet.address;
+}
 
 void ServerHost::start() {
   Life& life = lives_.emplace_back();
@@ -60,17 +83,89 @@ void ServerHost::start() {
     measured_ns += building_ns_;
     server::LevelBuildDef quick = def;
     quick.training = support::kQuickTraining;
-    return server::build_levels_here(quick, hash, file, groom, goes_on);
+    return build_once(quick, hash, file, groom, goes_on);
   };
   auto created =
       server::Server::create(config_, *life.metrics, clock_ns(), measure_ns, build_slowly, {}, learn_nothing);
   if (!created) return fault("does not start: " + created.error());
   server_ = std::move(*created);
+  server_->set_unix_clock([this] { return kUnixStart_s + timeline_->now_ns() / kSecond_ns; });
   connections_.clear();
+  if (line_) start_in_fleet();
   const int number = this->life();
   run_io(number);
   run_tick(number);
   run_builder(number);
+}
+
+void ServerHost::start_in_fleet() {
+  drained_since_ns_ = -1;
+  line_end_ = std::make_unique<EtcdLineEnd>(
+      *line_, [this] { return clock_ns(); }, random_.next());
+  fleet_ = server::Fleet::create(config_, kPort, random_.next() | 1, *line_end_, *lives_.back().metrics);
+  line_end_->set_sink(fleet_->sink());
+  line_end_->on_delivered = [this] { note_claims(); };
+  claims_.clear();
+  server_->join_fleet(fleet_->directory());
+  fleet_->on_event = [this](const server::FleetEvent& event, std::int64_t now_ns) { take(event, now_ns); };
+}
+
+void ServerHost::take(const server::FleetEvent& event, std::int64_t now_ns) {
+  using Kind = server::FleetEvent::Kind;
+  journal_->mix(static_cast<std::uint64_t>(event.claim) + static_cast<std::uint64_t>(event.kind));
+  if (event.kind == Kind::room_claimed) {
+    server_->on_room_claimed(event.room, event.kept, now_ns);
+  } else if (event.kind == Kind::room_lost) {
+    journal_->count("room lost");
+    lost_ns_[event.room] = timeline_->now_ns();
+    server_->on_room_lost(event.room, now_ns);
+  }
+}
+
+// Frames of a room may go on as soon as the directory has it, before the server hears of it.
+void ServerHost::note_claims() {
+  for (const std::string& room : directory().own_rooms()) {
+    const std::int64_t claim = directory().where(room, clock_ns()).claim;
+    if (std::exchange(claims_[room], claim) != claim && on_claimed) on_claimed(room, claim);
+  }
+}
+
+void ServerHost::poll_fleet() {
+  const std::int64_t now_ns = clock_ns();
+  fleet_->poll(server_->takes_clients(), server_->largest_room(), now_ns);
+  server_->set_outgrown_room(fleet_->outgrown_room());
+  if (drained_since_ns_ < 0) return;
+  const bool is_drained = server_->session_count() == 0 && connection_count() == 0;
+  if (is_drained) fleet_->directory().stop(now_ns);
+  const auto drain_ns = static_cast<std::int64_t>(config_.drain_s * 1e9);
+  if ((is_drained && fleet_->directory().is_stopped()) || now_ns - drained_since_ns_ > drain_ns) kill({50 * kMs, -1});
+}
+
+void ServerHost::pause() {
+  is_paused_ = true;
+  stopped_ns_ = timeline_->now_ns();
+  if (line_end_) line_end_->pause();
+}
+
+void ServerHost::resume() {
+  if (!std::exchange(is_paused_, false)) return;
+  stopped_ns_ = timeline_->now_ns();
+  if (line_end_) line_end_->resume();
+  for (const auto& action : std::exchange(waiting_, {})) action();
+}
+
+bool ServerHost::gave_up_since(const std::string& room, std::int64_t since_ns) const {
+  const auto lost = lost_ns_.find(room);
+  return is_paused_ || stopped_ns_ >= since_ns || (lost != lost_ns_.end() && lost->second >= since_ns);
+}
+
+template <class Action>
+void ServerHost::when_running(int life, Action action) {
+  if (!server_ || life != this->life()) return;
+  if (is_paused_)
+    waiting_.push_back([this, life, action = std::move(action)] { when_running(life, action); });
+  else
+    action();
 }
 
 void ServerHost::kill(const ConnectionLoss& how) {
@@ -85,14 +180,31 @@ void ServerHost::kill(const ConnectionLoss& how) {
     wire->break_now(one);
   }
   server_.reset();
+  fleet_.reset();
+  line_end_.reset();
+  waiting_.clear();
+  is_paused_ = false;
 }
 
 void ServerHost::drain() {
-  if (server_) server_->drain(clock_ns());
+  if (!server_) return;
+  stopped_ns_ = timeline_->now_ns();
+  if (!fleet_) return server_->drain(0, clock_ns());
+  drained_since_ns_ = clock_ns();
+  server_->drain(std::min(kSendOnMax_ns, static_cast<std::int64_t>(config_.drain_s * 5e8)), clock_ns());
+  fleet_->directory().drain(clock_ns());
 }
 
 std::int64_t ServerHost::clock_ns() const {
-  return lives_.empty() ? 0 : timeline_->now_ns() + lives_.back().clock_offset_ns;
+  if (lives_.empty()) return 0;
+  const std::int64_t now_ns = timeline_->now_ns();
+  return lives_.back().clock_offset_ns + now_ns +
+         static_cast<std::int64_t>(static_cast<double>(now_ns) * (clock_rate_ - 1));
+}
+
+std::int64_t ServerHost::true_ns(int life, std::int64_t clock_ns) const {
+  const std::int64_t since_ns = clock_ns - lives_.at(static_cast<std::size_t>(life)).clock_offset_ns;
+  return since_ns + static_cast<std::int64_t>(static_cast<double>(since_ns) * (1 / clock_rate_ - 1));
 }
 
 server::PacketSink* ServerHost::open(std::shared_ptr<SimulatedConnection> wire) {
@@ -113,38 +225,34 @@ server::PacketSink* ServerHost::open(std::shared_ptr<SimulatedConnection> wire) 
 }
 
 void ServerHost::run_io(int life) {
-  if (!server_ || life != this->life()) return;
   server_->poll_io(clock_ns());
   check_bounds();
-  timeline_->after(kIoPeriod_ns, [this, life] { run_io(life); });
+  if (fleet_) poll_fleet();
+  timeline_->after(kIoPeriod_ns, [this, life] { when_running(life, [this, life] { run_io(life); }); });
 }
 
 void ServerHost::run_tick(int life) {
-  if (!server_ || life != this->life()) return;
-  if (timeline_->now_ns() < stalled_until_ns_)
-    return timeline_->at(stalled_until_ns_, [this, life] { run_tick(life); });
+  const auto again = [this, life] { when_running(life, [this, life] { run_tick(life); }); };
+  if (timeline_->now_ns() < stalled_until_ns_) return timeline_->at(stalled_until_ns_, again);
   reading_lasts_ns = work_ns_;
   if (server_->poll_tick(clock_ns())) {
     if (notes_) note_tick();
     check_shares();
     check_rates();
     const auto flush_in_ns = static_cast<std::int64_t>(random_.unit() * kFlush_ns_max);
-    timeline_->after(flush_in_ns, [this, life] {
-      if (server_ && life == this->life()) server_->flush(clock_ns());
-    });
+    timeline_->after(flush_in_ns, [this, life] { when_running(life, [this] { server_->flush(clock_ns()); }); });
   }
   const std::int64_t wait_ns = server_->next_tick_ns() - clock_ns();
   timeline_->after(std::max<std::int64_t>(wait_ns, 0) + static_cast<std::int64_t>(kFlush_ns_max + random_.unit() * 3e5),
-                   [this, life] { run_tick(life); });
+                   again);
 }
 
 void ServerHost::run_builder(int life) {
-  if (!server_ || life != this->life()) return;
   building_ns_ = reading_lasts_ns = 0;
   server_->poll_builder();
   server_->poll_learner();
   timeline_->after(building_ns_ + static_cast<std::int64_t>(random_.between(5e6, 60e6)),
-                   [this, life] { run_builder(life); });
+                   [this, life] { when_running(life, [this, life] { run_builder(life); }); });
 }
 
 void ServerHost::note_tick() {
@@ -299,11 +407,11 @@ void ServerHost::check_shares() {
       continue;
     Share& share = shares[character.subject];
     ++share.count;
-    // It has low where nothing is learnt, or the network does not hold.
-    const LevelIndex wanted =
-        character.requested_level == LevelIndex::learnt ? LevelIndex::low : character.requested_level;
-    share.below += character.level != wanted || character.stride != 1;
-    const int finer = static_cast<int>(LevelIndex::rigid) - static_cast<int>(character.level);
+    // Learnt hair is no worse than low, which takes its place where nothing is learnt, or the network does not hold.
+    const auto as_stepped = [](LevelIndex level) { return level == LevelIndex::learnt ? LevelIndex::low : level; };
+    const LevelIndex level = as_stepped(character.level);
+    share.below += level > as_stepped(character.requested_level) || character.stride != 1;
+    const int finer = static_cast<int>(LevelIndex::rigid) - static_cast<int>(level);
     if (finer > 0) share.sum += static_cast<double>(1 << finer) / character.stride;
   }
   const auto mean = [](const Share& share) { return share.sum / static_cast<double>(share.count); };
@@ -319,6 +427,60 @@ void ServerHost::check_shares() {
     }
   }
   unfair_for_ = std::move(unfair_for);
+}
+
+void ServerHost::check_empty() {
+  if (!server_) return fault("is down at the end");
+  const server::Server& server = *server_;
+  const auto check = [&](const std::string& what, std::size_t count) {
+    if (count != 0) fault("still has " + std::to_string(count) + " " + what + " when all have left");
+  };
+  check("connections", connection_count());
+  check("sessions", server.session_count());
+  check("sessions, counted by themselves,", server.context().session_count);
+  check("characters, counted by sessions,", server.context().character_count);
+  check("rooms, counted by sessions,", server.context().rooms.size());
+  check("subjects, counted by sessions,", server.context().subjects.size());
+  check("bearers of tokens, counted by sessions,", server.context().bearers.size());
+  check("users of grooms", server.grooms().user_count());
+  check("bytes of uploads", server.grooms().upload_bytes());
+  check("characters in the World", server.scheduler().simulation().character_count());
+  check("characters in rooms", server.scheduler().rooms().characters().size());
+  check("observers", server.scheduler().rooms().observers().size());
+  check("rooms", server.scheduler().rooms().room_count());
+  const server::Metrics& m = metrics(life());
+  check("grooms that wait to be built", static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value()));
+  if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
+    fault("opened " + std::to_string(m.session.sessions_opened.value()) + " sessions and closed " +
+          std::to_string(m.session.sessions_closed.value()));
+  if (m.room.rooms_opened.value() != m.room.rooms_closed.value()) fault("opened and closed different numbers of rooms");
+}
+
+void ServerHost::check_counts(int life) {
+  const server::Metrics& m = metrics(life);
+  const server::SessionCounters& s = m.session;
+  const server::RoomCounters& r = m.room;
+  const std::uint64_t judged =
+      s.poses_dropped_over_rate.value() + s.poses_dropped_busy.value() + s.poses_thinned.value() +
+      s.poses_rejected_character.value() + s.poses_rejected_time.value() + s.poses_rejected_not_finite.value() +
+      s.poses_rejected_not_unit.value() + s.poses_rejected_too_far.value() + r.poses_accepted.value() +
+      r.poses_rejected_stale.value() + r.poses_rejected_out_of_order.value() + r.poses_rejected_future.value() +
+      r.poses_rejected_unknown.value();
+  if (judged != s.poses_received.value())
+    fault("received " + std::to_string(s.poses_received.value()) + " poses and judged " + std::to_string(judged));
+  if (s.frames_sent.value() + s.frames_superseded.value() > m.tick.frames_published.value())
+    fault("sent more frames than it published");
+  if (m.tick.frames_dropped_not_finite.value() > 0) fault("dropped frames that are not finite");
+}
+
+void ServerHost::count_life(int life) {
+  for (const server::CounterSet* set : metrics(life).counter_sets()) {
+    for (const server::Counter* counter : set->counters()) {
+      if (counter->value() > 0)
+        journal_->count("server: " + counter->name().flat() + (counter->name().scale == 1 ? "" : ", in ns"),
+                        counter->value());
+    }
+  }
 }
 
 const GroundTruth* ServerHost::truth(int life, std::uint64_t tick, server::CharacterKey character) const {

@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "server/app/fleet.hpp"
 #include "server/app/server.hpp"
 #include "server/transport/admission.hpp"
+#include "tests/whole/etcd_line.hpp"
 #include "tests/whole/journal.hpp"
 #include "tests/whole/network.hpp"
 
@@ -28,16 +30,24 @@ class ServerHost final : public Host {
  public:
   ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed);
 
+  // Before start(): its servers are of the fleet that has this etcd. `clock_rate`: of the machine's clock.
+  void join_fleet(EtcdLine& line, double clock_rate);
   void start();
-  void kill(const ConnectionLoss& how);    // how its clients' connections end
-  void drain();                            // sends a goodbye to all; call kill() later
+  void kill(const ConnectionLoss& how);  // how its clients' connections end
+  // Sends a goodbye to all; call kill() later. In a fleet the server sends its clients on, and ends by itself.
+  void drain();
+  void pause();  // the server's process stands still, until resume()
+  void resume();
   void note_nothing() { notes_ = false; }  // for long runs: truth() is then not known
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
   // Sets the duration that the server measures for its work, for each reading of its clock: with a long one it must
   // lower levels.
   void set_work(std::int64_t reading_ns) { work_ns_ = reading_ns; }
 
-  [[nodiscard]] bool is_up() const override { return server_ != nullptr; }
+  [[nodiscard]] bool is_up() const override { return server_ && drained_since_ns_ < 0; }
+  [[nodiscard]] bool is_ended() const { return !server_; }
+  [[nodiscard]] bool is_paused() const override { return is_paused_; }
+  void wait_for_it(std::function<void()> action) override { waiting_.push_back(std::move(action)); }
   server::PacketSink* open(std::shared_ptr<SimulatedConnection> wire) override;
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
@@ -48,6 +58,20 @@ class ServerHost final : public Host {
     return *lives_[static_cast<std::size_t>(life)].metrics;
   }
   [[nodiscard]] const server::Config& config() const { return config_; }
+  // In a fleet, while the server is up.
+  [[nodiscard]] server::Directory& directory() { return fleet_->directory(); }
+  [[nodiscard]] EtcdLineEnd& line_end() { return *line_end_; }
+  // The moment of the timeline at which a server of that life had this time.
+  [[nodiscard]] std::int64_t true_ns(int life, std::int64_t clock_ns) const;
+  // Why a server may have ended a session of the room since then: it was drained, stood still or has lost the room.
+  [[nodiscard]] bool gave_up_since(const std::string& room, std::int64_t since_ns) const;
+  // Hears at once of each room that a server owns now.
+  std::function<void(const std::string& room, std::int64_t claim)> on_claimed;
+
+  // When all clients have left: what is still there of them is a fault.
+  void check_empty();
+  void check_counts(int life);
+  void count_life(int life);  // what a server has counted, as events
 
   // The state in that life; null when that tick never ran or did not have the character.
   [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
@@ -73,6 +97,12 @@ class ServerHost final : public Host {
     std::uint64_t tick = 0, winds = 0, rooms_opened = 0, rooms_closed = 0, place_choices = 0, welcomed = 0;
     std::uint64_t observers = 0;  // at that tick
   };
+  void start_in_fleet();
+  void take(const server::FleetEvent& event, std::int64_t now_ns);
+  void poll_fleet();
+  void note_claims();
+  template <class Action>
+  void when_running(int life, Action action);
   void run_io(int life);
   void run_tick(int life);
   void run_builder(int life);
@@ -85,16 +115,26 @@ class ServerHost final : public Host {
   void check_grooms();
   void check_rates();
   void check_shares();
-  void fault(const std::string& what) { journal_->fault("server", what); }
+  void fault(const std::string& what) { journal_->fault(name_, what); }
 
   Timeline* timeline_;
   Journal* journal_;
   server::Config config_;
   Random random_;
   std::vector<Life> lives_;
+  std::string name_ = "server";
+  EtcdLine* line_ = nullptr;  // null: no fleet
+  double clock_rate_ = 1;
+  std::unique_ptr<EtcdLineEnd> line_end_;
+  std::unique_ptr<server::Fleet> fleet_;
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
-  bool notes_ = true;
+  bool notes_ = true, is_paused_ = false;
+  std::vector<std::function<void()>> waiting_;   // until it is not paused
+  std::map<std::string, std::int64_t> claims_;   // that this server has won, by room
+  std::int64_t drained_since_ns_ = -1;           // by this server's clock; negative: it is not
+  std::int64_t stopped_ns_ = -1;                 // when a server was last drained, or stood still, on the timeline
+  std::map<std::string, std::int64_t> lost_ns_;  // when a server has last lost the room
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
   std::int64_t building_ns_ = 0;                                       // that the builder's last job took
   Rates rates_;                                                        // when they were last checked

@@ -68,12 +68,14 @@ void WholeTest::drain(Process& server) {
   finish(server, 0);
 }
 
-void WholeTest::expect_same_frames(const std::string& received_folder, const std::string& computed_folder) {
+FrameComparison WholeTest::expect_same_frames(const std::string& received_folder, const std::string& computed_folder) {
   const Trace received(path(received_folder)), computed(path(computed_folder));
-  const FrameComparison result = compare(received, computed, modes_of_server());
-  std::printf("%s: %zu frames (%zu moving, %zu fading), %zu ticks missed, error at most %.4f mm\n",
-              received_folder.c_str(), result.frames, result.moving_frames, result.fading, result.missed_ticks,
-              result.error_mm_max);
+  std::vector<std::shared_ptr<const Modes>> modes;
+  for (const BuiltGroom& groom : built_grooms()) modes.push_back(groom.levels->modes);
+  const FrameComparison result = compare(received, computed, modes);
+  std::printf("%s: %zu frames (%zu moving, %zu learnt, %zu fading), %zu ticks missed, error at most %.4f mm\n",
+              received_folder.c_str(), result.frames, result.moving_frames, result.learnt_frames, result.fading,
+              result.missed_ticks, result.error_mm_max);
   EXPECT_GT(result.moving_frames, 20u);
   EXPECT_EQ(result.unknown, 0u);
   EXPECT_EQ(result.levels_differ, 0u);
@@ -81,21 +83,32 @@ void WholeTest::expect_same_frames(const std::string& received_folder, const std
   EXPECT_EQ(result.hair_differs, 0u);
   EXPECT_LE(static_cast<double>(result.missed_ticks), kMissedShareMax * static_cast<double>(result.frames) + 3);
   EXPECT_TRUE(received.all_finite());
+  return result;
 }
 
-std::vector<std::shared_ptr<const Modes>> WholeTest::modes_of_server() const {
-  std::vector<std::shared_ptr<const Modes>> modes;
+std::vector<WholeTest::BuiltGroom> WholeTest::built_grooms() const {
+  std::vector<BuiltGroom> built;
   for (const auto& entry : std::filesystem::directory_iterator(path("levels"))) {
-    wire::GroomHash groom{};
-    const auto digits = from_hex(entry.path().filename().string().substr(0, 2 * groom.size()));
-    const Result<std::vector<std::byte>> file = read_file(entry.path().string(), std::size_t{1} << 30);
+    BuiltGroom groom{entry.path().string(), {}, nullptr};
+    const auto digits = from_hex(entry.path().filename().string().substr(0, 2 * groom.hash.size()));
+    const Result<std::vector<std::byte>> file = read_file(groom.file, std::size_t{1} << 30);
     if (!digits || !file) continue;
-    std::ranges::copy(*digits, groom.begin());
+    std::ranges::copy(*digits, groom.hash.begin());
     const std::span bytes(reinterpret_cast<const std::uint8_t*>(file->data()), file->size());
-    if (const wire::DecodedLevels decoded = wire::decode_levels(bytes, groom); decoded.levels)
-      modes.push_back(decoded.levels->modes);
+    groom.levels = wire::decode_levels(bytes, groom.hash).levels;
+    if (groom.levels) built.push_back(std::move(groom));
   }
-  return modes;
+  return built;
+}
+
+void WholeTest::put_learnt_hair(const LearntHair& hair) {
+  for (const BuiltGroom& groom : built_grooms()) {
+    groom.levels->learnt = std::make_shared<const LearntHair>(hair);
+    const std::vector<std::uint8_t> bytes = wire::encode_levels(groom.hash, *groom.levels);
+    std::ofstream file(groom.file, std::ios::binary | std::ios::trunc);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    EXPECT_TRUE(file) << groom.file;
+  }
 }
 
 bool WholeTest::wait_for_file(const std::string& file, std::size_t bytes, Process& process) {

@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/modes/make_modes.hpp"
+#include "core/learnt/learnt_hair.hpp"
+#include "core/levels/level.hpp"
+#include "schema/wire/messages.hpp"
+#include "tests/whole/frame_comparison.hpp"
 #include "tests/whole/process.hpp"
 
 namespace hairnet::whole {
@@ -32,13 +35,20 @@ class WholeTest : public ::testing::Test {
   // SIGTERM, and the end of it.
   void drain(Process& server);
   // Checks that every frame in the client's trace shows the replay's hair, as near as the client has asked for.
-  void expect_same_frames(const std::string& received_folder, const std::string& computed_folder);
+  FrameComparison expect_same_frames(const std::string& received_folder, const std::string& computed_folder);
+  // Gives this learnt hair to all grooms that the servers of this test have built.
+  void put_learnt_hair(const LearntHair& hair);
   // Until `path` is a file of at least `bytes`; false after a long while, or once `process` has ended.
   bool wait_for_file(const std::string& path, std::size_t bytes, Process& process);
 
  private:
-  // Of all grooms that the servers of this test have built.
-  [[nodiscard]] std::vector<std::shared_ptr<const Modes>> modes_of_server() const;
+  struct BuiltGroom {
+    std::string file;
+    wire::GroomHash hash{};
+    std::shared_ptr<LevelSet> levels;
+  };
+  // By the servers of this test.
+  [[nodiscard]] std::vector<BuiltGroom> built_grooms() const;
 
   std::filesystem::path folder_;
   std::string port_;

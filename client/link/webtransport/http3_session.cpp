@@ -50,16 +50,22 @@ void Http3Session::on_bytes(StreamId id, std::span<const std::uint8_t> bytes, bo
 }
 
 void Http3Session::on_reset(StreamId id) {
-  const auto found = one_way_.find(id);
-  if (id == session_ || id == channel_)
+  if (id == session_ || id == channel_) {
     fail(ErrorCode::no_error, "");
-  else if (found != one_way_.end() && found->second.kind != Kind::ignored && found->second.kind != Kind::unknown)
+    return;
+  }
+  const auto found = one_way_.find(id);
+  if (has_failed_ || found == one_way_.end()) return;
+  const Kind kind = found->second.kind;
+  if (kind == Kind::control || kind == Kind::encoder || kind == Kind::decoder) {
     fail(ErrorCode::closed_critical_stream, "the server has reset a critical stream");
-  else
-    one_way_.erase(id);
+    return;
+  }
+  one_way_.erase(found);
+  if (kind == Kind::download) owner_->on_download_reset(id);
 }
 
-void Http3Session::on_stopped(StreamId id) {
+void Http3Session::on_stop(StreamId id) {
   if (id == session_ || id == channel_)
     fail(ErrorCode::no_error, "");
   else
@@ -87,13 +93,25 @@ bool Http3Session::fail(ErrorCode code, std::string_view why) {
   return false;
 }
 
-void Http3Session::take_one_way(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) {
-  Stream& stream = one_way_[id];
+std::span<const std::uint8_t> Http3Session::take_kind(StreamId id, Stream& stream,
+                                                      std::span<const std::uint8_t> bytes) {
   while (stream.kind == Kind::unknown && !bytes.empty()) {
     stream.begin.push_back(bytes[0]);
     bytes = bytes.subspan(1);
     const http3::Varint type = http3::read_varint(stream.begin);
     if (type.bytes == 0) continue;
+    if (type.value == http3::kSessionStream) {
+      const http3::Varint session = http3::read_varint(std::span(stream.begin).subspan(type.bytes));
+      if (session.bytes == 0) continue;
+      if (session.value % 4 != 0)
+        fail(ErrorCode::id_error, "a stream of a session that cannot be");
+      else if (channel_ < 0 || session.value != static_cast<std::uint64_t>(session_))
+        ignore(id, stream, ErrorCode::session_unknown);
+      else
+        stream.kind = Kind::download;
+      stream.begin = {};
+      return bytes;
+    }
     stream.begin.clear();
     const Kind kind = type.value == http3::kControlStream   ? Kind::control
                       : type.value == http3::kEncoderStream ? Kind::encoder
@@ -102,19 +120,34 @@ void Http3Session::take_one_way(StreamId id, std::span<const std::uint8_t> bytes
     stream.kind = kind;
     const auto is_same = [&](const auto& entry) { return entry.second.kind == kind; };
     if (kind == Kind::ignored)
-      owner_->stop_reading(id, ErrorCode::stream_creation_error);
+      ignore(id, stream, ErrorCode::stream_creation_error);
     else if (std::ranges::count_if(one_way_, is_same) > 1)
       fail(ErrorCode::stream_creation_error, "a second stream of its kind");
   }
-  if (stream.kind == Kind::control)
+  return bytes;
+}
+
+void Http3Session::ignore(StreamId id, Stream& stream, ErrorCode code) {
+  stream.kind = Kind::ignored;
+  owner_->stop_reading(id, code);
+}
+
+void Http3Session::take_one_way(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) {
+  Stream& stream = one_way_[id];
+  bytes = take_kind(id, stream, bytes);
+  if (has_failed_) return;
+  const Kind kind = stream.kind;
+  if (kind == Kind::control)
     stream.frames.feed(bytes, [&](const http3::FrameReader::Piece& piece) { return take_control(stream, piece); });
-  else if (stream.kind == Kind::encoder && !http3::is_valid_encoder_stream(bytes))
+  else if (kind == Kind::encoder && !http3::is_valid_encoder_stream(bytes))
     fail(ErrorCode::encoder_stream_error, "there is no dynamic table");
+  else if (kind == Kind::download && (!bytes.empty() || is_last))
+    owner_->on_download_bytes(id, bytes, is_last);
   if (!is_last) return;
-  if (stream.kind == Kind::unknown || stream.kind == Kind::ignored)
-    one_way_.erase(id);
-  else
+  if (kind == Kind::control || kind == Kind::encoder || kind == Kind::decoder)
     fail(ErrorCode::closed_critical_stream, "the server has ended a critical stream");
+  else
+    one_way_.erase(id);
 }
 
 bool Http3Session::take_control(Stream& stream, const http3::FrameReader::Piece& piece) {

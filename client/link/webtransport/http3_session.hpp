@@ -28,11 +28,15 @@ class Http3Owner {
   virtual void on_channel_open() = 0;
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_channel_end() = 0;  // the server sends no more; its reason may follow
+  // Of a one-way stream of the session. `is_last`: it ends behind them.
+  virtual void on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
+  virtual void on_download_reset(StreamId stream) = 0;  // the server sends no more of it
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
 };
 
 // The client's side of HTTP/3, as far as one WebTransport session needs it: our SETTINGS, then, once the server's allow
-// it, an extended CONNECT, and after its answer the channel. Streams of other kinds are not read. No I/O, no time.
+// it, an extended CONNECT, and after its answer the channel. The session's one-way streams are downloads. Streams of
+// other kinds, or of other sessions, are not read. No I/O, no time.
 class Http3Session {
  public:
   Http3Session(Http3Owner& owner, std::string authority, std::string url_path)
@@ -41,8 +45,8 @@ class Http3Session {
   void start();  // the QUIC connection is ready
   // Bytes of a stream in order. `is_last`: the stream ends behind them.
   void on_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
-  void on_reset(StreamId id);    // the server sends no more there
-  void on_stopped(StreamId id);  // the server reads no more there
+  void on_reset(StreamId id);  // the server sends no more there
+  void on_stop(StreamId id);   // the server reads no more there
   void on_datagram(std::span<const std::uint8_t> bytes);
 
   [[nodiscard]] StreamId channel() const { return channel_; }  // -1: it is not open
@@ -51,15 +55,18 @@ class Http3Session {
 
  private:
   // What a one-way stream of the server's turned out to be.
-  enum class Kind : std::uint8_t { unknown, control, encoder, decoder, ignored };
+  enum class Kind : std::uint8_t { unknown, control, encoder, decoder, download, ignored };
   struct Stream {
     Kind kind = Kind::unknown;
-    http3::Bytes begin;  // of its type, or of its settings
+    http3::Bytes begin;  // of its type and session, or of its settings
     http3::FrameReader frames;
     bool has_settings = false;
   };
 
   void take_one_way(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
+  // Reads what the stream is, and returns the bytes behind that.
+  std::span<const std::uint8_t> take_kind(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
+  void ignore(StreamId id, Stream& stream, http3::ErrorCode code);
   bool take_control(Stream& stream, const http3::FrameReader::Piece& piece);
   bool take_response(const http3::FrameReader::Piece& piece);
   bool take_capsule(const http3::FrameReader::Piece& piece);

@@ -10,14 +10,13 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/quic/crypto_callbacks.hpp"
 
 namespace hairnet::link {
 namespace {
 
 constexpr std::size_t kPacketBytesMax = 1500;
-constexpr std::size_t kIdBytes = 12;
-constexpr std::uint64_t kOneWayStreamsMax = 8;  // of the peer's; it may open no others
-constexpr std::uint64_t kOneWayBytesMax = std::uint64_t{16} << 10;
+constexpr std::size_t kIdBytes = 12;  // of what the client calls the server at first
 
 }  // namespace
 
@@ -50,10 +49,13 @@ struct QuicConnectionCallbacks {
       c.events_->on_ready();
     });
   }
-  static int recv_stream_data(ngtcp2_conn*, std::uint32_t flags, StreamId stream, std::uint64_t,
+  static int recv_stream_data(ngtcp2_conn* quic, std::uint32_t flags, StreamId stream, std::uint64_t,
                               const std::uint8_t* bytes, std::size_t count, void* user, void*) {
+    const bool is_last = (flags & NGTCP2_STREAM_DATA_FLAG_FIN) != 0;
+    if (is_last) allow_next(quic, stream);
     return guard(user, [&](QuicConnection& c) {
-      c.events_->on_stream_bytes(stream, {bytes, count}, (flags & NGTCP2_STREAM_DATA_FLAG_FIN) != 0);
+      c.answer_.hasten();
+      c.events_->on_stream_bytes(stream, {bytes, count}, is_last);
     });
   }
   static int acked_stream_data_offset(ngtcp2_conn*, StreamId stream, std::uint64_t offset, std::uint64_t count,
@@ -61,16 +63,24 @@ struct QuicConnectionCallbacks {
     if (quic::SendBuffer* buffer = of(user).queues_.find(stream)) buffer->acknowledge(offset + count);
     return 0;
   }
-  static int stream_close(ngtcp2_conn* quic, std::uint32_t, StreamId stream, std::uint64_t, void* user, void*) {
+  static int stream_close(ngtcp2_conn*, std::uint32_t, StreamId stream, std::uint64_t, void* user, void*) {
     of(user).queues_.erase(stream);
-    if (!ngtcp2_conn_is_local_stream(quic, stream)) ngtcp2_conn_extend_max_streams_uni(quic, 1);
     return 0;
   }
-  static int stream_reset(ngtcp2_conn*, StreamId stream, std::uint64_t, std::uint64_t code, void* user, void*) {
+  // The peer may open another one. ngtcp2 0.12 does not tell by stream_close that a one-way stream of the peer's is
+  // over.
+  static void allow_next(ngtcp2_conn* quic, StreamId stream) {
+    if (!ngtcp2_conn_is_local_stream(quic, stream)) ngtcp2_conn_extend_max_streams_uni(quic, 1);
+  }
+  static int stream_reset(ngtcp2_conn* quic, StreamId stream, std::uint64_t, std::uint64_t code, void* user, void*) {
+    allow_next(quic, stream);
     return guard(user, [&](QuicConnection& c) { c.events_->on_stream_reset(stream, code); });
   }
   static int recv_datagram(ngtcp2_conn*, std::uint32_t, const std::uint8_t* bytes, std::size_t count, void* user) {
-    return guard(user, [&](QuicConnection& c) { c.events_->on_quic_datagram({bytes, count}); });
+    return guard(user, [&](QuicConnection& c) {
+      c.answer_.on_datagram(c.now_ns_);
+      c.events_->on_quic_datagram({bytes, count});
+    });
   }
   static int recv_stateless_reset(ngtcp2_conn*, const ngtcp2_pkt_stateless_reset*, void* user) {
     of(user).was_reset_ = true;
@@ -82,25 +92,11 @@ struct QuicConnectionCallbacks {
     gnutls_rnd(GNUTLS_RND_NONCE, token, NGTCP2_STATELESS_RESET_TOKENLEN);
     return 0;
   }
-  static void put_random(std::uint8_t* out, std::size_t bytes, const ngtcp2_rand_ctx*) {
-    gnutls_rnd(GNUTLS_RND_NONCE, out, bytes);
-  }
-
   static const ngtcp2_callbacks& table() {
     static const ngtcp2_callbacks callbacks = [] {
-      ngtcp2_callbacks made{};
+      ngtcp2_callbacks made = quic::crypto_callbacks();
       made.client_initial = ngtcp2_crypto_client_initial_cb;
-      made.recv_crypto_data = ngtcp2_crypto_recv_crypto_data_cb;
-      made.encrypt = ngtcp2_crypto_encrypt_cb;
-      made.decrypt = ngtcp2_crypto_decrypt_cb;
-      made.hp_mask = ngtcp2_crypto_hp_mask_cb;
       made.recv_retry = ngtcp2_crypto_recv_retry_cb;
-      made.update_key = ngtcp2_crypto_update_key_cb;
-      made.delete_crypto_aead_ctx = ngtcp2_crypto_delete_crypto_aead_ctx_cb;
-      made.delete_crypto_cipher_ctx = ngtcp2_crypto_delete_crypto_cipher_ctx_cb;
-      made.get_path_challenge_data = ngtcp2_crypto_get_path_challenge_data_cb;
-      made.version_negotiation = ngtcp2_crypto_version_negotiation_cb;
-      made.rand = put_random;
       made.handshake_completed = handshake_completed;
       made.recv_stream_data = recv_stream_data;
       made.acked_stream_data_offset = acked_stream_data_offset;
@@ -141,15 +137,16 @@ bool QuicConnection::begin(std::int64_t now_ns) {
   settings.handshake_timeout = static_cast<ngtcp2_duration>(options_.handshake_timeout_ns);
   ngtcp2_transport_params params;
   ngtcp2_transport_params_default(&params);
-  params.initial_max_streams_uni = kOneWayStreamsMax;
+  params.initial_max_streams_uni = options_.one_way_streams_max;
   params.initial_max_stream_data_bidi_local = options_.window_bytes;
-  params.initial_max_stream_data_uni = kOneWayBytesMax;
-  params.initial_max_data = options_.window_bytes;
+  params.initial_max_stream_data_uni = options_.one_way_window_bytes;
+  params.initial_max_data = options_.window_bytes + options_.one_way_streams_max * options_.one_way_window_bytes;
   params.max_idle_timeout = static_cast<ngtcp2_duration>(options_.idle_timeout_ns);
   params.max_datagram_frame_size = options_.datagram_frame_bytes_max;
+  params.max_ack_delay = static_cast<ngtcp2_duration>(quic::AnswerDelay::kToldDelay_ns);
   ngtcp2_cid source{}, destination{};
-  source.datalen = destination.datalen = kIdBytes;
-  gnutls_rnd(GNUTLS_RND_NONCE, source.data, source.datalen);
+  // The server's packets come to a socket of their own, so they need no ID.
+  destination.datalen = kIdBytes;
   gnutls_rnd(GNUTLS_RND_NONCE, destination.data, destination.datalen);
   const ngtcp2_path native{path_.local.native(), path_.remote.native(), nullptr};
   if (ngtcp2_conn_client_new(&quic_, &destination, &source, &native, options_.version,
@@ -190,6 +187,7 @@ void QuicConnection::receive(std::span<const std::uint8_t> packet, std::int64_t 
   if (is_over() || packet.empty()) return;  // anybody may send an empty datagram; to ngtcp2 it is an error
   const ngtcp2_path native{path_.local.native(), path_.remote.native(), nullptr};
   const ngtcp2_pkt_info info{};
+  now_ns_ = now_ns;
   is_in_quic_ = true;
   const int error =
       ngtcp2_conn_read_pkt(quic_, &native, &info, packet.data(), packet.size(), static_cast<ngtcp2_tstamp>(now_ns));
@@ -207,17 +205,20 @@ std::int64_t QuicConnection::due_ns() const {
   constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
   if (is_over()) return kNever_ns;
   const ngtcp2_tstamp expiry = ngtcp2_conn_get_expiry(quic_);
-  return expiry < static_cast<ngtcp2_tstamp>(kNever_ns) ? static_cast<std::int64_t>(expiry) : kNever_ns;
+  if (expiry >= static_cast<ngtcp2_tstamp>(kNever_ns)) return kNever_ns;
+  const auto expiry_ns = static_cast<std::int64_t>(expiry);
+  return is_quiet() ? answer_.due_ns(expiry_ns) : expiry_ns;
 }
 
 // What goes out.
 
 void QuicConnection::write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns) {
   std::array<std::uint8_t, kPacketBytesMax> room;
-  if (!is_over()) {
+  if (!is_over() && !(is_quiet() && answer_.holds(now_ns))) {
     const std::size_t packets_max =
         std::max<std::size_t>(1, ngtcp2_conn_get_send_quantum(quic_) / ngtcp2_conn_get_max_tx_udp_payload_size(quic_));
-    for (std::size_t packets = 0; packets < packets_max; ++packets) {
+    std::size_t packets = 0;
+    for (; packets < packets_max; ++packets) {
       ngtcp2_path_storage path;
       ngtcp2_path_storage_zero(&path);
       ngtcp2_pkt_info info{};
@@ -231,7 +232,13 @@ void QuicConnection::write(const std::function<void(std::span<const std::uint8_t
       if (bytes == 0) break;
       send(std::span(room).first(static_cast<std::size_t>(bytes)));
     }
-    if (!is_over()) ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
+    if (!is_over()) {
+      ngtcp2_conn_stat statistics{};
+      ngtcp2_conn_get_conn_stat(quic_, &statistics);
+      answer_.set_delay(quic::AnswerDelay::of_client(static_cast<std::int64_t>(statistics.smoothed_rtt)));
+      answer_.on_written(packets > 0, now_ns);
+      ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
+    }
   }
   if (!close_packet_.empty()) send(std::exchange(close_packet_, {}));
 }
@@ -257,12 +264,15 @@ void QuicConnection::send(StreamId stream, std::vector<std::uint8_t> bytes, bool
 
 void QuicConnection::take(StreamId stream, std::size_t bytes) {
   if (is_over()) return;
+  answer_.hasten();
   ngtcp2_conn_extend_max_stream_offset(quic_, stream, bytes);
   ngtcp2_conn_extend_max_offset(quic_, bytes);
 }
 
 void QuicConnection::stop_reading(StreamId stream, http3::ErrorCode code) {
-  if (!is_over()) ngtcp2_conn_shutdown_stream_read(quic_, stream, static_cast<std::uint64_t>(code));
+  if (is_over()) return;
+  answer_.hasten();
+  ngtcp2_conn_shutdown_stream_read(quic_, stream, static_cast<std::uint64_t>(code));
 }
 
 std::size_t QuicConnection::datagram_frame_bytes_max() const {
@@ -272,6 +282,7 @@ std::size_t QuicConnection::datagram_frame_bytes_max() const {
 
 void QuicConnection::migrate(const quic::Address& local, std::int64_t now_ns) {
   path_.local = local;
+  answer_.hasten();
   const ngtcp2_path native{path_.local.native(), path_.remote.native(), nullptr};
   const int error = ngtcp2_conn_initiate_immediate_migration(quic_, &native, static_cast<ngtcp2_tstamp>(now_ns));
   if (error != 0) end(error, now_ns);

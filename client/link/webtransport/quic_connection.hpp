@@ -18,18 +18,23 @@
 #include "core/result.hpp"
 #include "schema/http3/error_code.hpp"
 #include "schema/quic/address.hpp"
+#include "schema/quic/answer_delay.hpp"
 #include "schema/quic/parameters.hpp"
 #include "schema/quic/send_queues.hpp"
 
 namespace hairnet::link {
 
 struct QuicOptions {
+  static constexpr std::uint64_t kOneWayWindowBytes = std::uint64_t{512} << 10;
   std::string protocol = "h3";  // of the application, as TLS names it; empty: none
   std::uint32_t version = NGTCP2_PROTO_VER_V1;
   std::int64_t handshake_timeout_ns = 5'000'000'000;
   std::int64_t idle_timeout_ns = 15'000'000'000;        // without a packet of the peer's
   std::int64_t keep_alive_ns = 5'000'000'000;           // a silent peer is asked for a sign of life; 0: never
-  std::uint64_t window_bytes = std::uint64_t{1} << 20;  // of the peer's that may wait to be taken
+  std::uint64_t window_bytes = std::uint64_t{1} << 20;  // of the peer's that may wait to be taken, on a two-way stream
+  // The same for each of its one-way streams; none of these takes another stream's.
+  std::uint64_t one_way_window_bytes = kOneWayWindowBytes;
+  std::uint64_t one_way_streams_max = 8;  // of the peer's at a time; it may open no others
   std::uint64_t datagram_frame_bytes_max = quic::kDatagramFrameBytesMax;
 };
 
@@ -97,6 +102,8 @@ class QuicConnection final : private quic::SendObserver {
   void on_datagram_sent(std::size_t, bool) override {}
   bool on_stopped(StreamId stream) override;
 
+  // Nothing is on its way but datagrams.
+  [[nodiscard]] bool is_quiet() const { return is_ready_ && queues_.is_idle(); }
   int verify();  // within TLS
   void end(int error, std::int64_t now_ns);
   [[nodiscard]] std::string describe(int error) const;
@@ -110,6 +117,8 @@ class QuicConnection final : private quic::SendObserver {
   ngtcp2_conn* quic_ = nullptr;
   ngtcp2_crypto_conn_ref reference_{};
   quic::SendQueues queues_;
+  quic::AnswerDelay answer_;
+  std::int64_t now_ns_ = 0;                 // of the packet that is read
   std::vector<std::uint8_t> close_packet_;  // not yet sent
   std::string why_;
   int error_ = 0;

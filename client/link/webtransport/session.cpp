@@ -73,6 +73,10 @@ void WebTransportSession::take(std::size_t bytes) {
   if (bytes > 0) quic_->take(http3_.channel(), bytes);
 }
 
+void WebTransportSession::take_download(StreamId download, std::size_t bytes) {
+  if (bytes > 0) quic_->take(download, bytes);
+}
+
 bool WebTransportSession::is_writable() const {
   return is_open() && quic_->unsent_bytes() < kUnsentBytesMax && quic_->kept_bytes() < kKeptBytesMax;
 }
@@ -85,9 +89,9 @@ void WebTransportSession::on_ready() {
 }
 
 void WebTransportSession::on_stream_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) {
-  const bool is_channel = id == http3_.channel();
+  passed_bytes_ = 0;
   http3_.on_bytes(id, bytes, is_last);
-  if (!is_channel) quic_->take(id, bytes.size());  // at once
+  if (passed_bytes_ < bytes.size()) quic_->take(id, bytes.size() - passed_bytes_);  // at once
 }
 
 // What HTTP/3 tells.
@@ -99,6 +103,16 @@ void WebTransportSession::fail(ErrorCode code, std::string_view why) {
 void WebTransportSession::on_channel_open() {
   quic_->set_datagram_prefix(http3_.datagram_prefix());
   deadline_ns_ = 0;
+}
+
+void WebTransportSession::on_channel_bytes(std::span<const std::uint8_t> bytes) {
+  passed_bytes_ = bytes.size();
+  events_->on_channel_bytes(bytes);
+}
+
+void WebTransportSession::on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
+  passed_bytes_ = bytes.size();
+  events_->on_download_bytes(stream, bytes, is_last);
 }
 
 void WebTransportSession::on_channel_end() {

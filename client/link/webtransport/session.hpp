@@ -29,10 +29,15 @@ class WebTransportEvents {
   // Of the channel. They count as waiting until WebTransportSession::take().
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
+  // Of a one-way stream that the server has opened. They count as waiting until WebTransportSession::take_download().
+  // `is_last`: it ends behind them.
+  virtual void on_download_bytes(StreamId download, std::span<const std::uint8_t> bytes, bool is_last) = 0;
+  virtual void on_download_reset(StreamId download) = 0;  // the server sends no more of it
 };
 
 // The client's end of a WebTransport session: QUIC, HTTP/3, an extended CONNECT, and then the channel, which is the
-// session's first bidirectional stream, and datagrams. No I/O, no clock: packets and times in, packets out. One thread.
+// session's first bidirectional stream, datagrams, and downloads. No I/O, no clock: packets and times in, packets out.
+// One thread.
 class WebTransportSession final : private QuicEvents, private Http3Owner {
  public:
   // Bytes that may wait to be sent before is_writable() is false.
@@ -65,6 +70,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   // False: it is too large. It is dropped when too many wait.
   [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes);
   void take(std::size_t bytes);  // that on_channel_bytes() has passed on: the server may send as many more
+  void take_download(StreamId download, std::size_t bytes);  // the same of on_download_bytes()
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return quic_->unsent_bytes(); }
   // Ends it at once; the next write() tells the server. `why`: one line.
@@ -78,7 +84,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   void on_ready() override;
   void on_stream_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) override;
   void on_stream_reset(StreamId id, std::uint64_t) override { http3_.on_reset(id); }
-  void on_stream_stopped(StreamId id) override { http3_.on_stopped(id); }
+  void on_stream_stopped(StreamId id) override { http3_.on_stop(id); }
   void on_quic_datagram(std::span<const std::uint8_t> bytes) override { http3_.on_datagram(bytes); }
 
   // Http3Owner
@@ -87,13 +93,16 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   void stop_reading(StreamId stream, http3::ErrorCode code) override { quic_->stop_reading(stream, code); }
   void fail(http3::ErrorCode code, std::string_view why) override;
   void on_channel_open() override;
-  void on_channel_bytes(std::span<const std::uint8_t> bytes) override { events_->on_channel_bytes(bytes); }
+  void on_channel_bytes(std::span<const std::uint8_t> bytes) override;
   void on_channel_end() override;
   void on_datagram(std::span<const std::uint8_t> bytes) override { events_->on_datagram(bytes); }
+  void on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) override;
+  void on_download_reset(StreamId stream) override { events_->on_download_reset(stream); }
 
   WebTransportEvents* events_;
   std::unique_ptr<QuicConnection> quic_;
   Http3Session http3_;
+  std::size_t passed_bytes_ = 0;  // of those in hand, what the events have and take later
   bool has_ended_ = false;        // the server has ended the channel
   std::int64_t now_ns_ = 0;       // of the current call
   std::int64_t deadline_ns_ = 0;  // of opening, and of the end; 0: none

@@ -83,9 +83,13 @@ std::shared_ptr<LevelSet> read_levels(const Subject& subject) {
 }
 
 std::string errors_of(const LearntHair& hair) {
-  char text[160];
-  std::snprintf(text, sizeof(text), "on held-out motions it errs by %.0f %% of the motion, the low level by %.0f %%",
-                100 * static_cast<double>(hair.error), 100 * static_cast<double>(hair.low_error));
+  const auto percent = [](float share) { return 100 * static_cast<double>(share); };
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "on held-out motions it errs by %.0f %% of the motion, the low level by %.0f %%; in wind by %.0f and "
+                "%.0f %%%s",
+                percent(hair.error), percent(hair.low_error), percent(hair.wind.error), percent(hair.wind.low_error),
+                hair.wind.weights.empty() ? ", so it is not used there" : "");
   return text;
 }
 

@@ -65,6 +65,7 @@ class NodeFile {
 struct ReplayFiles {
   std::optional<NodeFile> nodes;
   std::optional<FrameTrace> trace;
+  std::vector<Vec3f> scratch;
 
   static Result<ReplayFiles> create(const ReplayOptions& o) {
     ReplayFiles files;
@@ -80,7 +81,7 @@ struct ReplayFiles {
     if (trace) {
       for (const auto& [key, character] : replayed.characters()) {
         const LatticeView view = replayed.world().lattice(character.id);
-        trace->add({tick, key, view.level, false, view.asleep, *view.pose, view.displacement});
+        trace->add({tick, key, view.level, false, view.asleep, *view.pose, replayed.displacement(character, scratch)});
       }
     }
     return nodes ? nodes->add(tick, replayed) : Result<void>();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/levels/build.hpp"
+#include "core/modes/make_modes.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::sim {
@@ -57,23 +58,32 @@ Result<void> ReplayedWorld::take(const wire::RecordedLearnt& recorded) {
   return {};
 }
 
+std::span<const Vec3f> ReplayedWorld::displacement(const Character& character, std::vector<Vec3f>& scratch) const {
+  const LatticeView view = world_->lattice(character.id);
+  if (view.level != LevelIndex::learnt) return view.displacement;
+  const Basis& basis = grooms_.at(character.groom).levels->modes->basis;
+  scratch.resize(basis.node_count);
+  displacements_of(basis, view.coefficients, scratch);
+  return scratch;
+}
+
 Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::GroomHash& hash) {
   const auto found = grooms_.find(hash);
   if (found == grooms_.end()) return Refusal("a groom that is not in the recording");
   RecordedLevels& recorded = found->second;
   if (!recorded.levels) {
-    if (recorded.groom->points.empty()) return Refusal("levels of a groom without strand points");
+    if (recorded.groom.points.empty()) return Refusal("levels of a groom without strand points");
     BuildCallbacks callbacks;
     callbacks.progress = [this](double fraction, std::string_view stage) {
       progress_(fraction, stage);
       return true;
     };
-    recorded.levels = build_levels(*recorded.groom, callbacks);
-    recorded.groom.reset();
+    recorded.levels = build_levels(recorded.groom, callbacks);
   }
   if (recorded.levels->learnt != recorded.learnt) {
     auto levels = std::make_shared<LevelSet>(*recorded.levels);
     levels->learnt = recorded.learnt;
+    if (!levels->modes) levels->modes = make_modes(recorded.groom, recorded.levels);
     recorded.levels = std::move(levels);
   }
   return recorded.levels;

@@ -5,7 +5,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
+#include <vector>
 
 #include "core/result.hpp"
 #include "core/world/world.hpp"
@@ -35,11 +37,14 @@ class ReplayedWorld {
     bool has_levels = false, has_learnt = false;
   };
   [[nodiscard]] const std::map<std::uint64_t, Character>& characters() const { return characters_; }
+  // Of its active nodes, head space, m: those of the finest level where the hair is learnt, which are computed into
+  // `scratch`; empty when rigid.
+  [[nodiscard]] std::span<const Vec3f> displacement(const Character& character, std::vector<Vec3f>& scratch) const;
 
  private:
   struct RecordedLevels {
-    std::optional<Groom> groom;  // until its levels are built
-    std::shared_ptr<const LevelSet> levels;
+    Groom groom;
+    std::shared_ptr<const LevelSet> levels;    // with modes once hair is learnt
     std::shared_ptr<const LearntHair> learnt;  // that they are to have
   };
   Result<std::shared_ptr<const LevelSet>> levels_of(const wire::GroomHash& hash);

@@ -113,6 +113,7 @@ Result<void> LiveRoom::take(const link::Disconnected& end) {
 Result<void> LiveRoom::take(const link::Connected& connected) {
   session_ = connected.welcome.session;
   std::string transport = link_.transport();
+  if (const std::string why = link_.fallback_reason(); !why.empty()) transport += " (" + why + ")";
   if (!transport.empty() && transport != std::exchange(transport_, transport))
     std::fprintf(stderr, "hairnet-view: connected over %s\n", transport_.c_str());
   status_ = zero_ns_ || characters_.empty() ? "" : kWaiting;

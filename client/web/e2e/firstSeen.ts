@@ -1,4 +1,4 @@
-import type { Page } from "playwright-core";
+import type { CDPSession, Page } from "playwright-core";
 import { PNG } from "pngjs";
 
 /** The picture without the panel, whose samples of hair colours are as warm as hair. */
@@ -13,27 +13,30 @@ export class FirstSeen {
    */
   readonly epochMs: Promise<number>;
 
-  private constructor(session: Awaited<ReturnType<typeof sessionOf>>) {
+  private constructor(session: CDPSession) {
     this.epochMs = new Promise((done) => {
-      session.on("Page.screencastFrame", ({ sessionId, data }) => {
-        if (isHair(PNG.sync.read(Buffer.from(data, "base64")))) {
+      const onPicture = ({ sessionId, data }: { sessionId: number; data: string }) => {
+        const isSeen = isHair(PNG.sync.read(Buffer.from(data, "base64")));
+        if (isSeen) {
+          session.off("Page.screencastFrame", onPicture);
           done(Date.now());
-          void session.detach();
-        } else void session.send("Page.screencastFrameAck", { sessionId });
-      });
+        }
+        // The page may be closed before it answers.
+        (isSeen
+          ? session.send("Page.stopScreencast")
+          : session.send("Page.screencastFrameAck", { sessionId })
+        ).catch(() => undefined);
+      };
+      session.on("Page.screencastFrame", onPicture);
     });
   }
 
   static async watch(page: Page): Promise<FirstSeen> {
-    const session = await sessionOf(page);
+    const session = await page.context().newCDPSession(page);
     const seen = new FirstSeen(session);
     await session.send("Page.startScreencast", { format: "png", maxWidth: 320, maxHeight: 180 });
     return seen;
   }
-}
-
-function sessionOf(page: Page) {
-  return page.context().newCDPSession(page);
 }
 
 /** Warm, unlike the backdrop's grey. */

@@ -28,8 +28,9 @@ export function personName(member: Member): string {
   return member.own ? `${name} (you)` : name;
 }
 
-/** How the page talks with the server; null: it does not now. */
-export function transportName(transport: Transport | null): string {
+/** How the page talks with the server; null: it does not now. `fallbackReason`: why not by WebTransport. */
+export function transportName(transport: Transport | null, fallbackReason: string | null): string {
   if (transport === null) return "no connection";
-  return transport === "webtransport" ? "WebTransport" : "WebSocket";
+  if (transport === "webtransport") return "WebTransport";
+  return fallbackReason === null ? "WebSocket" : `WebSocket (no WebTransport: ${fallbackReason})`;
 }

@@ -353,7 +353,7 @@ export class PageViewer implements PageHost {
     const shown = `${strands > 0 || cards === 0 ? `${strands} strands` : ""}${cards > 0 ? ` ${cards} far cards` : ""}`;
     element("figures").textContent =
       `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
-      `${shown}, quality ${this.#quality.value.toFixed(2)}, ${transportName(room.link.transport)}`;
+      `${shown}, quality ${this.#quality.value.toFixed(2)}, ${transportName(room.link.transport, room.link.fallbackReason)}`;
   }
 
   #showJoin(): void {

@@ -134,6 +134,14 @@ TEST(Http3Session, ends_when_the_server_breaks_http3) {
   EXPECT_EQ(s.owner.failure, ErrorCode::datagram_error);
 }
 
+TEST(Http3Session, does_not_read_on_in_the_bytes_that_end_it) {
+  Session s;
+  s.http3.on_bytes(kControl, Bytes{0x00}, false);
+  s.http3.on_bytes(kOther, http3::control_stream_begin(), false);  // a second one, with settings
+  EXPECT_EQ(s.owner.failure, ErrorCode::stream_creation_error);
+  EXPECT_TRUE(s.owner.sent[kSession].empty()) << "it asks for no session";
+}
+
 TEST(Http3Session, skips_what_it_does_not_know) {
   Session s;
   s.open();
@@ -147,6 +155,51 @@ TEST(Http3Session, skips_what_it_does_not_know) {
   EXPECT_THAT(s.owner.stopped, ElementsAre(kOther));
 }
 
+Bytes download_of(std::uint64_t session, const Bytes& payload = {}) {
+  Bytes bytes = http3::one_way_begin(session);
+  bytes.insert(bytes.end(), payload.begin(), payload.end());
+  return bytes;
+}
+
+TEST(Http3Session, passes_the_sessions_one_way_streams_on_as_downloads) {
+  constexpr StreamId kSecond = 19, kThird = 23;
+  Session s;
+  s.open();
+  for (const std::uint8_t byte : download_of(kSession, {1, 2})) s.http3.on_bytes(kOther, Bytes{byte}, false);
+  s.http3.on_bytes(kSecond, download_of(kSession, {7}), true);
+  s.http3.on_bytes(kOther, Bytes{3}, false);
+  EXPECT_EQ(s.owner.downloads[kOther], (Bytes{1, 2, 3}));
+  EXPECT_EQ(s.owner.downloads[kSecond], Bytes{7});
+  EXPECT_THAT(s.owner.downloads_ended, ElementsAre(kSecond));
+  s.http3.on_reset(kOther);
+  s.http3.on_reset(kOther);
+  EXPECT_THAT(s.owner.downloads_reset, ElementsAre(kOther));
+  s.http3.on_bytes(kThird, http3::one_way_begin(kSession), false);
+  s.http3.on_bytes(kThird, {}, true);
+  EXPECT_THAT(s.owner.downloads_ended, ElementsAre(kSecond, kThird)) << "an empty one";
+  EXPECT_TRUE(s.owner.stopped.empty());
+  EXPECT_FALSE(s.owner.failure);
+}
+
+TEST(Http3Session, reads_no_downloads_of_other_sessions_or_before_its_own) {
+  Session early;
+  early.http3.on_bytes(kOther, download_of(kSession, {1}), false);
+  EXPECT_THAT(early.owner.stopped, ElementsAre(kOther));
+  early.open();
+  early.http3.on_bytes(kOther, Bytes{1}, true);
+  EXPECT_TRUE(early.owner.downloads.empty());
+  Session foreign;
+  foreign.open();
+  foreign.http3.on_bytes(kOther, download_of(8, {1, 2}), false);
+  foreign.http3.on_bytes(kOther, Bytes{3}, false);
+  foreign.http3.on_reset(kOther);
+  EXPECT_THAT(foreign.owner.stopped, ElementsAre(kOther));
+  EXPECT_TRUE(foreign.owner.downloads.empty());
+  EXPECT_TRUE(foreign.owner.downloads_reset.empty());
+  EXPECT_FALSE(foreign.owner.failure);
+  EXPECT_EQ(failure_of(true, kOther, http3::one_way_begin(3)), ErrorCode::id_error);
+}
+
 TEST(Http3Session, ends_with_its_session_and_with_a_stream_that_is_needed) {
   for (const StreamId stream : {kSession, kChannel, kControl}) {
     Session reset;
@@ -157,7 +210,7 @@ TEST(Http3Session, ends_with_its_session_and_with_a_stream_that_is_needed) {
   for (const StreamId stream : {kSession, kChannel, StreamId{2}}) {
     Session stopped;
     stopped.open();
-    stopped.http3.on_stopped(stream);
+    stopped.http3.on_stop(stream);
     EXPECT_TRUE(stopped.owner.failure) << stream;
   }
   RecordingHttp3Owner owner;

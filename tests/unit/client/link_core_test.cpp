@@ -256,6 +256,14 @@ TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
   EXPECT_EQ(*fetched->bytes, bytes);
 
   d.core.request_groom(hash);
+  d.send(piece(0, 600));
+  d.send(piece(0, 300));  // of a download that was given up before, late
+  d.send(piece(300, 700));
+  EXPECT_FALSE(d.event<GroomFetched>());
+  d.send(piece(700, 1000));
+  EXPECT_EQ(*d.event<GroomFetched>()->bytes, bytes);
+
+  d.core.request_groom(hash);
   d.send(piece(1, 300));  // a piece is missing
   EXPECT_FALSE(d.event<GroomFetched>()->fault.empty());
   d.core.request_groom(hash);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/unit/client/link_core_driver.hpp"
 #include "tests/unit/client/small_basis.hpp"
@@ -218,18 +219,44 @@ TEST_F(Receiving, frames_of_an_earlier_or_later_member_of_the_same_number_are_co
   EXPECT_TRUE(received());
 }
 
+TEST_F(Receiving, frames_of_a_frame_datagram_are_those_of_a_packet) {
+  const std::vector<std::uint8_t> content = content_at(5, kOther);
+  wire::FrameBatch batch{5, 165 * kMs, {}};
+  batch.frames.emplace_back().member = kOther;
+  batch.frames.back().content = content;
+  batch.generations = {0};
+  d.core.on_packet(wire::encode_frame_datagram(d.now_ns, batch), d.now_ns);
+  const std::optional<FrameBatch> got = d.event<FrameBatch>();
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->tick, 5u);
+  EXPECT_EQ(got->sample_time_ns, 165 * kMs);
+  ASSERT_EQ(got->frames.size(), 1u);
+  EXPECT_EQ(got->frames[0].member, kOther);
+  batch.generations = {1};
+  batch.tick = 6;
+  d.core.on_packet(wire::encode_frame_datagram(d.now_ns, batch), d.now_ns);
+  EXPECT_FALSE(received()) << "of the next member, which is not announced yet";
+  EXPECT_EQ(d.core.counters().frames_unknown, 1u);
+}
+
+TEST_F(Receiving, a_damaged_frame_datagram_ends_the_connection) {
+  d.core.on_packet(std::vector<std::uint8_t>{'F', 'B', 0, 0}, d.now_ns);
+  EXPECT_TRUE(d.core.wants_close());
+}
+
 TEST(LinkFrames, of_a_datagram_that_overtakes_the_welcome_are_dropped) {
   LinkCoreDriver d;
   d.core.start();
   d.open();
-  d.expect<wire::Hello>();
+  EXPECT_EQ(d.expect<wire::Hello>().datagram_layout, wire::kFrameDatagramLayout);
   const std::vector<std::uint8_t> content = content_at(1, kOther);
   wire::FrameBatch batch;
   batch.frames.emplace_back().member = kOther;
   batch.frames.back().content = content;
   batch.generations = {1};
   d.send(batch);
-  EXPECT_EQ(d.core.counters().frames_unknown, 1u);
+  d.core.on_packet(wire::encode_frame_datagram(d.now_ns, batch), d.now_ns);
+  EXPECT_EQ(d.core.counters().frames_unknown, 2u);
   EXPECT_FALSE(d.core.wants_close());
   d.send(welcome_to(5));
   EXPECT_TRUE(d.core.active());
@@ -295,6 +322,12 @@ class Restarted : public Receiving {
     d.take_all();
     d.core.take_events();
   }
+  void come_to_next_server() {
+    d.core.on_closed("the cable", d.now_ns);
+    d.open();
+    d.expect<wire::Hello>();
+    d.send(welcome_to(7));
+  }
   bool keeps_hair(std::uint64_t tick) {
     send_rigid_frame(tick, kOwnMember);
     const std::optional<Frame> frame = received();
@@ -343,6 +376,30 @@ TEST_F(Restarted, a_server_that_has_the_groom_and_gives_no_lattice_is_believed_a
   EXPECT_FALSE(keeps_hair(5));
 }
 
+TEST_F(Restarted, the_next_server_gets_as_long_again_for_its_lattice) {
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+  d.pass(900 * kMs);
+  EXPECT_TRUE(keeps_hair(3));
+  come_to_next_server();
+  d.pass(60'000 * kMs);
+  tell_members();
+  d.core.take_events();
+  EXPECT_TRUE(keeps_hair(4));
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+  d.pass(1'000 * kMs);
+  EXPECT_FALSE(keeps_hair(5));
+}
+
+TEST_F(Restarted, hair_that_is_not_shown_any_more_does_not_come_back_with_the_next_server) {
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+  d.pass(1'000 * kMs);
+  EXPECT_FALSE(keeps_hair(3));
+  come_to_next_server();
+  tell_members();
+  d.core.take_events();
+  EXPECT_FALSE(keeps_hair(4));
+}
+
 TEST_F(Restarted, hair_is_rigid_at_once_when_its_owner_wants_it_so) {
   EXPECT_TRUE(keeps_hair(3));
   d.core.send(wire::SetLevel{kOwnCharacter, LevelIndex::rigid});
@@ -357,19 +414,13 @@ TEST_F(Restarted, a_refused_groom_keeps_no_hair) {
 TEST_F(Restarted, a_shape_that_was_gone_on_from_is_not_brought_to_the_next_server) {
   send_frame(4, kOwnMember, {});
   send_rigid_frame(5, kOwnMember);
-  d.core.on_closed("the cable", d.now_ns);
-  d.open();
-  d.expect<wire::Hello>();
-  d.send(welcome_to(7));
+  come_to_next_server();
   EXPECT_FALSE(d.expect<wire::AddCharacter>().state);
 }
 
 TEST_F(Restarted, a_shape_that_was_not_gone_on_from_is_brought_to_the_next_server) {
   send_rigid_frame(5, kOwnMember);
-  d.core.on_closed("the cable", d.now_ns);
-  d.open();
-  d.expect<wire::Hello>();
-  d.send(welcome_to(7));
+  come_to_next_server();
   const auto added = d.expect<wire::AddCharacter>();
   ASSERT_TRUE(added.state);
   expect_state(*added.state, 10);
@@ -379,13 +430,18 @@ TEST_F(Resumed, a_server_that_still_has_the_session_is_believed_at_once) {
   EXPECT_FALSE(keeps_hair(12));
 }
 
+TEST_F(Resumed, hair_is_kept_for_the_next_server_where_the_resumed_session_has_brought_no_frame) {
+  come_to_next_server();
+  EXPECT_TRUE(d.expect<wire::AddCharacter>().state);
+  tell_members();
+  d.core.take_events();
+  EXPECT_TRUE(keeps_hair(3));
+}
+
 TEST_F(Resumed, hair_that_swung_on_leaves_no_shape_to_bring) {
   send_frame(11, kOwnMember, {});
   send_rigid_frame(12, kOwnMember);
-  d.core.on_closed("the cable", d.now_ns);
-  d.open();
-  d.expect<wire::Hello>();
-  d.send(welcome_to(7));
+  come_to_next_server();
   EXPECT_FALSE(d.expect<wire::AddCharacter>().state);
 }
 

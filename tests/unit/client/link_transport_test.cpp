@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "client/link/link.hpp"
+#include "client/link/server_stream.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/listener.hpp"
 #include "tests/support/case_name.hpp"
@@ -82,6 +83,7 @@ class LinkAndPort : public ::testing::Test {
     options.port = 0;
     options.addresses.emplace_back(kOtherHost);
     options.webtransport = has_webtransport;
+    options.ping_after = ping_after_;
     if (has_certificate)
       options.tls = {(certificate_.folder / "chain.pem").string(), (certificate_.folder / "key.pem").string()};
     auto listener = server::Listener::create(
@@ -132,6 +134,7 @@ class LinkAndPort : public ::testing::Test {
   std::vector<std::unique_ptr<Welcoming>> sinks_;
   std::size_t poses_ = 0;  // the loop's thread, until it has ended
   bool breaks_off_ = false;
+  std::chrono::milliseconds ping_after_ = server::TransportOptions().ping_after;
   LinkOptions options_;
   std::thread thread_;
 };
@@ -160,7 +163,9 @@ TEST_P(LinkByTransport, packets_go_both_ways) {
                                                                                : std::string_view("webtransport"));
     EXPECT_EQ(wait_for<wire::MemberJoined>(link).member, 9u);
     link.push_poses(std::vector<wire::PoseSample>(4096));  // 700 kB
-    link.push_poses(std::vector<wire::PoseSample>(1));
+    wire::PoseSample jump;
+    jump.teleport = true;  // or it may be lost in a datagram
+    link.push_poses({jump});
     link.close();
     wait_for_end(link);
   }
@@ -220,18 +225,26 @@ class LinkChooses : public LinkAndPort {
     Link link(options_);
     const Result<wire::Welcome> welcome = link.connect();
     EXPECT_TRUE(welcome) << welcome.error();
+    fallback_reason_ = link.fallback_reason();
     return link.transport();
   }
+  std::string fallback_reason_;
 };
 
 TEST_F(LinkChooses, webtransport_by_itself_with_the_certificate_that_the_page_names) {
   listen(false);
   EXPECT_EQ(transport_after_connect(), "webtransport");
+  EXPECT_EQ(fallback_reason_, "");
 }
 
 TEST_F(LinkChooses, the_address_where_the_server_has_no_webtransport) {
   listen(false, false);
   EXPECT_EQ(transport_after_connect(), "tcp");
+  EXPECT_THAT(fallback_reason_, HasSubstr("has no WebTransport"));
+  options_.transport = TransportChoice::address;
+  EXPECT_EQ(transport_after_connect(), "tcp");
+  EXPECT_EQ(fallback_reason_, "") << "it was not asked for";
+  options_.transport = TransportChoice::automatic;
   options_.server.transport = Transport::ws;
   EXPECT_EQ(transport_after_connect(), "ws");
   options_.transport = TransportChoice::webtransport;
@@ -244,6 +257,7 @@ TEST_F(LinkChooses, the_address_where_the_certificate_is_not_to_be_trusted) {
   listen(true);
   options_.tls.ca_file.clear();
   EXPECT_EQ(transport_after_connect(), "tcp");
+  EXPECT_THAT(fallback_reason_, HasSubstr("its certificate is refused"));
 }
 
 // Until one of them has ended.
@@ -363,6 +377,7 @@ TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again
   wait_for<Reconnecting>(link);
   wait_for<Connected>(link);
   EXPECT_EQ(link.transport(), "tcp");
+  EXPECT_THAT(link.fallback_reason(), HasSubstr(" within 3 s"));
   EXPECT_EQ(front.pages_asked(), 1);
   link.close();
   wait_for_end(link);
@@ -388,6 +403,7 @@ TEST_F(LinkChooses, the_address_where_the_udp_port_is_closed) {
   const PageInFront front(page_of(closed, ""), listener_->port());
   options_.server.port = front.port();
   EXPECT_EQ(transport_after_connect(), "tcp");
+  EXPECT_THAT(fallback_reason_, HasSubstr("nothing listens on its UDP port"));
   options_.transport = TransportChoice::webtransport;
   const Result<wire::Welcome> refused = Link(options_).connect();
   ASSERT_FALSE(refused);
@@ -410,6 +426,107 @@ TEST_F(LinkChooses, the_address_where_the_page_is_damaged) {
   const PageInFront front("{\"port\":", listener_->port());
   options_.server.port = front.port();
   EXPECT_EQ(transport_after_connect(), "tcp");
+}
+
+// Answers the first packet with as many datagrams, which are numbered.
+class Flooding : public server::PacketSink {
+ public:
+  Flooding(std::shared_ptr<server::Connection> connection, std::uint32_t count)
+      : connection_(std::move(connection)), count_(count) {}
+  void on_packet(std::span<const std::uint8_t>, std::int64_t) override {
+    for (std::uint32_t n = 0; n < count_; ++n) {
+      ASSERT_TRUE(connection_->takes_datagrams());
+      std::vector<std::uint8_t> bytes(sizeof n);
+      std::memcpy(bytes.data(), &n, sizeof n);
+      connection_->send_datagram(std::move(bytes));
+    }
+  }
+  void on_broken_stream(std::int64_t) override {}
+  void on_writable(std::int64_t) override {}
+  void on_closed(std::string_view, std::int64_t) override {}
+
+ private:
+  std::shared_ptr<server::Connection> connection_;
+  std::uint32_t count_;
+};
+
+// A WebTransport stream whose thread is the test's.
+class LinkStream : public LinkAndPort {
+ protected:
+  void TearDown() override {
+    LinkAndPort::TearDown();
+    listener_.reset();  // it tells sessions of its end
+  }
+  template <class T>
+  T result_of(asio::awaitable<T> task) {
+    std::optional<T> result;
+    asio::co_spawn(
+        io_, [&]() -> asio::awaitable<void> { result = co_await std::move(task); }, asio::detached);
+    while (!result) io_.run_one();
+    return std::move(*result);
+  }
+  std::unique_ptr<Flooding> sink_;
+  asio::io_context io_;
+  const asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);
+};
+
+TEST_F(LinkStream, ends_when_the_system_refuses_to_send_to_a_closed_udp_port) {
+  listen(false);
+  const auto stream = make_web_transport_stream(io_, {options_.server, options_.tls});
+  ASSERT_EQ(result_of(stream->open()), "");
+  TearDown();
+  const std::vector<std::uint8_t> packet = wire::encode_packet({1, wire::PoseBatch{}});
+  bool is_open = true;
+  for (int n = 0; n < 100 && is_open; ++n) is_open = result_of(stream->write(packet, true));
+  EXPECT_FALSE(is_open) << "nobody reads, so only sending can tell";
+  EXPECT_THAT(result_of(stream->read()).fault, HasSubstr("nothing listens on its UDP port"));
+}
+
+TEST_F(LinkStream, that_rests_is_not_given_up_and_loses_nothing) {
+  ping_after_ = std::chrono::seconds(1);
+  listen(false);
+  const auto stream = make_web_transport_stream(io_, {options_.server, options_.tls});
+  ASSERT_EQ(result_of(stream->open()), "");
+  ASSERT_TRUE(result_of(stream->write(wire::encode_packet({1, wire::Hello{}}), false)));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(3);  // silence is given up before
+  while (std::chrono::steady_clock::now() < end) ASSERT_TRUE(result_of(stream->rest()));
+  std::size_t bytes = 0;
+  while (bytes < kChunkBytes) {
+    const ServerStream::Read read = result_of(stream->read());
+    ASSERT_EQ(read.fault, "");
+    bytes += read.bytes.size();
+  }
+  EXPECT_TRUE(result_of(stream->write(wire::encode_packet({1, wire::PoseBatch{}}), false)));
+}
+
+TEST_F(LinkStream, drops_the_oldest_datagrams_where_too_many_came_at_once) {
+  constexpr std::uint32_t kCount = 1100, kKept = 1024;  // a few packets
+  server::TransportOptions options;
+  options.port = 0;
+  options.webtransport = true;
+  auto listener = server::Listener::create(loop_, options, counters_,
+                                           [&](std::shared_ptr<server::Connection> connection, std::int64_t) {
+                                             sink_ = std::make_unique<Flooding>(std::move(connection), kCount);
+                                             return sink_.get();
+                                           });
+  ASSERT_TRUE(listener) << listener.error();
+  listener_ = std::move(*listener);
+  options_.server.port = listener_->port();
+  thread_ = std::thread([this] { loop_.run(); });
+  const auto stream = make_web_transport_stream(io_, {options_.server, options_.tls});
+  ASSERT_EQ(result_of(stream->open()), "");
+  ASSERT_TRUE(result_of(stream->write(wire::encode_packet({1, wire::PoseBatch{}}), false)));
+  while (counters_.quic.datagrams_sent.value() < kCount) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // they are on their way
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t n = 0; n < kKept; ++n) {
+    const ServerStream::Read read = result_of(stream->read());
+    ASSERT_EQ(read.fault, "");
+    ASSERT_TRUE(read.is_packet && read.bytes.size() == sizeof(std::uint32_t));
+    std::memcpy(&numbers.emplace_back(), read.bytes.data(), sizeof(std::uint32_t));
+  }
+  EXPECT_EQ(numbers.front(), kCount - kKept);
+  EXPECT_EQ(numbers.back(), kCount - 1);
 }
 
 }  // namespace

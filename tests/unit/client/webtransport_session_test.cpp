@@ -1,49 +1,13 @@
-#include "client/link/webtransport/session.hpp"
-
 #include <random>
 
 #include "client/link/webtransport/page.hpp"
-#include "tests/unit/server/quic_fixture.hpp"
+#include "tests/unit/client/webtransport_client_end.hpp"
 
 namespace hairnet::link {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using Bytes = std::vector<std::uint8_t>;
-
-// A session of the client library, and all that it tells.
-class ClientEnd final : public WebTransportEvents {
- public:
-  ClientEnd(quic::QuicNetwork& network, CertificateCheck check, std::uint16_t port = 20'000) {
-    const quic::Path path{quic::loopback(port), quic::loopback(quic::QuicNetwork::kPort)};
-    auto made = WebTransportSession::create({path, "localhost:7420", "/wt", std::move(check)}, *this, network.now_ns);
-    if (!made) {
-      refusal = made.error();
-      return;
-    }
-    session = std::move(*made);
-    network.sessions.emplace_back(path.local, session.get());
-  }
-  void on_channel_bytes(std::span<const std::uint8_t> bytes) override {
-    received.insert(received.end(), bytes.begin(), bytes.end());
-    untaken += bytes.size();
-  }
-  void on_datagram(std::span<const std::uint8_t> bytes) override { datagrams.emplace_back(bytes.begin(), bytes.end()); }
-
-  std::unique_ptr<WebTransportSession> session;
-  std::string refusal;
-  Bytes received;
-  std::size_t untaken = 0;
-  std::vector<Bytes> datagrams;
-};
-
-CertificateCheck pinned(const quic::QuicNetwork& network) {
-  CertificateCheck check;
-  check.host = "localhost";
-  check.hashes = {quic::CertificateHash{}, network.credentials->hash()};
-  return check;
-}
 
 TEST(WebTransportSession, opens_with_a_pinned_certificate_and_carries_bytes_and_datagrams_both_ways) {
   quic::QuicNetwork network;

@@ -29,7 +29,8 @@ Pose random_pose(Random& random, double size) {
 }
 
 // The equations of LearntHair, one after the other.
-std::vector<double> reference_step(const LearntHair& hair, const PoseInputs& x, std::vector<double>& h) {
+std::vector<double> reference_step(const LearntHair& hair, const PoseInputs& x, const Vec3& air_head,
+                                   std::vector<double>& h) {
   const std::size_t n = hair.hidden_count;
   const auto f = [](double a) {
     a = std::clamp(a, -3.0, 3.0);
@@ -37,7 +38,11 @@ std::vector<double> reference_step(const LearntHair& hair, const PoseInputs& x, 
   };
   const auto s = [&](double a) { return 0.5 * (1 + f(a)); };
   const auto of_inputs = [&](std::size_t row) {
-    return std::inner_product(x.begin(), x.end(), hair.input_weights.begin() + static_cast<long>(row * x.size()), 0.0);
+    double sum =
+        std::inner_product(x.begin(), x.end(), hair.input_weights.begin() + static_cast<long>(row * x.size()), 0.0);
+    for (std::size_t i = 0; i < hair.wind.weights.size() / (3 * n); ++i)
+      sum += static_cast<double>(hair.wind.weights[3 * row + i]) * air_head[static_cast<int>(i)];
+    return sum;
   };
   const auto of_hidden = [&](std::size_t row) {
     return std::inner_product(h.begin(), h.end(), hair.hidden_weights.begin() + static_cast<long>(row * n), 0.0);
@@ -122,8 +127,8 @@ TEST(PoseHistory, takes_the_pose_after_a_teleport_as_still) {
 
 TEST(LearntHair, agrees_with_the_reference) {
   for (const auto& [hidden, modes] : {std::pair{4, 4}, {20, 12}, {48, 32}, {128, 128}}) {
-    const LearntHair hair =
-        support::random_learnt_hair(3, static_cast<std::size_t>(hidden), static_cast<std::size_t>(modes));
+    LearntHair hair = support::random_learnt_hair(3, static_cast<std::size_t>(hidden), static_cast<std::size_t>(modes));
+    if (hidden == 20) hair.wind = {};
     ASSERT_EQ(validate(hair), "");
     Random random(4);
     LearntState state;
@@ -133,9 +138,11 @@ TEST(LearntHair, agrees_with_the_reference) {
       const Pose pose = random_pose(random, 1);
       std::vector<double> h(state.hidden.begin(), state.hidden.end());
       h.resize(hair.hidden_count);
-      LearntMember member{&state, &pose, c};
+      const Vec3 air_world(9 * random.symmetric(), 2, 9 * random.symmetric());
+      LearntMember member{&state, &pose, c, air_world};
       step_learnt(hair, {&member, 1});
-      const std::vector<double> expected = reference_step(hair, history.next(pose), h);
+      const Vec3 air_head = pose.head().rotation.conjugate() * air_world;
+      const std::vector<double> expected = reference_step(hair, history.next(pose), air_head, h);
       for (std::size_t i = 0; i < h.size(); ++i) EXPECT_NEAR(state.hidden[i], h[i], 1e-5);
       for (std::size_t k = 0; k < c.size(); ++k) EXPECT_NEAR(c[k], expected[k], 1e-5);
     }
@@ -206,6 +213,25 @@ TEST(LearntHair, covers_inputs_of_the_size_met_in_training) {
   EXPECT_FALSE(hair.covers(inputs));
 }
 
+TEST(LearntHair, covers_air_as_fast_as_in_training) {
+  LearntHair hair = support::random_learnt_hair(9);
+  hair.wind.most_m_per_s = 10;
+  const Pose pose;
+  std::vector<float> c(hair.mode_count);
+  const auto is_covered = [&](const Vec3& air_world) {
+    LearntState state;
+    LearntMember member{&state, &pose, c, air_world};
+    step_learnt(hair, {&member, 1});
+    return member.is_covered;
+  };
+  EXPECT_TRUE(is_covered({6, 0, -8}));
+  EXPECT_FALSE(is_covered({9, 0, -9}));
+  EXPECT_FALSE(is_covered({0, std::numeric_limits<double>::quiet_NaN(), 0}));
+  hair.wind.weights.clear();
+  EXPECT_TRUE(is_covered(Vec3::Zero()));
+  EXPECT_FALSE(is_covered({0.1, 0, 0}));
+}
+
 TEST(LearntHair, with_a_fault_is_not_valid) {
   const LearntHair good = support::random_learnt_hair(10);
   const auto fault = [&](auto spoil) {
@@ -224,6 +250,10 @@ TEST(LearntHair, with_a_fault_is_not_valid) {
   EXPECT_NE(fault([](LearntHair& h) { h.output_weights[3] = std::numeric_limits<float>::infinity(); }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.most[0] = -1; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.error = std::numeric_limits<float>::quiet_NaN(); }), "");
+  EXPECT_NE(fault([](LearntHair& h) { h.wind.weights.pop_back(); }), "");
+  EXPECT_NE(fault([](LearntHair& h) { h.wind.weights[2] = 2e6f; }), "");
+  EXPECT_NE(fault([](LearntHair& h) { h.wind.most_m_per_s = -1; }), "");
+  EXPECT_NE(fault([](LearntHair& h) { h.wind.low_error = std::numeric_limits<float>::infinity(); }), "");
 }
 
 // Through a tick, a reset and a few more ticks; of the sum of the outputs, each times a number of its own.

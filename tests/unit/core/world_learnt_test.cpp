@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <vector>
 
 #include "core/world/world.hpp"
@@ -31,11 +32,12 @@ std::vector<float> coefficients(const World& world, CharacterId id) {
 // What the network makes of poses, from the first one that a world has.
 class Reference {
  public:
-  Reference(const LearntHair& hair, const Pose& first) : hair_(&hair), coefficients_(hair.mode_count) {
-    for (int tick = 0; tick < kLearntStart_ticks; ++tick) step(first);
+  Reference(const LearntHair& hair, const Pose& first, const Vec3& air_world = Vec3::Zero())
+      : hair_(&hair), coefficients_(hair.mode_count) {
+    for (int tick = 0; tick < kLearntStart_ticks; ++tick) step(first, air_world);
   }
-  const std::vector<float>& step(const Pose& pose) {
-    LearntMember member{&state_, &pose, coefficients_};
+  const std::vector<float>& step(const Pose& pose, const Vec3& air_world = Vec3::Zero()) {
+    LearntMember member{&state_, &pose, coefficients_, air_world};
     step_learnt(*hair_, {&member, 1});
     return coefficients_;
   }
@@ -61,6 +63,60 @@ TEST(LearntLevel, is_what_the_network_makes_of_the_poses) {
   EXPECT_EQ(view.model, nullptr);
   EXPECT_TRUE(view.displacement.empty());
   EXPECT_GT(std::abs(view.coefficients[0]), 1e-4f);
+}
+
+TEST(LearntLevel, moves_in_the_wind_at_the_head) {
+  const WindField wind({.mean_m_per_s = {2, 0, 1}, .gust_ratio = 0.5, .turbulence_rms_m_per_s = 0.5});
+  WorldDef def;
+  def.environment.wind = wind;
+  for (const int stride : {1, 2}) {
+    World world(def);
+    const auto levels = make_levels();
+    const CharacterId id = world.add({levels, LevelIndex::learnt, swaying(0, 0)});
+    world.set_stride(id, stride);
+    const auto air = [&](const Pose& pose, double tick) {
+      return wind.velocity(pose.head().position, tick * def.tick_s);
+    };
+    Pose from = swaying(0, 0);
+    std::optional<Reference> expected;
+    int turns = 0;
+    for (int tick = 1; tick <= 60; ++tick) {
+      const Pose to = swaying(0, tick);
+      world.set_pose(id, to);
+      world.step();
+      if (!world.lattice(id).stepped) continue;
+      const int ticks = turns++ == 0 ? 1 : stride;
+      if (!expected) expected.emplace(*levels->learnt, from, air(from, tick - ticks));
+      if (ticks == 2) {
+        const Pose between = interpolate(from, to, 0.5);
+        expected->step(between, air(between, tick - 1));
+      }
+      EXPECT_EQ(coefficients(world, id), expected->step(to, air(to, tick))) << tick;
+      EXPECT_TRUE(world.lattice(id).is_covered);
+      from = to;
+    }
+    EXPECT_GE(turns, 60 / stride);
+    Reference calm(*levels->learnt, swaying(0, 0));
+    std::vector<float> in_still_air;
+    for (int tick = 1; tick <= 60; ++tick) in_still_air = calm.step(swaying(0, tick));
+    EXPECT_GT(std::abs(in_still_air[0] - coefficients(world, id)[0]), 1e-4f);
+  }
+}
+
+TEST(LearntLevel, does_not_hold_in_wind_that_the_network_knows_nothing_of) {
+  auto levels = std::make_shared<LevelSet>(*make_levels());
+  auto still = std::make_shared<LearntHair>(*levels->learnt);
+  still->wind = {};
+  levels->learnt = still;
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::learnt, {}});
+  world.step();
+  EXPECT_TRUE(world.lattice(id).is_covered);
+  Environment windy;
+  windy.wind = WindField({.mean_m_per_s = {1, 0, 0}});
+  world.set_environment(windy);
+  world.step();
+  EXPECT_FALSE(world.lattice(id).is_covered);
 }
 
 TEST(LearntLevel, begins_as_if_the_pose_had_been_held) {

@@ -209,6 +209,37 @@ TEST(World, substeps_come_closer_to_small_steps) {
   EXPECT_LT(error(run(1.0 / 30, 4, 10)), 0.5 * error(run(1.0 / 30, 1, 10)));
 }
 
+// Stiff springs, thrown at random, at long ticks: some lattices never come to rest by themselves.
+TEST(World, hair_comes_to_rest_where_linearised_steps_alone_would_go_in_a_cycle) {
+  auto levels = std::make_shared<LevelSet>();
+  levels->levels[0] = support::make_random_level(
+      {.nodes_per_axis = 4, .spring_count = 200, .attachment_count = 30, .spring_stiffness = 200});
+  WorldDef def;
+  def.tick_s = 0.1;
+  World world(def);
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  const auto any = [&] { return Vec3f(normal(random), normal(random), normal(random)); };
+  std::vector<CharacterId> ids;
+  for (int i = 0; i < 300; ++i) {
+    const RigidTransform body = support::turned(0.4 * normal(random), any().cast<double>(), {0, 1.5, 0});
+    ids.push_back(world.add({levels, LevelIndex::high, rigid_pose(body)}));
+  }
+  world.step();
+  const std::vector<Vec3f> still(levels->levels[0].rest.size(), Vec3f::Zero());
+  for (const CharacterId id : ids) {
+    std::vector<Vec3f> thrown = still;
+    for (Vec3f& d : thrown) d = 0.1f * any();
+    ASSERT_TRUE(world.set_state(id, thrown, still));
+  }
+  std::size_t moving = 0;
+  for (int tick = 1; tick < 10 * (kSettleAfter_s - 0.5); ++tick) world.step();
+  for (const CharacterId id : ids) moving += world.state(id).speed_max_m_per_s > 0.02f;
+  EXPECT_GT(moving, 0u) << "this test needs lattices in a cycle";
+  for (int tick = 0; tick < 10 * 20; ++tick) world.step();
+  for (const CharacterId id : ids) EXPECT_TRUE(world.lattice(id).asleep);
+}
+
 TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_level_or_material) {
   const auto levels = make_levels();
   World world({});

@@ -201,6 +201,16 @@ TEST_F(Coefficients, out_of_range_are_clamped) {
   EXPECT_NEAR(got[5], c[5], kFinestStep_m);
 }
 
+// What a decoder reads, an encoder can write.
+TEST_F(Coefficients, of_the_whole_range_come_back) {
+  constexpr unsigned kStep = kStepCount - 1;
+  const float step_m = std::ldexp(kFinestStep_m, static_cast<int>(kStep));
+  std::vector<float> c(code_->mode_count(), 0);
+  c[0] = std::ldexp(-step_m, 19);
+  c[1] = step_m * static_cast<float>((1 << 19) - 1);
+  EXPECT_EQ(decode(encode(c, kStep).bytes).coefficients, c);
+}
+
 TEST_F(Coefficients, of_any_bytes_are_finite) {
   for (int round = 0; round < 20000; ++round) {
     std::vector<std::uint8_t> bytes(random_.next() % 200);

@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-TEST(LearntFile, comes_back_the_same) {
+TEST(LearntFile, comes_back_the_same_without_what_it_knows_of_wind) {
   LearntHair hair = support::random_learnt_hair(3);
   hair.most[4] = 7;
   hair.error = 0.25f;
@@ -28,6 +28,7 @@ TEST(LearntFile, comes_back_the_same) {
   EXPECT_EQ(got->most, hair.most);
   EXPECT_EQ(got->error, hair.error);
   EXPECT_EQ(got->low_error, hair.low_error);
+  EXPECT_TRUE(got->wind.weights.empty());
   EXPECT_EQ(encode_learnt(*got), bytes);
 }
 

@@ -73,7 +73,9 @@ TEST_F(LevelFile, brings_back_the_modes) {
 
 TEST_F(LevelFile, brings_back_what_was_learnt) {
   LevelSet set = *levels_;
-  const LearntHair sent = support::random_learnt_hair(4);
+  LearntHair sent = support::random_learnt_hair(4);
+  sent.wind.error = 0.25f;
+  sent.wind.low_error = 0.5f;
   set.learnt = std::make_shared<LearntHair>(sent);
   const DecodedLevels decoded = decode_levels(encode_levels(kGroom, set), kGroom);
   ASSERT_TRUE(decoded.levels && decoded.levels->learnt) << decoded.detail;
@@ -85,6 +87,10 @@ TEST_F(LevelFile, brings_back_what_was_learnt) {
   EXPECT_EQ(got.bias, sent.bias);
   EXPECT_EQ(got.output_weights, sent.output_weights);
   EXPECT_EQ(got.most, sent.most);
+  EXPECT_EQ(got.wind.weights, sent.wind.weights);
+  EXPECT_EQ(got.wind.most_m_per_s, sent.wind.most_m_per_s);
+  EXPECT_EQ(got.wind.error, sent.wind.error);
+  EXPECT_EQ(got.wind.low_error, sent.wind.low_error);
 }
 
 TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_unsound) {
@@ -95,6 +101,9 @@ TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_unsound) {
   EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
   *hair = support::random_learnt_hair(4);
   hair->output_weights[3] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
+  *hair = support::random_learnt_hair(4);
+  hair->wind.weights.pop_back();
   EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/messages.hpp"
 
 // PROTOCOL.md is the contract: its figures, names and bytes must equal those of the code.
@@ -192,7 +193,7 @@ std::map<std::string, std::string> stated_below(const std::string& header) {
 TEST(ProtocolPage, states_the_limits_that_hold) {
   auto limits = constants_of(text_of("schema/limits.hpp"), "inline constexpr [\\w:]+ (k\\w+) = ([\\d'.f]+);");
   EXPECT_EQ(limits.extract("kProtocolVersion").mapped(), std::to_string(kProtocolVersion));
-  EXPECT_EQ(limits.size(), 22u);
+  EXPECT_EQ(limits.size(), 24u);
   EXPECT_EQ(limits["kTimeMax_ns"], std::to_string(kTimeMax_ns));
   EXPECT_EQ(stated_below("| limit |"), limits);
 }
@@ -222,11 +223,13 @@ TEST(ProtocolPage, has_vectors_that_are_what_is_written_and_read) {
                                    {4'000'000'000, MemberChanged{300, "Ann", kRed}},
                                    {3'000'000'000, FrameBatch{42, 2'975'000'000, {frame}, nullptr}}};
   const std::vector<Bytes> packets = vectors();
-  ASSERT_EQ(packets.size(), said.size());
+  ASSERT_EQ(packets.size(), said.size() + 1);
   for (std::size_t i = 0; i < said.size(); ++i) {
     EXPECT_EQ(packets[i], encode_packet(said[i])) << "vector " << i;
     EXPECT_EQ(decode_packet(packets[i]).error, DecodeError::none) << "vector " << i;
   }
+  EXPECT_EQ(packets.back(), encode_frame_datagram(3'000'000'000, {42, 2'975'000'000, {frame}, nullptr, {5}}));
+  EXPECT_EQ(decode_frame_datagram(packets.back()).error, DecodeError::none);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "server/fleet/fleet_values.hpp"
+#include "server/fleet/local_directory.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 
 // The whole server without a socket: what it tells about tags, appearances and the wind of rooms.
@@ -130,6 +132,23 @@ TEST_F(AppearancePollTest, everyone_learns_the_wind_of_the_room_and_who_has_set_
   const auto late = join();
   ASSERT_THAT(late->connection->all<wire::RoomWind>(), SizeIs(1));
   EXPECT_EQ(late->connection->all<wire::RoomWind>()[0].wind.mean_m_per_s, Vec3(1, 0, 0));
+}
+
+TEST_F(AppearancePollTest, a_wind_that_has_come_with_the_room_is_told_as_an_earlier_clients) {
+  start();
+  LocalDirectory fleet(1, {});
+  server_->join_fleet(fleet);
+  std::size_t left_out = 0;
+  const RoomKept kept{.wind = wire::encode_packet({0, wire::SetWind{{.mean_m_per_s = {1, 2, 3}}}})};
+  server_->on_room_claimed("hall", to_value(kept, left_out), now_ns_);
+  const auto ben = join();
+  ben->send(wire::SetWind{{.mean_m_per_s = {4, 0, 0}}}, now_ns_);
+  run_ms(300);
+  const auto told = ben->connection->all<wire::RoomWind>();
+  ASSERT_THAT(told, SizeIs(2));
+  EXPECT_EQ(told[0].wind.mean_m_per_s, Vec3(1, 2, 3));
+  EXPECT_EQ(told[0].session, wire::RoomWind::kOfEarlierServer);
+  EXPECT_EQ(told[1].session, ben->connection->all<wire::Welcome>()[0].session);
 }
 
 TEST_F(AppearancePollTest, a_welcome_says_whether_the_wind_may_be_set) {

@@ -158,12 +158,17 @@ TEST_F(LearntFrames, are_not_made_where_the_server_shall_not_learn) {
   EXPECT_EQ(level(*low), LevelIndex::low);
 }
 
-TEST_F(LearntFrames, give_way_to_the_low_level_in_wind_and_with_another_material) {
+TEST_F(LearntFrames, give_way_to_the_low_level_in_strong_wind_and_with_another_material) {
   const auto owner = join("", LevelIndex::learnt);
   run_ms(2000, {owner.get()});
   EXPECT_EQ(level(*owner), LevelIndex::learnt);
   wire::SetWind wind;
   wind.wind.mean_m_per_s = {2, 0, 0};
+  owner->send(wind, now_ns_);
+  run_ms(1000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::learnt);
+  wind.wind.mean_m_per_s = {12, 0, 0};
+  wind.wind.gust_ratio = 0.5;
   owner->send(wind, now_ns_);
   run_ms(1000, {owner.get()});
   EXPECT_EQ(level(*owner), LevelIndex::low);
@@ -187,6 +192,23 @@ TEST_F(LearntFrames, give_way_to_the_low_level_in_motions_that_were_not_trained)
   EXPECT_EQ(level(*owner), LevelIndex::low);
   run_ms(2500);  // at rest, and 2 s later
   EXPECT_EQ(level(*owner), LevelIndex::learnt);
+}
+
+TEST_F(LearntFrames, give_way_to_the_low_level_in_wind_that_the_network_knows_nothing_of) {
+  learn_ = [](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
+    auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(3));
+    hair->wind = {};
+    return hair;
+  };
+  start(config_);
+  const auto owner = join("", LevelIndex::low);
+  run_ms(2000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::learnt);
+  wire::SetWind wind;
+  wind.wind.mean_m_per_s = {0.1, 0, 0};
+  owner->send(wind, now_ns_);
+  run_ms(1000, {owner.get()});
+  EXPECT_EQ(level(*owner), LevelIndex::low);
 }
 
 TEST_F(LearntFrames, go_on_smoothly_from_and_to_a_lattice) {

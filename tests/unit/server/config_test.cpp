@@ -25,6 +25,39 @@ TEST(Config, the_defaults_are_valid) {
   EXPECT_EQ(validate(parsed.config), "");
 }
 
+TEST(Config, a_fleet_needs_an_address_that_clients_can_use) {
+  EXPECT_EQ(parse({"--etcd", "http://127.0.0.1:2379", "--fleet-address", "hair1.example"}).exit_code, -1);
+  EXPECT_EQ(parse({"--etcd", "http://127.0.0.1:2379"}).exit_code, 2);
+  EXPECT_EQ(parse({"--etcd", "127.0.0.1:2379", "--fleet-address", "hair1.example"}).exit_code, 2);
+  EXPECT_EQ(parse({"--fleet-address", "hair1.example"}).exit_code, 2);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--fleet-lease", "1"}).exit_code, 2);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--fleet-lease", "2"}).exit_code, -1);
+  EXPECT_EQ(
+      parse({"--etcd", "http://a", "--fleet-address", "b", "--fleet-lease", "4", "--without-etcd", "go_on"}).exit_code,
+      2);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "hair1.example:0"}).exit_code, 2);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--fleet-name", "a/b"}).exit_code, 2);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--big-rooms", "hall arena.1"}).exit_code, -1);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--big-rooms", "hall a/b"}).exit_code, 2);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "agones"}).exit_code, -1);
+  EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "agones", "--agones", "off"}).exit_code, 2);
+  EXPECT_EQ(parse({"--fleet-address", "agones"}).exit_code, 2);
+  EXPECT_EQ(parse({"--agones", "perhaps"}).exit_code, 2);
+  FleetConfig fleet;
+  fleet.address = "agones";
+  EXPECT_EQ(fleet_address(fleet, 7).host, "");
+  for (const auto& [text, host, port] :
+       std::vector<std::tuple<const char*, const char*, int>>{{"a.example", "a.example", 7},
+                                                              {"a.example:9", "a.example", 9},
+                                                              {"::1", "::1", 7},
+                                                              {"[::1]", "::1", 7},
+                                                              {"[::1]:9", "::1", 9}}) {
+    fleet.address = text;
+    EXPECT_EQ(fleet_address(fleet, 7).host, host) << text;
+    EXPECT_EQ(fleet_address(fleet, 7).port, port) << text;
+  }
+}
+
 // The page's table of time-outs, by their names, in seconds.
 std::map<std::string, std::string> documented_time_outs() {
   std::ifstream page(HAIRNET_PROTOCOL_FILE);
@@ -49,6 +82,7 @@ TEST(Config, its_time_outs_are_the_documented_ones) {
       {"upload, less than " + std::to_string(static_cast<int>(config.grooms.upload_bytes_per_s_min) / 1024) +
            " KiB a second",
        seconds(config.grooms.upload_timeout_ns)},
+      {"download, nothing read of its stream (WebTransport)", seconds(config.sessions.download_stalled_ns)},
       {"slow consumer, nothing read", seconds(config.sessions.slow_consumer_ns)},
       {"draining", seconds(config.sessions.drain_timeout_ns)}};
   EXPECT_EQ(documented_time_outs(), expected);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,7 +23,27 @@ class FakeConnection final : public Connection {
     received.push_back(std::move(decoded.envelope));
   }
   [[nodiscard]] double bytes_per_s() const override { return network_bytes_per_s; }
-  [[nodiscard]] bool writable() const override { return takes_more && room != 0; }
+  [[nodiscard]] bool writable() const override { return is_writable && room != 0; }
+  [[nodiscard]] bool has_download_streams() const override { return has_streams; }
+  std::optional<DownloadStream> open_download() override {
+    if (streams_left == 0) return std::nullopt;
+    --streams_left;
+    downloads[++last_stream] = {};
+    return last_stream;
+  }
+  [[nodiscard]] bool takes_more(DownloadStream stream) const override {
+    const auto found = downloads.find(stream);
+    return found != downloads.end() && found->second.room > 0;
+  }
+  void send_download(DownloadStream stream, std::vector<std::uint8_t> packet, bool is_last) override {
+    Download& download = downloads.at(stream);
+    wire::DecodedPacket decoded = wire::decode_packet(packet);
+    sound &= takes_more(stream) && !download.is_ended && decoded.error == wire::DecodeError::none;
+    --download.room;
+    download.is_ended = is_last;
+    download.pieces.push_back(std::get<wire::GroomData>(decoded.envelope.message));
+  }
+  void reset_download(DownloadStream stream) override { downloads.at(stream).was_reset = true; }
   void close(std::string_view reason) override {
     closed = true;
     close_reason = reason;
@@ -40,11 +61,25 @@ class FakeConnection final : public Connection {
     return found;
   }
 
+  struct Download {
+    std::size_t room = 2;  // for so many packets more
+    std::vector<wire::GroomData> pieces;
+    bool is_ended = false, was_reset = false;
+    [[nodiscard]] std::size_t bytes() const {
+      std::size_t sum = 0;
+      for (const wire::GroomData& piece : pieces) sum += piece.bytes.size();
+      return sum;
+    }
+  };
+  bool has_streams = false;
+  std::size_t streams_left = 100;
+  DownloadStream last_stream = 0;
+  std::map<DownloadStream, Download> downloads;
   std::optional<std::size_t> room;  // for so many packets more
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
   double network_bytes_per_s = 0;
-  bool takes_more = true, joined = false, closed = false, sound = true;
+  bool is_writable = true, joined = false, closed = false, sound = true;
   std::string close_reason, address;
 };
 

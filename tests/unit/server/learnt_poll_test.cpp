@@ -25,6 +25,7 @@ std::shared_ptr<const LearntHair> hair_like() {
   auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(3));
   std::fill_n(hair->bias.begin(), hair->hidden_count, -1.0f);
   for (float& weight : hair->output_weights) weight *= 0.5f;
+  hair->wind.most_m_per_s = 0.4f;
   return hair;
 }
 
@@ -238,13 +239,39 @@ TEST_F(EvaluatedFrames, show_the_same_hair_to_clients_that_joined_at_different_t
   EXPECT_GT(hair_m, 2 * kNear_m);
 }
 
+TEST_F(EvaluatedFrames, have_coefficients_in_wind_and_clients_show_that_hair) {
+  LinkedClient client(*server_, now_ns_);
+  run(4000, {&client});
+  wire::SetWind wind;
+  wind.wind.mean_m_per_s = {0.3f, 0, 0};
+  owner_->send(wind, now_ns_);
+  run(1500, {&client});
+  const std::uint64_t before = client.counters().frames_evaluated, windy = client.shown.rbegin()->first;
+  run(1000, {&client});
+  EXPECT_EQ(client.counters().frames_evaluated, before);
+  owner_->send(wire::SetWind{}, now_ns_);
+  run(4000, {&client});
+  EXPECT_GT(client.counters().frames_evaluated, before + 30);
+  std::size_t compared = 0;
+  for (const FakeClient::SeenFrame& frame : owner_->frames(1)) {
+    if (frame.tick <= windy || !client.shown.contains(frame.tick)) continue;
+    ++compared;
+    const std::vector<float>& shown = client.shown[frame.tick];
+    float squares = 0;
+    for (std::size_t k = 0; k < std::min(shown.size(), frame.coefficients.size()); ++k)
+      squares += std::pow(shown[k] - frame.coefficients[k], 2.0f);
+    EXPECT_LT(std::sqrt(squares), kNear_m) << frame.tick;
+  }
+  EXPECT_GT(compared, 100u);
+}
+
 TEST_F(EvaluatedFrames, go_on_smoothly_when_the_level_changes) {
   LinkedClient client(*server_, now_ns_);
   run(5000, {&client});
   EXPECT_GT(client.counters().frames_evaluated, 30u);
   const std::uint64_t before = client.shown.rbegin()->first;
   owner_->send(wire::SetLevel{1, LevelIndex::low}, now_ns_);
-  wire::SetWind wind;  // no learnt hair in wind
+  wire::SetWind wind;  // stronger than the network knows
   wind.wind.mean_m_per_s = {0.5f, 0, 0};
   owner_->send(wind, now_ns_);
   run(1000, {&client});

@@ -123,6 +123,30 @@ TEST_F(OutboxTest, sends_no_message_that_the_client_does_not_know) {
   EXPECT_TRUE(is_empty());
 }
 
+TEST_F(OutboxTest, offers_frame_datagrams_to_clients_that_know_them_only) {
+  EXPECT_FALSE(outbox_.takes_frame_datagrams());
+  outbox_.set_datagram_layout(wire::kFrameDatagramLayout);
+  EXPECT_TRUE(outbox_.takes_frame_datagrams());
+  outbox_.set_datagram_layout(wire::kFrameDatagramLayout + 1);
+  EXPECT_TRUE(outbox_.takes_frame_datagrams()) << "who knows a later layout knows those before it";
+}
+
+TEST_F(OutboxTest, sets_the_clock_of_a_frame_datagram_when_it_is_taken) {
+  Outbox outbox(kControlBytes, counters_, 1024);
+  wire::FrameBatch batch;
+  batch.frames.emplace_back().member = 1;
+  batch.generations = {0};
+  outbox.push_frames(
+      {{wire::encode_frame_datagram(5, batch), 1, true}, {wire::encode_frame_datagram(5, batch), 1, true}});
+  std::vector<std::uint8_t> datagram;
+  bool may_be_lost = false;
+  ASSERT_TRUE(outbox.take(datagram, may_be_lost, 77));
+  EXPECT_TRUE(may_be_lost);
+  EXPECT_EQ(wire::decode_frame_datagram(datagram).envelope.clock_ns, 77);
+  ASSERT_TRUE(outbox.take_losable(datagram, 78));
+  EXPECT_EQ(wire::decode_frame_datagram(datagram).envelope.clock_ns, 78);
+}
+
 TEST_F(OutboxTest, sets_the_clock_of_every_packet_when_it_is_taken) {
   outbox_.push(wire::CharacterRemoved{2}, 5);
   outbox_.push_frames(frames_of(1));

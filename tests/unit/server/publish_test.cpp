@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/learnt/learnt_hair.hpp"
+#include "schema/wire/frame_datagram.hpp"
 #include "tests/support/frame_reader.hpp"
 #include "tests/support/learnt.hpp"
 #include "tests/support/levels.hpp"
@@ -27,11 +28,16 @@ class FakeObserverSink final : public ObserverSink {
       frames_announced += packet.frame_count;
       if (packet.may_be_lost) datagram_bytes.push_back(packet.bytes.size());
       (packet.may_be_lost ? losable_frames : certain_frames) += packet.frame_count;
-      batches.push_back(std::get<wire::FrameBatch>(wire::decode_packet(packet.bytes).envelope.message));
+      const bool is_datagram = wire::is_frame_datagram(packet.bytes);
+      EXPECT_EQ(is_datagram, packet.may_be_lost && knows_frame_datagrams);
+      batches.push_back(std::get<wire::FrameBatch>(
+          (is_datagram ? wire::decode_frame_datagram(packet.bytes) : wire::decode_packet(packet.bytes))
+              .envelope.message));
     }
   }
   bool drop_if_congested() override { return std::exchange(full, false); }
   [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_max; }
+  [[nodiscard]] bool takes_frame_datagrams() const override { return knows_frame_datagrams; }
   [[nodiscard]] double bytes_per_s() const override { return network_bytes_per_s; }
 
   // The frames of the newest tick, by member.
@@ -47,7 +53,7 @@ class FakeObserverSink final : public ObserverSink {
   std::vector<std::size_t> datagram_bytes;
   std::size_t ticks_waiting = 0, frames_announced = 0, losable_frames = 0, certain_frames = 0, datagram_max = 0;
   double network_bytes_per_s = 0;
-  bool full = false;
+  bool full = false, knows_frame_datagrams = false;
 };
 
 // Rigid characters that move with every tick: frames are poses.
@@ -221,13 +227,16 @@ TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
 }
 
 TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the_connections_size) {
-  for (const SessionId bytes_max : {512u, 1024u}) {
-    const auto sink = open(bytes_max);
+  SessionId session = 0;
+  for (const auto& [bytes_max, knows_frame_datagrams] :
+       {std::pair(512u, false), std::pair(1024u, false), std::pair(512u, true), std::pair(1024u, true)}) {
+    const auto sink = open(++session);
     sink->datagram_max = bytes_max;
-    for (std::uint32_t c = 1; c <= 100; ++c) add(bytes_max, c);
+    sink->knows_frame_datagrams = knows_frame_datagrams;
+    for (std::uint32_t c = 1; c <= 100; ++c) add(session, c);
     tick();
     tick();
-    EXPECT_EQ(sink->newest(inputs_.tick).size(), 100u * bytes_max / 512);
+    EXPECT_EQ(sink->newest(inputs_.tick).size(), 100u * session);
     EXPECT_GT(sink->losable_frames, 0u);
     ASSERT_FALSE(sink->datagram_bytes.empty());
     EXPECT_LE(std::ranges::max(sink->datagram_bytes), bytes_max);
@@ -235,9 +244,22 @@ TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the
   }
 }
 
+TEST_F(PublishTest, more_frames_fit_a_datagram_without_an_envelope) {
+  const auto old = open(1), knowing = open(2);
+  old->datagram_max = knowing->datagram_max = 1024;
+  knowing->knows_frame_datagrams = true;
+  for (std::uint32_t c = 1; c <= 300; ++c) add(1, c);
+  tick();
+  tick();
+  EXPECT_EQ(old->losable_frames, 600u);
+  EXPECT_EQ(knowing->losable_frames, 600u);
+  EXPECT_LT(knowing->datagram_bytes.size(), old->datagram_bytes.size());
+}
+
 TEST_F(PublishTest, frames_in_datagrams_name_the_generation_of_their_member_and_others_do_not) {
-  const auto near = open(1), far = open(2);
-  far->datagram_max = 1024;
+  const auto near = open(1), far = open(2), knowing = open(3);
+  far->datagram_max = knowing->datagram_max = 1024;
+  knowing->knows_frame_datagrams = true;
   for (std::uint32_t c = 1; c <= 3; ++c) add(1, c);
   tick();
   rooms_.remove(character_key(1, 2), 1);
@@ -245,9 +267,12 @@ TEST_F(PublishTest, frames_in_datagrams_name_the_generation_of_their_member_and_
   tick();
   near->batches.clear();
   far->batches.clear();
+  knowing->batches.clear();
   tick();
-  ASSERT_EQ(far->batches.size(), 1u);
-  EXPECT_THAT(far->batches[0].generations, ElementsAre(1, 2, 1));
+  for (const auto& each : {far, knowing}) {
+    ASSERT_EQ(each->batches.size(), 1u);
+    EXPECT_THAT(each->batches[0].generations, ElementsAre(1, 2, 1));
+  }
   ASSERT_EQ(near->batches.size(), 1u);
   EXPECT_EQ(near->batches[0].frames.size(), 3u);
   EXPECT_THAT(near->batches[0].generations, IsEmpty());
@@ -267,6 +292,7 @@ TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_
   const auto sink = open(1), narrow = open(2);
   sink->datagram_max = 1024;
   narrow->datagram_max = 120;  // less than a packet with one frame
+  sink->knows_frame_datagrams = true;
   Character& character = add(1, 1);
   add(1, 2);
   tick();
@@ -375,6 +401,14 @@ TEST_F(PublishLearntTest, has_coefficients_for_two_seconds_after_another_level) 
     EXPECT_FALSE(is_evaluated());
   }
   EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks - 1);
+}
+
+TEST_F(PublishLearntTest, has_coefficients_in_wind_and_for_two_seconds_after_it) {
+  settle();
+  rooms_.room(character_->room).wind.mean_m_per_s = {1, 0, 0};
+  EXPECT_EQ(ticks_with_coefficients(), 200);
+  rooms_.room(character_->room).wind = {};
+  EXPECT_EQ(ticks_with_coefficients(), kLearntSettled_ticks);
 }
 
 TEST_F(PublishLearntTest, has_coefficients_after_frames_were_dropped) {

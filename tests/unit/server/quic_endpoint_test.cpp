@@ -74,10 +74,47 @@ TEST(QuicEndpoint, does_not_resend_a_lost_datagram_and_counts_it) {
   EXPECT_EQ(network.counters.datagrams_lost.value(), 1u);
 }
 
+TEST(QuicEndpoint, and_client_acknowledge_datagrams_in_packets_that_go_anyway) {
+  QuicNetwork network;
+  QuicClient& client = network.join().first;
+  network.run(1);
+  const std::uint64_t received = network.counters.packets_received.value();
+  const std::uint64_t sent = network.counters.packets_sent.value();
+  constexpr int kTicks = 100;
+  for (int tick = 0; tick < kTicks; ++tick) {  // poses 90 times a second, frames 30 times
+    network.connections[0]->send_datagram(Bytes(700));
+    for (int pose = 0; pose < 3; ++pose) {
+      client.send_datagram({0, 1, 2});
+      network.run(0.011);
+    }
+  }
+  EXPECT_EQ(client.datagrams.size(), kTicks);
+  EXPECT_LE(network.counters.packets_received.value() - received, 3 * kTicks + 3);
+  EXPECT_LE(network.counters.packets_sent.value() - sent, kTicks + 3);
+  EXPECT_EQ(network.counters.datagrams_lost.value(), 0u);
+}
+
+TEST(QuicEndpoint, acknowledges_poses_in_time_when_it_has_nothing_to_send) {
+  QuicNetwork network;
+  QuicClient& client = network.join().first;
+  network.run(1);
+  const std::uint64_t sent = network.counters.packets_sent.value();
+  client.send_datagram({0, 1, 2});
+  network.run(0.03);
+  EXPECT_EQ(network.counters.packets_sent.value(), sent);
+  network.run(0.01);
+  EXPECT_EQ(network.counters.packets_sent.value(), sent + 1);
+  for (int pose = 0; pose < AnswerDelay::kDatagramsMax; ++pose) {
+    client.send_datagram({0, 1, 2});
+    network.deliver();
+  }
+  EXPECT_EQ(network.counters.packets_sent.value(), sent + 2) << "so many are acknowledged at once";
+}
+
 TEST(QuicEndpoint, knows_what_the_network_carries_once_it_holds_datagrams_back) {
   QuicNetwork network;
   network.travel_ns = 20'000'000;
-  network.join();
+  QuicClient& client = network.join().first;
   network.run(0.2);
   Connection& connection = *network.connections[0];
   EXPECT_EQ(connection.bytes_per_s(), 0);
@@ -85,6 +122,7 @@ TEST(QuicEndpoint, knows_what_the_network_carries_once_it_holds_datagrams_back) 
   network.loses = [&] { return random() % 3 == 0; };
   for (int n = 0; n < 200; ++n) {
     if (connection.is_writable()) connection.send_datagram(Bytes(1000));
+    client.send_datagram({0});  // a pose, with which acknowledgements go along
     network.run(0.01);
   }
   EXPECT_GT(connection.bytes_per_s(), 0);

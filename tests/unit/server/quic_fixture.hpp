@@ -31,6 +31,11 @@ class RecordingSink final : public SessionSink {
     ++writable;
     if (send_more) send_more();
   }
+  void on_downloads_writable(std::int64_t) override {
+    ++downloads_writable;
+    if (send_more) send_more();
+  }
+  void on_download_stopped(std::int64_t download, std::int64_t) override { stopped.push_back(download); }
   void on_sent(std::size_t bytes) override { sent_bytes += bytes; }
   void on_closed(std::string_view why, std::int64_t) override { closed.emplace_back(why); }
 
@@ -38,7 +43,8 @@ class RecordingSink final : public SessionSink {
   std::vector<Bytes> datagrams;
   std::vector<std::string> closed;
   std::function<void()> send_more, take;
-  int writable = 0;
+  std::vector<std::int64_t> stopped;
+  int writable = 0, downloads_writable = 0;
   std::size_t sent_bytes = 0;
   bool throws = false;
 };

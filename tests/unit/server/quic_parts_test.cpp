@@ -7,6 +7,7 @@
 #include <array>
 #include <vector>
 
+#include "schema/quic/answer_delay.hpp"
 #include "schema/quic/datagram_queue.hpp"
 #include "schema/quic/send_buffer.hpp"
 #include "server/quic/outgoing.hpp"
@@ -50,6 +51,48 @@ TEST(QuicDatagramQueue, is_full_by_its_bytes_and_gives_what_came_first) {
   queue.clear();
   EXPECT_EQ(queue.bytes(), 0u);
   EXPECT_TRUE(queue.empty());
+}
+
+TEST(QuicAnswerDelay, holds_an_answer_until_something_goes_or_a_tick_is_over) {
+  constexpr std::int64_t kDelay_ns = AnswerDelay::kDelay_ns;
+  AnswerDelay answer;
+  EXPECT_FALSE(answer.holds(1)) << "nothing was sent before";
+  answer.on_datagram(1000);
+  EXPECT_TRUE(answer.holds(1000));
+  answer.on_datagram(2000);
+  EXPECT_EQ(answer.due_ns(5), 1000 + kDelay_ns) << "the first one's time";
+  EXPECT_FALSE(answer.holds(1000 + kDelay_ns));
+  answer.on_written(true, 3000);
+  EXPECT_TRUE(answer.holds(1000 + kDelay_ns));
+  EXPECT_EQ(answer.due_ns(5), 3000 + kDelay_ns);
+  EXPECT_EQ(answer.due_ns(4000 + kDelay_ns), 4000 + kDelay_ns) << "QUIC has nothing to do before";
+}
+
+TEST(QuicAnswerDelay, holds_nothing_that_is_urgent_or_much_until_it_has_been_sent) {
+  AnswerDelay answer;
+  answer.on_written(true, 1000);
+  answer.hasten();
+  EXPECT_FALSE(answer.holds(1000));
+  EXPECT_EQ(answer.due_ns(1500), 1500);
+  answer.on_written(false, 1000);
+  EXPECT_FALSE(answer.holds(1000));
+  answer.on_written(true, 1000);
+  EXPECT_TRUE(answer.holds(1000));
+  for (int n = 0; n < AnswerDelay::kDatagramsMax; ++n) answer.on_datagram(2000);
+  EXPECT_FALSE(answer.holds(2000));
+  answer.on_written(false, 2000);
+  EXPECT_EQ(answer.due_ns(2500), 2500);
+}
+
+TEST(QuicAnswerDelay, of_a_client_is_shorter_on_a_long_line) {
+  constexpr std::int64_t kMilli_ns = 1'000'000;
+  EXPECT_EQ(AnswerDelay::of_client(0), AnswerDelay::kDelay_ns);
+  EXPECT_EQ(AnswerDelay::of_client(40 * kMilli_ns), 20 * kMilli_ns);
+  EXPECT_EQ(AnswerDelay::of_client(500 * kMilli_ns), AnswerDelay::kDelay_ns_min);
+  AnswerDelay answer;
+  answer.set_delay(20 * kMilli_ns);
+  answer.on_written(true, 1000);
+  EXPECT_EQ(answer.due_ns(5), 1000 + 20 * kMilli_ns);
 }
 
 TEST(QuicOwnCertificates, are_valid_for_less_than_the_14_days_that_browsers_take) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "server/app/room_page.hpp"
 #include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {
@@ -36,6 +37,25 @@ TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
   EXPECT_EQ(why_not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
 
+TEST(Health, is_not_ready_without_a_valid_lease_but_its_ticks_go_on) {
+  Health health = sound();
+  health.in_fleet = false;
+  EXPECT_THAT(why_not_ready(health), testing::HasSubstr("lease"));
+  EXPECT_TRUE(has_ticks_on_time(health));
+  health.draining = true;
+  EXPECT_EQ(why_not_ready(health), "draining");
+}
+
+TEST(Health, ticks_are_on_time_also_while_the_server_takes_no_clients) {
+  Health health = sound();
+  health.draining = health.memory_full = true;
+  EXPECT_TRUE(has_ticks_on_time(health));
+  health.last_tick_ns = 0;
+  EXPECT_FALSE(has_ticks_on_time(health));
+  health.last_tick_ns = kNow_ns - kTickStallMax_ns - 1;
+  EXPECT_FALSE(has_ticks_on_time(health));
+}
+
 class Pages : public testing::Test {
  protected:
   HttpResponse page(std::string_view path) {
@@ -47,8 +67,23 @@ class Pages : public testing::Test {
 
   Health health_ = sound();
   Metrics metrics_;
-  ServerPages pages_{metrics_, [this] { return health_; }};
+  RoomPage room_{metrics_.fleet, {[](const std::string&) { return RoomPlace{.server_id = 2}; }}};
+  ServerPages pages_{metrics_, [this] { return health_; }, {}, room_};
 };
+
+TEST_F(Pages, the_fleet_is_shown_only_where_the_public_cannot_ask) {
+  EXPECT_EQ(page("/fleet.json").status, 404);
+  EXPECT_EQ(page("/fleet").status, 404);
+  ServerPages service(
+      metrics_, [this] { return health_; }, {[] { return std::string("{}"); }, [] { return std::string("<p>"); }},
+      room_);
+  HttpRequest request;
+  request.path = "/fleet.json";
+  EXPECT_EQ(service.handle(request).body, "{}");
+  EXPECT_EQ(service.handle(request).content_type, "application/json");
+  request.path = "/fleet";
+  EXPECT_EQ(service.handle(request).body, "<p>");
+}
 
 TEST_F(Pages, alive_even_when_not_ready) {
   health_.draining = true;
@@ -73,6 +108,13 @@ TEST_F(Pages, metrics_are_valid_and_show_readiness) {
     ASSERT_TRUE(parse_exposition(answer.body, exposition, fault)) << fault;
     EXPECT_EQ(exposition.value("hairnet_ready"), draining ? 0 : 1);
   }
+}
+
+TEST_F(Pages, where_a_room_is_the_public_may_ask) {
+  HttpRequest request;
+  request.path = "/room";
+  request.query = "name=hall";
+  EXPECT_EQ(pages_.handle(request).status, 200);
 }
 
 TEST_F(Pages, unknown_paths_are_not_found) {

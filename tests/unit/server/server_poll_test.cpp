@@ -244,7 +244,7 @@ TEST_F(ServerPollTest, draining_sends_goodbye_to_every_client_and_accepts_no_new
   FakeClient client(*server_, now_ns_);
   add(client);
   run_ms(100, {&client});
-  server_->drain(now_ns_);
+  server_->drain(0, now_ns_);
   ASSERT_EQ(client.connection->all<wire::Goodbye>().size(), 1u);
   EXPECT_EQ(client.connection->all<wire::Goodbye>()[0].reason, wire::GoodbyeReason::server_draining);
   EXPECT_TRUE(client.connection->closed);

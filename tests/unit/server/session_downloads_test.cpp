@@ -93,10 +93,10 @@ TEST_F(SessionTest, limits_the_number_of_groom_requests_at_once) {
 
 TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
   hello();
-  connection_->takes_more = false;
+  connection_->is_writable = false;
   send(wire::GroomRequest{groom_service_.known, 0});
   session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
-  connection_->takes_more = true;
+  connection_->is_writable = true;
   session_.flush(now_ns_);
   const auto first_frame = std::ranges::find_if(connection_->received, [](const wire::Envelope& envelope) {
     return std::holds_alternative<wire::FrameBatch>(envelope.message);
@@ -127,6 +127,140 @@ TEST_F(SessionTest, a_groom_arrives_though_frames_always_wait) {
   std::size_t got_bytes = 0;
   for (const wire::GroomData& data : connection_->all<wire::GroomData>()) got_bytes += data.bytes.size();
   EXPECT_EQ(got_bytes, groom_service_.file->size());
+}
+
+// A session whose downloads have streams.
+struct SessionDownloads : SessionTest {
+  SessionDownloads() {
+    connection_->has_streams = true;
+    hello();
+  }
+  FakeConnection::Download& stream(DownloadStream number) { return connection_->downloads.at(number); }
+  // A file of one piece, or another size, from the disk.
+  void read(std::size_t bytes = 500) {
+    session_.on_groom_read(groom_service_.kept, std::make_shared<const std::vector<std::uint8_t>>(bytes), now_ns_);
+  }
+};
+
+TEST_F(SessionDownloads, go_on_streams_of_their_own_which_end_with_them) {
+  send(wire::GroomRequest{groom_service_.known, 50'000});
+  send(wire::GroomRequest{groom_service_.kept, 0});
+  read();
+  ASSERT_EQ(connection_->downloads.size(), 2u);
+  EXPECT_EQ(stream(1).pieces.size(), 2u) << "as much as there is room for";
+  EXPECT_FALSE(stream(1).is_ended);
+  EXPECT_EQ(stream(2).bytes(), 500u);
+  EXPECT_TRUE(stream(2).is_ended);
+  stream(1).room = 100;
+  session_.on_streams_writable(now_ns_);
+  EXPECT_EQ(stream(1).bytes(), 150'000u);
+  EXPECT_TRUE(stream(1).is_ended);
+  std::uint64_t offset = 50'000;
+  for (const wire::GroomData& piece : stream(1).pieces) {
+    EXPECT_EQ(piece.hash, groom_service_.known);
+    EXPECT_EQ(piece.offset, offset);
+    offset += piece.bytes.size();
+  }
+  EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
+  EXPECT_TRUE(connection_->sound);
+}
+
+TEST_F(SessionDownloads, delay_no_message_and_need_none_to_go_on) {
+  send(wire::GroomRequest{groom_service_.known, 0});
+  send(wire::GroomRequest{wire::GroomHash{9}, 0});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable)) << "the first has no room";
+  connection_->is_writable = false;
+  session_.send(wire::Error{ErrorReason::limit_exceeded, 0, {}, ""}, now_ns_);
+  stream(1).room = 100;
+  session_.on_streams_writable(now_ns_);
+  EXPECT_TRUE(stream(1).is_ended) << "while the channel is full";
+  EXPECT_EQ(errors().size(), 1u);
+}
+
+TEST_F(SessionDownloads, wait_for_a_stream) {
+  connection_->streams_left = 0;
+  send(wire::GroomRequest{groom_service_.known, 0});
+  EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
+  EXPECT_TRUE(connection_->downloads.empty());
+  connection_->streams_left = 1;
+  session_.on_streams_writable(now_ns_);
+  EXPECT_EQ(stream(1).pieces.size(), 2u);
+}
+
+TEST_F(SessionDownloads, that_are_unavailable_are_told_with_the_messages) {
+  send(wire::GroomRequest{groom_service_.known, 0});
+  send(wire::GroomRequest{groom_service_.kept, 501});
+  read();
+  session_.on_groom_read(groom_service_.kept, nullptr, now_ns_);  // it was not asked for again
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable));
+  EXPECT_EQ(connection_->downloads.size(), 1u);
+}
+
+TEST_F(SessionDownloads, that_the_client_stops_make_room_for_others) {
+  send(wire::GroomRequest{groom_service_.known, 0});
+  session_.on_download_stopped(2, now_ns_);  // there is none
+  EXPECT_EQ(counters_.downloads_given_up_stopped.value(), 0u);
+  session_.on_download_stopped(1, now_ns_);
+  EXPECT_EQ(counters_.downloads_given_up_stopped.value(), 1u);
+  EXPECT_THAT(errors(), IsEmpty());
+  send(wire::GroomRequest{groom_service_.known, 32'768});
+  EXPECT_EQ(stream(2).pieces.front().offset, 32'768u) << "asked for again, from there on";
+}
+
+TEST_F(SessionDownloads, that_are_never_read_are_given_up) {
+  send(wire::GroomRequest{groom_service_.known, 0});
+  const auto live = [&](double seconds) {
+    now_ns_ += static_cast<std::int64_t>(seconds * 1e9);
+    send(wire::PoseBatch{});
+    session_.poll(now_ns_);
+  };
+  live(29);
+  EXPECT_FALSE(stream(1).was_reset);
+  stream(1).room = 1;
+  session_.on_streams_writable(now_ns_);
+  live(29);
+  EXPECT_FALSE(stream(1).was_reset) << "it has moved";
+  live(2);
+  EXPECT_TRUE(stream(1).was_reset);
+  EXPECT_EQ(counters_.downloads_given_up_stalled.value(), 1u);
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable));
+  EXPECT_EQ(connection_->all<wire::Error>()[0].groom, groom_service_.known);
+  EXPECT_EQ(session_.state(), Session::State::active);
+  live(40);
+  EXPECT_EQ(errors().size(), 1u);
+  send(wire::GroomRequest{groom_service_.known, 0});
+  EXPECT_EQ(stream(2).pieces.size(), 2u);
+}
+
+TEST_F(SessionDownloads, share_the_sessions_bytes_a_second_and_are_not_stalled_by_that) {
+  context_.limits.download_bytes_per_s = 16'384;
+  Session slow(8, connection_, context_, now_ns_);
+  slow.on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}},
+                  now_ns_);
+  connection_->last_stream = 10;
+  slow.on_message({now_ns_, wire::GroomRequest{groom_service_.known, 0}}, now_ns_);
+  stream(11).room = 100;
+  EXPECT_EQ(stream(11).pieces.size(), 1u);
+  slow.poll(now_ns_ + 31 * kSecond_ns);
+  EXPECT_FALSE(stream(11).was_reset);
+  slow.flush(now_ns_ + 31 * kSecond_ns);
+  EXPECT_EQ(stream(11).pieces.size(), 2u);
+}
+
+TEST_F(SessionDownloads, are_a_few_at_a_time_in_turn) {
+  context_.limits.downloads_per_session_max = 10;
+  const auto file = std::make_shared<const std::vector<std::uint8_t>>(100'000);
+  for (std::uint8_t n = 10; n < 16; ++n) {
+    groom_service_.more[wire::GroomHash{n}] = file;
+    send(wire::GroomRequest{wire::GroomHash{n}, 0});
+  }
+  EXPECT_EQ(connection_->downloads.size(), Downloads::kStreamsMax);
+  for (auto& [number, download] : connection_->downloads) EXPECT_EQ(download.pieces.size(), 2u) << number;
+  stream(2).room = 100;
+  session_.on_streams_writable(now_ns_);
+  EXPECT_TRUE(stream(2).is_ended);
+  EXPECT_EQ(stream(5).pieces.front().hash, wire::GroomHash{14}) << "the next one has its place";
+  EXPECT_EQ(connection_->downloads.size(), Downloads::kStreamsMax + 1);
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ class FakeGroomService final : public GroomService {
   }
   void resend_states(SessionId session, std::int64_t) override { resent.push_back(session); }
   std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
-    return groom == known ? file : nullptr;
+    const auto found = more.find(groom);
+    return groom == known ? file : found == more.end() ? nullptr : found->second;
   }
   bool fetch(SessionId session, const wire::GroomHash& groom) override {
     if (groom != kept) return false;
@@ -43,7 +44,8 @@ class FakeGroomService final : public GroomService {
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return groom == kept; }
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
-  wire::GroomHash known{1}, kept{2};  // in memory, on disk
+  wire::GroomHash known{1}, kept{2};                                                 // in memory, on disk
+  std::map<wire::GroomHash, std::shared_ptr<const std::vector<std::uint8_t>>> more;  // in memory, too
   std::vector<SessionId> released, resent, fetched;
   std::map<SessionId, std::uint64_t> strands_max;
   std::map<SessionId, std::uint32_t> bearers;

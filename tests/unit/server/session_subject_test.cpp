@@ -323,8 +323,10 @@ TEST_F(SubjectTest, the_log_names_subject_token_and_groom) {
   Client client = join(alice);
   send(client, wire::GroomOffer{wire::GroomHash{0xab, 0xcd, 0x01, 0x23, 0x45}, 100});
   spdlog::set_default_logger(before);
-  EXPECT_THAT(log.str(),
-              HasSubstr(R"(event=session_opened session=1 subject="sub:alice \"a\"" token="t-1" client="")"));
+  EXPECT_THAT(
+      log.str(),
+      HasSubstr(
+          R"(event=session_opened session=1 trace=0000000000000000 subject="sub:alice \"a\"" token="t-1" client="")"));
   EXPECT_THAT(log.str(), HasSubstr(R"(event=groom_offered session=1 subject="sub:alice \"a\"" groom=abcd0123)"));
 }
 

@@ -30,6 +30,20 @@ TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   EXPECT_EQ(commands<OpenSession>().size(), 1u);
 }
 
+TEST_F(SessionTest, sends_frame_datagrams_to_a_client_whose_hello_says_that_it_knows_them) {
+  EXPECT_FALSE(session_.outbox().takes_frame_datagrams());
+  wire::Hello knowing;
+  knowing.datagram_layout = wire::kFrameDatagramLayout;
+  send(knowing);
+  EXPECT_EQ(session_.state(), State::active);
+  EXPECT_TRUE(session_.outbox().takes_frame_datagrams());
+}
+
+TEST_F(SessionTest, sends_packets_alone_to_a_client_whose_hello_does_not) {
+  hello();
+  EXPECT_FALSE(session_.outbox().takes_frame_datagrams());
+}
+
 TEST_F(SessionTest, large_packets_are_allowed_once_it_has_joined_and_not_before) {
   EXPECT_FALSE(connection_->joined);
   hello();
@@ -86,6 +100,15 @@ TEST_F(SessionTest, takes_poses_as_datagrams_once_it_is_active_and_nothing_else)
   EXPECT_EQ(session_.state(), Session::State::active);
   session_.on_datagram(std::vector<std::uint8_t>(40, 1), now_ns_);
   EXPECT_THAT(goodbyes(), testing::ElementsAre(wire::GoodbyeReason::protocol_error));
+}
+
+TEST_F(SessionTest, refuses_frame_datagrams_which_only_servers_send) {
+  hello();
+  wire::FrameBatch batch;
+  batch.frames.emplace_back().member = 1;
+  batch.generations = {0};
+  session_.on_datagram(wire::encode_frame_datagram(now_ns_, batch), now_ns_);
+  EXPECT_THAT(goodbyes(), ElementsAre(wire::GoodbyeReason::protocol_error));
 }
 
 // It may come before the AddCharacter, or after the RemoveCharacter.
@@ -293,7 +316,7 @@ TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
 
 TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   hello();
-  connection_->takes_more = false;
+  connection_->is_writable = false;
   session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
   session_.flush(now_ns_);
   session_.poll(now_ns_ + 9 * kSecond_ns);
@@ -309,12 +332,12 @@ TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
 TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
   hello();
   for (int i = 0; i < 10; ++i) {
-    connection_->takes_more = false;
+    connection_->is_writable = false;
     session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
     session_.flush(now_ns_);
     now_ns_ += 8 * kSecond_ns;
     session_.poll(now_ns_);
-    connection_->takes_more = true;
+    connection_->is_writable = true;
     session_.on_writable(now_ns_);
     send(wire::SetLevel{1, LevelIndex::low});
   }
@@ -323,7 +346,7 @@ TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
 
 TEST_F(SessionTest, frames_are_dropped_once_the_connection_was_seen_to_be_blocked) {
   hello();
-  connection_->takes_more = false;
+  connection_->is_writable = false;
   Outbox& outbox = session_.outbox();
   for (std::size_t i = 0; i < Outbox::kTicksWaitingMax; ++i)
     outbox.push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
@@ -337,10 +360,10 @@ TEST_F(SessionTest, an_overflowing_outbox_closes_as_a_slow_consumer) {
   auto connection = std::make_shared<FakeConnection>();
   Session session(9, connection, context_, now_ns_);
   session.on_message({now_ns_, wire::Hello{}}, now_ns_);
-  connection->takes_more = false;
+  connection->is_writable = false;
   for (int i = 0; i < 30; ++i) session.on_message({now_ns_, wire::RemoveCharacter{5}}, now_ns_);
   session.poll(now_ns_);
-  connection->takes_more = true;
+  connection->is_writable = true;
   session.on_writable(now_ns_);
   ASSERT_EQ(connection->all<wire::Goodbye>().size(), 1u);
   EXPECT_EQ(connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::slow_consumer);

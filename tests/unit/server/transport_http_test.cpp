@@ -19,10 +19,11 @@ class Pages final : public HttpService {
   HttpResponse handle(const HttpRequest& request) override {
     last = std::string(request.method) + " " + std::string(request.path) + " " + std::string(request.query);
     from_loopback = request.from_loopback;
+    authorization = request.authorization;
     if (request.path == "/readyz") return refusal(503, "draining");
     return {.content_type = "text/plain; version=0.0.4", .body = "metric 1\n"};
   }
-  std::string last;
+  std::string last, authorization;
   bool from_loopback = false;
 };
 
@@ -92,6 +93,26 @@ TEST_F(HttpTest, the_servers_own_pages_come_from_the_service) {
   EXPECT_THAT(get("/readyz"), StartsWith("HTTP/1.1 503 "));
   EXPECT_EQ(counters_.http_responses_5xx.value(), 1u);
   EXPECT_EQ(counters_.connections_opened_http.value(), 2u);
+}
+
+TEST_F(HttpTest, pages_of_allowed_origins_may_ask_where_a_room_is) {
+  const std::string own = get("/room?name=hall", "Origin: http://here\r\nAuthorization: Bearer x.y.z\r\n");
+  EXPECT_THAT(own, StartsWith("HTTP/1.1 200 "));
+  EXPECT_EQ(header_value(own, "Access-Control-Allow-Origin"), "http://here");
+  EXPECT_EQ(pages_.last, "GET /room name=hall");
+  EXPECT_EQ(pages_.authorization, "Bearer x.y.z");
+  const std::string leave = get("/room?name=hall", "Origin: http://here\r\n", "OPTIONS");
+  EXPECT_THAT(leave, StartsWith("HTTP/1.1 204 "));
+  EXPECT_EQ(header_value(leave, "Access-Control-Allow-Headers"), "Authorization");
+  pages_.last.clear();
+  for (const char* method : {"GET", "OPTIONS"}) {
+    EXPECT_THAT(get("/room?name=hall", "Origin: http://elsewhere\r\n", method), StartsWith("HTTP/1.1 403 "));
+    EXPECT_THAT(get("/room?name=hall", "Origin: http://here\r\nOrigin: http://here\r\n", method),
+                StartsWith("HTTP/1.1 403 "));
+  }
+  EXPECT_THAT(get("/metrics", "", "OPTIONS"), StartsWith("HTTP/1.1 405 "));
+  EXPECT_EQ(pages_.last, "");
+  EXPECT_EQ(header_value(get("/room?name=hall"), "Access-Control-Allow-Origin"), "") << "no page has asked";
 }
 
 TEST_F(HttpTest, a_page_comes_with_its_type_and_headers_that_seal_it_off) {

@@ -119,6 +119,20 @@ TEST_F(WebTransportTest, the_page_of_the_tcp_port_says_how_to_connect) {
   EXPECT_THAT(page, HasSubstr("{\"port\":" + std::to_string(listener_->port()) + ",\"path\":\"/wt\",\"hashes\":[\""));
 }
 
+TEST_F(WebTransportTest, clients_that_come_by_the_public_port_are_told_its_number_and_others_its_own) {
+  listener_->set_public_port(7431);
+  for (const auto& [host, port] :
+       std::vector<std::pair<std::string, std::uint16_t>>{{"hair.example:7431", 7431},
+                                                          {"127.0.0.1:7431", 7431},
+                                                          {"hair.example:17431", listener_->port()},
+                                                          {"hair.example", listener_->port()}}) {
+    Peer peer(listener_->port());
+    EXPECT_THAT(answer_to(peer, "GET /wt.json HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n"),
+                HasSubstr("{\"port\":" + std::to_string(port) + ","))
+        << host;
+  }
+}
+
 TEST_F(WebTransportTest, refuses_other_paths_and_pages_of_other_origins) {
   UdpPeer elsewhere(listener_->port()), stranger(listener_->port()), own(listener_->port());
   EXPECT_EQ(join(elsewhere, here(), "/ws"), -1);

@@ -56,6 +56,12 @@ export interface Hello {
   readonly secret: Uint8Array;
   /** the number in union Body of the last message that the client knows: the server sends none beyond it */
   readonly messageMax: number;
+  /** that the client has followed to come here since its last welcome */
+  readonly redirects: number;
+  /** the last that the client knows; 0: only packets */
+  readonly datagramLayout: number;
+  /** of the client's whole way, over all servers, for their logs; 0: none */
+  readonly trace: bigint;
 }
 /** Every client of this version knows these. */
 const kMessageMaxLeast: number = fb.Body.GroomBasis;
@@ -79,6 +85,9 @@ const hello: ClientCodec<Hello> = {
       fb.Hello.addSecret(to, fb.Secret.createSecret(to, a, b));
     }
     fb.Hello.addMessageMax(to, message.messageMax);
+    fb.Hello.addRedirects(to, message.redirects);
+    fb.Hello.addDatagramLayout(to, message.datagramLayout);
+    fb.Hello.addTrace(to, message.trace);
     return fb.Hello.endHello(to);
   },
   read(from) {
@@ -95,15 +104,21 @@ const hello: ClientCodec<Hello> = {
       session: from.session(),
       secret: secretOf(from.secret()),
       messageMax,
+      redirects: from.redirects(),
+      datagramLayout: from.datagramLayout(),
+      trace: from.trace(),
     };
   },
-  check({ room, token, role, secret, messageMax }) {
+  check({ room, token, role, secret, messageMax, redirects, datagramLayout, trace }) {
     if (!/^[A-Za-z0-9._-]*$/.test(room) || room.length > kRoomNameBytesMax) throw invalid(kRoomNameRule);
     if (new TextEncoder().encode(token).length > kTokenBytesMax)
       throw invalid(`token: longer than ${kTokenBytesMax} bytes`);
     checkInteger(role, Role.participant, Role.observer, "role");
     if (secret.length !== 16) throw invalid("secret: not 16 bytes");
     checkInteger(messageMax, kMessageMaxLeast, 255, "message_max");
+    checkInteger(redirects, 0, 255, "redirects");
+    checkInteger(datagramLayout, 0, 255, "datagram_layout");
+    if (trace !== BigInt.asUintN(64, trace)) throw invalid("trace: not a number of 64 bits");
   },
 };
 

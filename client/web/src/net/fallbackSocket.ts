@@ -4,14 +4,18 @@ import { readWebTransportPage, webTransportPageUrl, WebTransportSocket } from ".
 
 // Networks that drop UDP say nothing: after this time the WebSocket is tried.
 const kWebTransportMs = 3000;
+// So long after such an attempt, reconnects do without WebTransport.
+const kBlockedNs = 60e9;
 
 /** "auto": WebTransport where browser, server and network have it, else a WebSocket. */
 export type TransportChoice = "auto" | "webtransport" | "websocket";
 
 /** What one attempt learns for the next ones. */
 export interface TransportMemory {
-  /** The server offered WebTransport, but no session opened: the network drops UDP. */
-  isBlocked: boolean;
+  /** Until then WebTransport is not tried: the server offered it, but no session opened. */
+  blockedUntilNs: number;
+  /** why WebTransport was not to be had, in one line */
+  reason: string | null;
 }
 
 /** A socket that is a WebTransport session, or a WebSocket where that is not to be had in time. */
@@ -23,13 +27,16 @@ export class FallbackSocket implements WebSocketLike {
   onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
   readonly #attempt = new AbortController();
   #socket: WebSocketLike | null = null;
+  #fallbackReason: string | null = null;
+  #isTooLate = false;
   #isClosed = false;
 
-  /** `makeWebSocket`: null: never. */
+  /** `makeWebSocket`: null: never. `nowNs`: a monotonic clock. */
   constructor(
     private readonly url: string,
     private readonly makeWebSocket: ((url: string) => WebSocketLike) | null,
     private readonly memory: TransportMemory,
+    private readonly nowNs: () => number,
   ) {
     void this.#start();
   }
@@ -40,6 +47,10 @@ export class FallbackSocket implements WebSocketLike {
 
   get transport(): Transport {
     return this.#socket?.transport ?? "websocket";
+  }
+
+  get fallbackReason(): string | null {
+    return this.#fallbackReason;
   }
 
   send(bytes: Uint8Array): void {
@@ -57,16 +68,25 @@ export class FallbackSocket implements WebSocketLike {
   }
 
   async #start(): Promise<void> {
-    const timer = setTimeout(() => this.#attempt.abort(), kWebTransportMs);
+    const timer = setTimeout(() => {
+      this.#isTooLate = true;
+      this.#attempt.abort();
+    }, kWebTransportMs);
     try {
+      if (this.nowNs() < this.memory.blockedUntilNs) throw new HairnetError("unreachable", this.memory.reason ?? "");
       const socket = await this.#openWebTransport(this.#attempt.signal);
       if (this.#isClosed) return socket.close();
       this.#adopt(socket);
       this.onopen?.(undefined as never);
     } catch (error) {
       if (this.#isClosed) return;
-      if (this.makeWebSocket) this.#adopt(this.makeWebSocket(this.url));
-      else this.onclose?.({ code: 1006, reason: `no WebTransport: ${String(error)}` });
+      const reason = this.#reasonOf(error);
+      if (this.makeWebSocket) {
+        this.#fallbackReason = this.memory.reason = reason;
+        this.#adopt(this.makeWebSocket(this.url));
+      } else {
+        this.onclose?.({ code: 1006, reason: `no WebTransport: ${reason}` });
+      }
     } finally {
       clearTimeout(timer);
     }
@@ -81,9 +101,14 @@ export class FallbackSocket implements WebSocketLike {
     try {
       return await WebTransportSocket.open(this.url, page, signal);
     } catch (error) {
-      this.memory.isBlocked = !this.#isClosed;
+      if (!this.#isClosed) this.memory.blockedUntilNs = this.nowNs() + kBlockedNs;
       throw error;
     }
+  }
+
+  #reasonOf(error: unknown): string {
+    if (this.#isTooLate) return `no session opened within ${kWebTransportMs / 1000} s`;
+    return error instanceof Error ? error.message : String(error);
   }
 
   #adopt(socket: WebSocketLike): void {

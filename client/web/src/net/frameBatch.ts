@@ -21,8 +21,11 @@ export interface CodedFrame {
 
 const kMemberMax = 0xffffffff;
 
-/** Splits them. Contents lie in `packed`. Throws `HairnetError`. */
-export function decodeFrames(packed: Uint8Array): CodedFrame[] {
+/**
+ * Splits them. Contents lie in `packed`. With `generations` each frame has its own before it, as in a frame datagram: they
+ * are put there. Throws `HairnetError`.
+ */
+export function decodeFrames(packed: Uint8Array, generations?: number[]): CodedFrame[] {
   const frames: CodedFrame[] = [];
   let at = 0;
   let member = 0;
@@ -44,6 +47,7 @@ export function decodeFrames(packed: Uint8Array): CodedFrame[] {
   };
 
   while (at < packed.length) {
+    generations?.push(takeByte());
     const step = takeVarint();
     const head = takeByte();
     const byteCount = takeVarint();

@@ -49,16 +49,18 @@ export class GroomFetch {
   take(data: GroomData): GroomFetched | null {
     const fetch = this.#fetches.get(data.hash);
     if (!fetch) return null; // refused or given up meanwhile
-    if (data.offset !== fetch.byteCount) return this.#fail(data.hash, "its pieces do not fit together");
-    fetch.pieces.push(data.bytes);
-    fetch.byteCount += data.bytes.length;
+    if (data.offset > fetch.byteCount) return this.#fail(data.hash, "its pieces do not fit together");
+    // Of a download that was given up, pieces may come after the request was repeated.
+    const bytes = data.bytes.subarray(fetch.byteCount - data.offset);
+    fetch.pieces.push(bytes);
+    fetch.byteCount += bytes.length;
     fetch.wholeByteCount = data.byteCount;
     if (fetch.byteCount < data.byteCount) return null;
-    const bytes = joined(fetch);
-    if (hashGroom(bytes) !== data.hash) return this.#fail(data.hash, "its bytes are not those of its hash");
+    const file = joined(fetch);
+    if (hashGroom(file) !== data.hash) return this.#fail(data.hash, "its bytes are not those of its hash");
     this.#fetches.delete(data.hash);
-    this.#arrivedBytes += bytes.length;
-    return { type: "groomFetched", hash: data.hash, bytes, fault: "" };
+    this.#arrivedBytes += file.length;
+    return { type: "groomFetched", hash: data.hash, bytes: file, fault: "" };
   }
 
   /** The server does not have it, or sends no more grooms at once. False when it was not asked for. */

@@ -34,8 +34,12 @@ export class LastKnownHair {
     }
   }
 
-  dropAll(): void {
-    this.#lastKnown.clear();
+  /** The connection is lost: what is still shown waits for the next server's lattice from its beginning. */
+  onLost(nowNs: number): void {
+    for (const [character, kept] of this.#lastKnown) {
+      if (nowNs >= kept.untilNs) this.#lastKnown.delete(character);
+      else kept.untilNs = Infinity;
+    }
   }
 
   /**

@@ -6,7 +6,7 @@ import { FallbackSocket, type TransportChoice, type TransportMemory } from "./fa
 import { isFinal } from "./finalGoodbye";
 import { LinkCore } from "./linkCore";
 import { kDefaultOptions, type LinkCounters, type LinkCoreOptions } from "./linkCoreOptions";
-import type { ClientMessage, Welcome } from "./messages";
+import type { ClientMessage, ServerAt, Welcome } from "./messages";
 
 // Bytes that may wait in the socket before no more packets are taken: poses wait in the queue, which can drop old ones.
 const kBufferedBytesMax = 64 << 10;
@@ -29,6 +29,8 @@ export interface WebSocketLike {
   close(): void;
   /** absent: a WebSocket */
   readonly transport?: Transport;
+  /** why it is not WebTransport, which was tried before, in one line; null or absent: it is, or that was not tried */
+  readonly fallbackReason?: string | null;
   /** Sends a packet that may get lost or overtake others. False: it was not taken; absent: there are no datagrams. */
   sendDatagram?(bytes: Uint8Array): boolean;
 }
@@ -58,6 +60,13 @@ export function webSocketUrl(server: string): string {
   return `${scheme}//${url.host}${path}`;
 }
 
+/** The same address of another server. Throws `TypeError` for a host that is none. */
+function urlAt(home: string, to: ServerAt | null): string {
+  if (!to) return home;
+  const { protocol, pathname } = new URL(home);
+  return new URL(`${protocol}//${to.host.includes(":") ? `[${to.host}]` : to.host}:${to.port}${pathname}`).href;
+}
+
 /**
  * A client's conversation with a server over WebTransport or a WebSocket: a `LinkCore` (see there for what its calls do, by `core`), and
  * what drives it. It connects, comes back after a lost connection, and says what happened as events, which the caller
@@ -68,7 +77,7 @@ export class Link {
   readonly #url: string;
   readonly #makeSocket: (url: string) => WebSocketLike;
   readonly #isPlatforms: boolean;
-  readonly #memory: TransportMemory = { isBlocked: false };
+  readonly #memory: TransportMemory = { blockedUntilNs: -Infinity, reason: null };
   readonly #now: () => number;
   #socket: WebSocketLike | null = null;
   #isOpen = false;
@@ -82,10 +91,10 @@ export class Link {
     checkLinkOptions(options, kLinkOptions);
     const { makeSocket, nowNs, transport = "auto", ...linkOptions } = options;
     this.#url = webSocketUrl(server);
-    this.#makeSocket = makeSocket ?? ((url) => makePlatformSocket(url, transport, this.#memory));
+    this.#makeSocket = makeSocket ?? ((url) => makePlatformSocket(url, transport, this.#memory, this.#now));
     this.#isPlatforms = !makeSocket;
     this.#now = nowNs ?? monotonicNs;
-    this.core = new LinkCore(linkOptions);
+    this.core = new LinkCore({ trace: drawTrace(), ...linkOptions });
   }
 
   /** This connection's monotonic clock, ns: that of poses' capture times. */
@@ -142,6 +151,11 @@ export class Link {
     return this.#isOpen ? (this.#socket?.transport ?? "websocket") : null;
   }
 
+  /** Why packets do not travel by WebTransport, which was tried before, in one line; null: they do, or it was not tried. */
+  get fallbackReason(): string | null {
+    return this.#isOpen ? (this.#socket?.fallbackReason ?? null) : null;
+  }
+
   /** Says goodbye. */
   close(): void {
     this.core.leave(this.#now());
@@ -176,11 +190,14 @@ export class Link {
 
   #open(): void {
     this.core.onOpening(this.#now());
+    const to = this.core.redirectedTo;
+    let url = to ? `${to.host}, port ${to.port}` : this.#url;
     let socket: WebSocketLike;
     try {
-      socket = this.#makeSocket(this.#url);
+      url = urlAt(this.#url, to);
+      socket = this.#makeSocket(url);
     } catch (error) {
-      this.core.onClosed(`no socket for ${this.#url}: ${String(error)}`, this.#now());
+      this.core.onClosed(`no socket for ${url}: ${String(error)}`, this.#now());
       return;
     }
     this.#socket = socket;
@@ -198,9 +215,10 @@ export class Link {
     socket.onerror = () => {}; // onclose reports it; Node's ws needs a listener
     socket.onclose = ({ code, reason }) => {
       // The first attempt's failure is for people; later ones are temporary.
-      if (!this.#isOpen && !this.core.welcome && this.#isPlatforms) return this.#explain(socket);
+      if (!this.#isOpen && !this.core.welcome && this.#isPlatforms && !this.core.redirectedTo)
+        return this.#explain(socket);
       const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
-      const what = this.#isOpen ? "the connection broke" : `no server answers at ${this.#url}`;
+      const what = this.#isOpen ? "the connection broke" : `no server answers at ${url}`;
       this.#end(why ? `${what}: ${why}` : what);
       this.#turn();
     };
@@ -274,12 +292,23 @@ export function checkLinkOptions<T extends object>(options: T, known: Readonly<R
   }
 }
 
-function makePlatformSocket(url: string, choice: TransportChoice, memory: TransportMemory): WebSocketLike {
+/** No secret: it only tells clients apart in logs. */
+function drawTrace(): bigint {
+  const word = (): bigint => BigInt(Math.floor(Math.random() * 2 ** 32));
+  return word() * 0x1_0000_0000n + word();
+}
+
+function makePlatformSocket(
+  url: string,
+  choice: TransportChoice,
+  memory: TransportMemory,
+  nowNs: () => number,
+): WebSocketLike {
   const hasWebTransport = typeof WebTransport !== "undefined";
   if (choice === "webtransport" && !hasWebTransport)
     throw new HairnetError("unsupported", "this platform, or a page that is not secure, has no WebTransport");
-  if (choice === "websocket" || !hasWebTransport || (choice === "auto" && memory.isBlocked)) return makeWebSocket(url);
-  return new FallbackSocket(url, choice === "auto" ? makeWebSocket : null, memory);
+  if (choice === "websocket" || !hasWebTransport) return makeWebSocket(url);
+  return new FallbackSocket(url, choice === "auto" ? makeWebSocket : null, memory, nowNs);
 }
 
 function makeWebSocket(url: string): WebSocketLike {

@@ -10,6 +10,7 @@ import { kMessageMax, validateMessage } from "./clientMessages";
 import { EventQueue } from "./eventQueue";
 import type { FrameSink, GroomFetched, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
+import { decodeFrameDatagram, isFrameDatagram, kFrameDatagramLayout } from "./frameDatagram";
 import { type Downloads, GroomFetch } from "./groomFetch";
 import type { GroomHash } from "./groomHash";
 import { hashBytes, hashGroom } from "./groomHash";
@@ -22,6 +23,7 @@ import type * as m from "./messages";
 import { ErrorReason, GoodbyeReason, GroomState, kMembersPerMessageMax, kProtocolVersion } from "./messages";
 import { decodePacket, encodePacket } from "./packet";
 import { RequestedState } from "./requestedState";
+import { RequestedWind } from "./requestedWind";
 import { SendQueue } from "./sendQueue";
 import { UploadQueue } from "./uploadQueue";
 
@@ -33,6 +35,10 @@ const kGoodbyeWaitNs = 400_000_000;
 const kStableNs = 5_000_000_000;
 // After a resume the server announces all members at once. A member that it has not announced by then has left.
 const kMembersResendWaitNs = 1_000_000_000;
+// Servers that send a client on and on contradict each other.
+const kRedirectsMax = 4;
+// A client that was sent on before its first welcome asks for so long: until a dead server's lease has ended, and more.
+const kRoomPatienceNs = 30_000_000_000;
 
 type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" | "leaving" | "ended";
 
@@ -74,6 +80,7 @@ export class LinkCore {
   #sentNs = 0;
   #clock = new ClockEstimate();
   readonly #requested = new RequestedState();
+  readonly #wind = new RequestedWind();
   readonly #uploads = new UploadQueue(kChunkBytes);
   readonly #uploadScheduler = new BulkScheduler(kChunkBytes);
   readonly #queue = new SendQueue();
@@ -93,9 +100,20 @@ export class LinkCore {
     framesLackingLearnt: 0,
     reconnects: 0,
     resumes: 0,
+    redirects: 0,
+    redirectLoops: 0,
   };
   #sink: FrameSink | null = null;
   #welcome: m.Welcome | null = null;
+  /** null, here and below: the server that the caller knows */
+  #redirectedTo: m.ServerAt | null = null;
+  #welcomedAt: m.ServerAt | null = null;
+  /** attempts since the one at the last server failed */
+  #asked = 0;
+  /** in a row, since the last welcome */
+  #redirects = 0;
+  /** time of the first redirect since the last welcome */
+  #sentOnNs: number | null = null;
   #endDetail = "";
   #endReason = GoodbyeReason.none;
 
@@ -129,6 +147,7 @@ export class LinkCore {
     validateMessage(message);
     const hidesHair = message.type === "setLevel" && message.level === LevelIndex.rigid;
     if (hidesHair || message.type === "removeCharacter") this.#lastKnown.drop(message.character);
+    if (message.type === "setWind") this.#wind.set(message);
     this.#requested.store(message);
     this.#enqueue(message);
   }
@@ -257,6 +276,11 @@ export class LinkCore {
     return this.#state === "wanting" && !this.#connection;
   }
 
+  /** Where to: a server that another one has named; null: the one that the caller knows. */
+  get redirectedTo(): m.ServerAt | null {
+    return this.#redirectedTo;
+  }
+
   get wantsClose(): boolean {
     const done = this.hasEnded || this.#state === "waiting" || this.#state === "wanting";
     return this.#connection && (done || (this.#state === "leaving" && this.#goodbyeTaken));
@@ -307,13 +331,13 @@ export class LinkCore {
     return this.#takenMayBeLost;
   }
 
-  /** Takes exactly one packet, size prefix included. A malformed packet ends the connection; nothing is thrown. */
+  /** Takes exactly one packet, size prefix included, or a frame datagram. A malformed packet ends the connection; nothing is thrown. */
   onPacket(packet: Uint8Array, nowNs: number): void {
     if (this.#state !== "greeting" && !this.isActive) return;
     this.#counters.bytesReceived += packet.length;
     let envelope: m.Envelope;
     try {
-      envelope = decodePacket(packet);
+      envelope = isFrameDatagram(packet) ? decodeFrameDatagram(packet) : decodePacket(packet);
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
       return this.#lose(GoodbyeReason.protocolError, `the server sent a bad packet: ${error.message}`, nowNs);
@@ -327,8 +351,7 @@ export class LinkCore {
     if (message.type === "welcome" && !message.resumed) this.#clock = new ClockEstimate();
     this.#clock.observe(clockNs, nowNs);
     if (message.type === "frameBatch") this.#counters.frameBytesReceived += packet.length;
-    const mayComeFirst = message.type === "welcome" || message.type === "error" || message.type === "goodbye";
-    if (this.#state === "greeting" && !mayComeFirst)
+    if (this.#state === "greeting" && !kMayComeFirst.has(message.type))
       return this.#lose(GoodbyeReason.protocolError, "the server sent another message before its welcome", nowNs);
     this.#take(message, nowNs);
   }
@@ -354,7 +377,7 @@ export class LinkCore {
         if (this.#members.change(message)) this.#push(message);
         return;
       case "roomWind":
-        return this.#push(message);
+        return this.#onRoomWind(message);
       case "memberLeft":
         this.#importance.forget(message.member);
         if (this.#members.leave(message.member)) this.#push(message);
@@ -370,9 +393,12 @@ export class LinkCore {
       }
       case "frameBatch":
         return this.#onFrameBatch(message, nowNs);
+      case "redirect":
+        return this.#onRedirect(message, nowNs);
       case "error":
         return this.#onError(message);
       case "goodbye":
+        if (this.isActive && message.reason === GoodbyeReason.serverDraining) this.#wind.onSentOn();
         return this.#lose(message.reason, `the server says goodbye: ${message.detail}`, nowNs);
       default:
         return this.#lose(GoodbyeReason.protocolError, "the server sent a message that only clients send", nowNs);
@@ -397,8 +423,8 @@ export class LinkCore {
   }
 
   #hello(): m.Hello {
-    const { clientName, room, token, role } = this.#options;
-    const welcome = this.#welcome;
+    const { clientName, room, token, role, trace } = this.#options;
+    const welcome = isSameServer(this.#welcomedAt, this.#redirectedTo) ? this.#welcome : null;
     return {
       type: "hello",
       protocolVersion: kProtocolVersion,
@@ -409,6 +435,9 @@ export class LinkCore {
       session: welcome ? welcome.session : 0n,
       secret: welcome ? welcome.secret : new Uint8Array(16),
       messageMax: kMessageMax,
+      redirects: this.#redirects,
+      datagramLayout: kFrameDatagramLayout,
+      trace,
     };
   }
 
@@ -439,12 +468,36 @@ export class LinkCore {
   }
 
   #lose(reason: GoodbyeReason, detail: string, nowNs: number): void {
-    if (!this.#welcome || !this.#options.reconnect || isFinal(reason)) return this.#end(reason, detail);
+    const wasActive = this.isActive;
+    const isPatient = this.#sentOnNs !== null && nowNs - this.#sentOnNs < kRoomPatienceNs;
+    const mayTryAgain = this.#welcome ? this.#options.reconnect : isPatient;
+    const isRefused = isFinal(reason) || (!this.#welcome && reason === GoodbyeReason.roomRefused);
+    if (!mayTryAgain || isRefused) return this.#end(reason, detail);
+    this.#putDown(nowNs);
+    if (!wasActive) this.#redirectedTo = this.#nextToAsk();
+    this.#redirects = Math.min(this.#redirects, 1);
+    this.#state = "waiting";
+    const sinceNs = this.#awaySinceNs ?? this.#sentOnNs ?? nowNs;
+    const waitNs = backoffNs(nowNs - sinceNs, this.#options.random);
+    this.#deadlineNs = nowNs + waitNs;
+    if (this.#welcome) this.#push({ type: "reconnecting", reason, detail, waitS: 1e-9 * waitNs });
+  }
+
+  /** Once the last server does not answer: the caller's, then those that it has named, and so on. */
+  #nextToAsk(): m.ServerAt | null {
+    const others = this.#welcome?.others ?? [];
+    const turn = this.#asked++ % (others.length + 1);
+    return turn === 0 ? null : others[turn - 1];
+  }
+
+  /** What belongs to the connection; keeps the hair of the caller's characters. */
+  #putDown(nowNs: number): void {
     if (this.isActive) {
       if (this.#awaySinceNs === null || nowNs - this.#activeSinceNs >= kStableNs) this.#awaySinceNs = nowNs;
       const { giveUpAfterS } = this.#options;
       this.#giveUpNs = giveUpAfterS > 0 ? nowNs + 1e9 * giveUpAfterS : Infinity;
     }
+    this.#lastKnown.onLost(nowNs);
     for (const character of this.#requested.characters) {
       const hair = this.#members.hairOf(character);
       if (!hair) continue;
@@ -455,10 +508,30 @@ export class LinkCore {
     this.#membersDueNs = Infinity;
     this.#queue.clear();
     this.#uploads.clear();
-    this.#state = "waiting";
-    const waitNs = backoffNs(nowNs - (this.#awaySinceNs ?? nowNs), this.#options.random);
-    this.#deadlineNs = nowNs + waitNs;
-    this.#push({ type: "reconnecting", reason, detail, waitS: 1e-9 * waitNs });
+  }
+
+  #onRedirect(redirect: m.Redirect, nowNs: number): void {
+    if (this.isActive) this.#wind.onSentOn();
+    const { to } = redirect;
+    this.#sentOnNs ??= nowNs;
+    if (!to || this.#redirects === kRedirectsMax) {
+      if (to) ++this.#counters.redirectLoops;
+      this.#redirects = 0;
+      const what = !to
+        ? "the server does not hold the room any more"
+        : "the servers do not agree on who holds the room";
+      this.#lose(GoodbyeReason.none, what, nowNs);
+      this.#redirectedTo = null;
+      return;
+    }
+    this.#putDown(nowNs);
+    ++this.#redirects;
+    ++this.#counters.redirects;
+    const detail = `the room is held by ${to.host}, port ${to.port}`;
+    if (this.#welcome) this.#push({ type: "reconnecting", reason: GoodbyeReason.none, detail, waitS: 0 });
+    this.#redirectedTo = to;
+    this.#state = "wanting";
+    this.#deadlineNs = Infinity;
   }
 
   #end(reason: GoodbyeReason, detail: string): void {
@@ -480,11 +553,14 @@ export class LinkCore {
     this.#deadlineNs = this.#giveUpNs = Infinity;
     this.#activeSinceNs = nowNs;
     this.#welcome = welcome;
+    this.#welcomedAt = this.#redirectedTo;
+    this.#redirects = 0;
+    this.#sentOnNs = null;
+    this.#asked = 0;
     if (again) ++this.#counters.reconnects;
     if (resumed) ++this.#counters.resumes;
     this.#push({ type: "connected", welcome, again });
     if (resumed) {
-      this.#lastKnown.dropAll();
       this.#members.markAllUnconfirmed();
       this.#membersDueNs = nowNs + kMembersResendWaitNs;
     } else {
@@ -493,6 +569,14 @@ export class LinkCore {
       for (const file of [...bases.clear(), ...learnt.clear()]) this.#fetch.refuse(file);
     }
     this.#resendAll(resumed);
+    const wind = this.#wind.onWelcome(welcome.maySetWind || !again);
+    if (wind) this.#enqueue(wind);
+  }
+
+  #onRoomWind(told: m.RoomWind): void {
+    this.#push(told);
+    const ours = this.#wind.onTold(told, this.#welcome!.session);
+    if (ours) this.#enqueue(ours);
   }
 
   #resendAll(resumed: boolean): void {
@@ -578,11 +662,9 @@ export class LinkCore {
   #frameOf(coded: m.CodedFrame, decoded: DecodedFrame, repeated: boolean, nowNs: number): Frame | null {
     const { character, discontinuous, pose, coefficients, basis } = decoded;
     if (!pose) return null;
-    if (character !== 0 && basis) {
-      // The server simulates it.
-      this.#lastKnown.drop(character);
-      this.#requested.forgetState(character);
-    }
+    // The server simulates it, or has always had it.
+    if (character !== 0 && (basis || this.#welcome!.resumed)) this.#lastKnown.drop(character);
+    if (character !== 0 && basis) this.#requested.forgetState(character);
     const hair = character !== 0 && !basis ? this.#lastKnown.of(character, nowNs) : null;
     const { member, level, asleep, stepStride } = coded;
     const stepS = stepStride / this.#welcome!.tickRateHz;
@@ -612,6 +694,11 @@ export class LinkCore {
 }
 
 const kClosedHere = "closed by this client";
+const kMayComeFirst: ReadonlySet<m.Message["type"]> = new Set(["welcome", "redirect", "error", "goodbye"]);
+
+function isSameServer(a: m.ServerAt | null, b: m.ServerAt | null): boolean {
+  return a?.host === b?.host && a?.port === b?.port;
+}
 
 /** Poses, but for those that mark a jump, and for an empty batch, which is a sign of life. */
 function mayBeLost(message: m.ClientMessage): boolean {

@@ -18,6 +18,8 @@ export interface LinkCoreOptions {
   readonly giveUpAfterS: number;
   /** learnt hair from poses alone: downloads networks, and frames of it are smaller */
   readonly evaluateLearnt: boolean;
+  /** that the logs of all its servers name, at most 64 bits; 0n: a link draws one */
+  readonly trace: bigint;
   /** of the waits between attempts; from 0 up to 1 */
   readonly random: () => number;
 }
@@ -32,6 +34,7 @@ export const kDefaultOptions: LinkCoreOptions = {
   reconnect: true,
   giveUpAfterS: 0,
   evaluateLearnt: true,
+  trace: 0n,
   random: Math.random,
 };
 
@@ -57,4 +60,8 @@ export interface LinkCounters {
   reconnects: number;
   /** of these, by a server that still had the session */
   resumes: number;
+  /** followed, to the server that holds the room */
+  redirects: number;
+  /** given up, as servers sent it on and on; it asked the first one again */
+  redirectLoops: number;
 }

@@ -31,6 +31,10 @@ export class PacketSplitter {
     return true;
   }
 
+  get isBetweenPackets(): boolean {
+    return this.#filled === 0;
+  }
+
   #append(bytes: Uint8Array): void {
     const needed = this.#filled + bytes.length;
     if (needed > this.#buffer.length) {

@@ -61,7 +61,6 @@ export interface SetWind {
   readonly wind: Wind;
 }
 const setWind: ClientCodec<SetWind> = {
-  resent: "session",
   write(to, { wind: w }) {
     const [x, y, z] = w.meanMPerS;
     fb.SetWind.startSetWind(to);

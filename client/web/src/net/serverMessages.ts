@@ -1,3 +1,4 @@
+import type * as fb from "./generated/messages";
 import type { Appearance } from "../hair/appearance";
 import type { LevelIndex } from "../hair/level";
 import { appearanceOf, tagOf } from "./appearanceCodec";
@@ -6,7 +7,7 @@ import { checkWind, windOf, type Wind } from "./roomMessages";
 import { GroomState, kErrorReasonLast, type ErrorReason } from "../generated/enums";
 import { decodeFrames, type CodedFrame } from "./frameBatch";
 import type { GroomHash } from "./groomHash";
-import { kGroomBytesMax, kGroomChunkBytesMax, kTickRateMaxHz } from "../generated/limits";
+import { kGroomBytesMax, kGroomChunkBytesMax, kServersMax, kTickRateMaxHz } from "../generated/limits";
 import { enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, type MessageReader } from "./messageCodec";
 
 // What a server says to its client. A message is its interface, its reader below it, and its name in `ServersAlone` and
@@ -15,6 +16,20 @@ import { enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, type
 // Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Ticks and sizes are exact to 2^53.
 
 export type { CodedFrame };
+
+/** Where clients reach a server. */
+export interface ServerAt {
+  /** a name, or an address without brackets */
+  readonly host: string;
+  readonly port: number;
+}
+
+function serverAt(from: fb.ServerAt): ServerAt {
+  const host = textOf(from.host(kUtf8), "a server's host");
+  const port = from.port();
+  if (!/^[A-Za-z0-9.:_-]+$/.test(host) || port === 0) throw invalid("no address of a server");
+  return { host, port };
+}
 
 export interface Welcome {
   readonly type: "welcome";
@@ -33,6 +48,8 @@ export interface Welcome {
   readonly poseDelayNs: number;
   /** the session; a moderator may forbid it later */
   readonly maySetWind: boolean;
+  /** of the fleet, to ask when this one does not answer any more */
+  readonly others: readonly ServerAt[];
 }
 const welcome: MessageReader<Welcome> = {
   read(from) {
@@ -41,6 +58,7 @@ const welcome: MessageReader<Welcome> = {
     const tickRateHz = from.tickRateHz();
     if (tickRateHz < 1 || tickRateHz > kTickRateMaxHz)
       throw invalid(`welcome: tick rate not in [1, ${kTickRateMaxHz}] Hz`);
+    if (from.othersLength() > kServersMax) throw invalid(`welcome: more than ${kServersMax} servers`);
     return {
       protocolVersion: from.protocolVersion(),
       session: from.session(),
@@ -54,6 +72,7 @@ const welcome: MessageReader<Welcome> = {
       resumeGraceS,
       poseDelayNs: timeOf(from.poseDelayNs(), "welcome's pose delay"),
       maySetWind: from.maySetWind(),
+      others: Array.from({ length: from.othersLength() }, (_, i) => serverAt(from.others(i)!)),
     };
   },
 };
@@ -170,7 +189,7 @@ const memberChanged: MessageReader<MemberChanged> = {
 export interface RoomWind {
   readonly type: "roomWind";
   readonly wind: Wind;
-  /** who has set it; 0n: the server's setting */
+  /** who has set it; 0n: the server's setting; 2^64 - 1: a client of the server that had the room before */
   readonly session: bigint;
 }
 const roomWind: MessageReader<RoomWind> = {
@@ -232,6 +251,19 @@ const frameBatch: MessageReader<CodedFrameBatch> = {
   },
 };
 
+/** To the server that holds the room: connect there, with a new session. */
+export interface Redirect {
+  readonly type: "redirect";
+  /** null: nobody holds it for the moment; ask again where you asked first */
+  readonly to: ServerAt | null;
+}
+const redirect: MessageReader<Redirect> = {
+  read(from) {
+    const to = from.to();
+    return { to: to ? serverAt(to) : null };
+  },
+};
+
 /** Something was refused. */
 export interface ErrorMessage {
   readonly type: "error";
@@ -268,6 +300,7 @@ type ServersAlone =
   | GroomBasis
   | GroomLearnt
   | CodedFrameBatch
+  | Redirect
   | ErrorMessage;
 export type ServerMessage = ServersAlone | Goodbye;
 
@@ -286,5 +319,6 @@ export const serverReaders: { readonly [M in ServersAlone as M["type"]]: Message
   groomBasis,
   groomLearnt,
   frameBatch,
+  redirect,
   error,
 };

@@ -1,9 +1,9 @@
 import { HairnetError } from "../hair/hairnetError";
+import { kDatagramBytesMax } from "../generated/limits";
+import { isFrameDatagram } from "./frameDatagram";
 import type { WebSocketLike } from "./link";
 import { PacketSplitter } from "./packetSplitter";
 
-/** A datagram that fits every browser's and every server's limit has at most so many bytes. */
-export const kDatagramBytesMax = 1024;
 // A tick brings one datagram for every few people, all at once.
 const kIncomingDatagramsMax = 1024;
 // More poses than that are outdated before they leave.
@@ -51,8 +51,9 @@ export function webTransportUrl(webSocketUrl: string, page: WebTransportPage): s
 type CloseListener = (event: { readonly code: number; readonly reason: string }) => unknown;
 
 /**
- * A WebTransport session that looks like a WebSocket: packets in order travel on one stream, each after its size, and
- * packets that may be lost in datagrams. `open()` makes it; it is then open.
+ * A WebTransport session that looks like a WebSocket: packets in order travel on one stream, each after its size,
+ * packets that may be lost in datagrams, and those of each download on a stream of its own. `open()` makes it; it is
+ * then open.
  */
 export class WebTransportSocket implements WebSocketLike {
   readonly transport = "webtransport";
@@ -79,7 +80,8 @@ export class WebTransportSocket implements WebSocketLike {
       ({ reason }) => this.#end(reason ?? ""),
       (error) => this.#end(String(error)),
     );
-    void this.#readStream(channel.readable);
+    void this.#readChannel(channel.readable);
+    void this.#readDownloads(session.incomingUnidirectionalStreams);
     void this.#readDatagrams(session.datagrams.readable);
   }
 
@@ -158,18 +160,43 @@ export class WebTransportSocket implements WebSocketLike {
     this.#stream.close().then(endNow, endNow);
   }
 
-  async #readStream(readable: ReadableStream<Uint8Array>): Promise<void> {
-    const splitter = new PacketSplitter();
-    const reader = readable.getReader();
+  async #readChannel(readable: ReadableStream<Uint8Array>): Promise<void> {
     try {
-      for (let read = await reader.read(); !read.done; read = await reader.read()) {
-        const isSound = splitter.feed(read.value, (packet) => this.onmessage?.({ data: packet.buffer }));
-        if (!isSound) return this.#fail("the server sent a size that no packet has");
-      }
+      await this.#readPackets(readable);
       this.#end("");
     } catch (error) {
       this.#end(String(error));
     }
+  }
+
+  async #readDownloads(streams: ReadableStream<ReadableStream<Uint8Array>>): Promise<void> {
+    const reader = streams.getReader();
+    try {
+      for (let next = await reader.read(); !next.done; next = await reader.read()) void this.#readDownload(next.value);
+    } catch {
+      // the session's end is told by `closed`
+    }
+  }
+
+  async #readDownload(readable: ReadableStream<Uint8Array>): Promise<void> {
+    try {
+      if (!(await this.#readPackets(readable))) this.#fail("the server ended a download within a packet");
+    } catch {
+      // the server has given the download up, and says so on the channel
+    }
+  }
+
+  /** Until the stream ends. False: it ended within a packet. */
+  async #readPackets(readable: ReadableStream<Uint8Array>): Promise<boolean> {
+    const splitter = new PacketSplitter();
+    const reader = readable.getReader();
+    for (let read = await reader.read(); !read.done; read = await reader.read()) {
+      const isSound = splitter.feed(read.value, (packet) => this.onmessage?.({ data: packet.buffer }));
+      if (isSound) continue;
+      this.#fail("the server sent a size that no packet has");
+      break;
+    }
+    return splitter.isBetweenPackets;
   }
 
   async #readDatagrams(readable: ReadableStream<Uint8Array>): Promise<void> {
@@ -179,7 +206,7 @@ export class WebTransportSocket implements WebSocketLike {
         const bytes = read.value.slice();
         const isWhole =
           bytes.length > kPrefixBytes && new DataView(bytes.buffer).getUint32(0, true) + kPrefixBytes === bytes.length;
-        if (!isWhole) return this.#fail("the server sent a datagram that is no packet");
+        if (!isWhole && !isFrameDatagram(bytes)) return this.#fail("the server sent a datagram that is no packet");
         this.onmessage?.({ data: bytes.buffer });
       }
     } catch {

@@ -47,7 +47,7 @@ export interface RoomEvents {
   left: { member: Member };
   /** The owner has changed its tag or its appearance. */
   changed: { member: Member };
-  /** The room's wind has changed, or this client has learnt of it. `session`: who has set it; 0n: the server's setting. */
+  /** The room's wind has changed, or this client has learnt of it. `session`: who has set it; 0n: the server's setting; 2^64 - 1: a client of the server that had the room before. */
   wind: { wind: Wind; session: bigint };
   /** The server refused something, or a groom is damaged: one line for people. */
   fault: { detail: string };

@@ -38,3 +38,18 @@ test("counts again when nothing was on its way", () => {
   fetch.take(piece(second, 0, 200));
   expect(fetch.downloads).toEqual({ bytes: 200, byteCount: 500 });
 });
+
+test("takes what is new of pieces that come again, and none beyond a gap", () => {
+  const fetch = new GroomFetch();
+  fetch.request(hashGroom(file));
+  for (const [begin, end] of [
+    [0, 400],
+    [0, 300],
+    [200, 700],
+  ])
+    expect(fetch.take(piece(file, begin, end))).toBeNull();
+  expect(fetch.downloads.bytes).toBe(700);
+  expect(fetch.take(piece(file, 700, 1000))?.bytes).toEqual(file);
+  fetch.request(hashGroom(file));
+  expect(fetch.take(piece(file, 1, 300))?.fault).toMatch(/fit together/);
+});

@@ -49,6 +49,33 @@ describe("connection", () => {
     expect(connection.poll().map((event) => event.type)).toEqual(["connected", "disconnected"]);
   });
 
+  it("goes where a server sends it, by the same kind of address, and only where an address leads", () => {
+    vi.useFakeTimers();
+    const urls: string[] = [];
+    const sockets: FakeSocket[] = [];
+    const makeSocket = (url: string): FakeSocket => {
+      urls.push(url);
+      sockets.push(new FakeSocket());
+      return sockets[sockets.length - 1];
+    };
+    const connection = new Link("wss://hair-1:7420/hair/ws", { makeSocket, nowNs: () => Date.now() * 1e6 });
+    void connection.connect();
+    for (const host of ["hair-2", "2001:db8::1", "no:address"]) {
+      sockets[sockets.length - 1].open();
+      sockets[sockets.length - 1].tell(serverPacket(1, { type: "redirect", to: { host, port: 7421 } }));
+    }
+    expect(urls).toEqual([
+      "wss://hair-1:7420/hair/ws",
+      "wss://hair-2:7421/hair/ws",
+      "wss://[2001:db8::1]:7421/hair/ws",
+    ]);
+    vi.advanceTimersByTime(1000);
+    expect(urls.at(-1)).toBe("wss://hair-1:7420/hair/ws");
+    const [first, ...others] = sockets.slice(0, 3).map((socket) => socket.said[0]);
+    expect(first).toMatchObject({ type: "hello", trace: expect.toSatisfy((trace: bigint) => trace !== 0n) });
+    for (const other of others) expect(other).toMatchObject({ trace: (first as { trace: bigint }).trace });
+  });
+
   it("says in one line why it could not connect", async () => {
     const { sockets, answer } = connected();
     sockets[0].onclose?.({ code: 1006, reason: "" });

@@ -11,6 +11,18 @@ import { furthest } from "../support/vectors";
 describe("link: coming back", () => {
   const file = new Uint8Array(100).fill(1);
 
+  const windOf = (gustRatio: number): m.SetWind => ({
+    type: "setWind",
+    wind: {
+      meanMPerS: [1, 0, 0],
+      gustRatio,
+      gustPeriodS: 4,
+      turbulenceRmsMPerS: 0,
+      turbulenceScaleM: 0.6,
+      seed: 1n,
+    },
+  });
+
   function withCharacter(): { driver: LinkCoreDriver; hash: string } {
     const driver = new LinkCoreDriver();
     driver.join();
@@ -41,6 +53,111 @@ describe("link: coming back", () => {
     expect(driver.core.counters).toMatchObject({ reconnects: 1, resumes: 1 });
   });
 
+  it("follows a redirect at once, with a new session and the hair as it was", () => {
+    const { driver } = withCharacter();
+    driver.tell({ type: "redirect", to: { host: "hair-2", port: 7421 } });
+    expect(driver.events()).toMatchObject([{ detail: "the room is held by hair-2, port 7421", waitS: 0 }]);
+    expect(driver.core.wantsClose).toBe(true);
+    driver.break();
+    expect(driver.core.redirectedTo).toMatchObject({ host: "hair-2", port: 7421 });
+    expect(driver.open()).toMatchObject({ type: "hello", session: 0n, redirects: 1 });
+    driver.tell(driver.welcome({ session: 78n }));
+    const added = driver.sent().find((message) => message.type === "addCharacter");
+    expect(added?.state).not.toBeNull();
+    driver.break();
+    driver.pass(6 * kSecond);
+    expect(driver.open()).toMatchObject({ type: "hello", session: 78n, redirects: 0 });
+    expect(driver.core.counters).toMatchObject({ redirects: 1 });
+  });
+
+  it("asks the first server again where the named one does not answer", () => {
+    const { driver } = withCharacter();
+    driver.tell({ type: "redirect", to: { host: "hair-2", port: 7421 } });
+    driver.break();
+    driver.core.onOpening(driver.nowNs);
+    driver.break();
+    expect(driver.core.redirectedTo).toBeNull();
+    driver.pass(6 * kSecond);
+    expect(driver.open()).toMatchObject({ type: "hello", session: 77n });
+  });
+
+  it("asks those that the server has named where nobody else answers", () => {
+    const driver = new LinkCoreDriver();
+    driver.join({ others: [{ host: "hair-2", port: 7421 }] });
+    driver.break();
+    const asked: (string | undefined)[] = [];
+    for (let i = 0; i < 4; ++i) {
+      driver.pass(12 * kSecond);
+      asked.push(driver.core.redirectedTo?.host);
+      driver.core.onOpening(driver.nowNs);
+      driver.break();
+    }
+    expect(asked).toEqual([undefined, undefined, "hair-2", undefined]);
+  });
+
+  it("leaves servers that send it on and on", () => {
+    const { driver } = withCharacter();
+    for (let port = 1; port <= 5; ++port) {
+      driver.tell({ type: "redirect", to: { host: "hair", port } });
+      driver.break();
+      if (port < 5) expect(driver.open()).toMatchObject({ type: "hello", redirects: port });
+    }
+    expect(driver.core.wantsConnection).toBe(false);
+    expect(driver.core.redirectedTo).toBeNull();
+    expect(driver.core.counters).toMatchObject({ redirectLoops: 1 });
+  });
+
+  /** Asks the first server; is sent to hair-2, which has died. False once the link has ended. */
+  function askInVain(driver: LinkCoreDriver): boolean {
+    while (!driver.core.wantsConnection && !driver.core.hasEnded) driver.pass(kSecond / 10);
+    if (driver.core.hasEnded) return false;
+    expect(driver.core.redirectedTo).toBeNull();
+    expect(driver.open()).toSatisfy((hello: m.Message) => hello.type === "hello" && hello.redirects < 2);
+    driver.tell({ type: "redirect", to: { host: "hair-2", port: 7421 } });
+    driver.break();
+    driver.core.onOpening(driver.nowNs);
+    driver.break();
+    return !driver.core.hasEnded;
+  }
+
+  it("asks the first server until it takes the room of a server that has died", () => {
+    const driver = new LinkCoreDriver();
+    const beginNs = driver.nowNs;
+    while (driver.nowNs - beginNs < 20 * kSecond) expect(askInVain(driver)).toBe(true);
+    while (!driver.core.wantsConnection) driver.pass(kSecond / 10);
+    driver.open();
+    driver.tell(driver.welcome());
+    expect(driver.core.isActive).toBe(true);
+    expect(driver.core.counters).toMatchObject({ redirectLoops: 0 });
+  });
+
+  it("ends when nobody takes that room", () => {
+    const driver = new LinkCoreDriver();
+    const beginNs = driver.nowNs;
+    while (askInVain(driver));
+    expect(driver.nowNs - beginNs).toBeGreaterThanOrEqual(30 * kSecond);
+    expect(driver.nowNs - beginNs).toBeLessThan(40 * kSecond);
+    expect(driver.core.endDetail).toBe("the line is dead");
+  });
+
+  it("ends a first connection to servers that contradict each other with that reason", () => {
+    const driver = new LinkCoreDriver();
+    for (let turn = 0; !driver.core.hasEnded; ++turn) {
+      while (!driver.core.wantsConnection) driver.pass(kSecond / 10);
+      driver.open();
+      driver.tell({ type: "redirect", to: { host: turn % 2 ? "hair-1" : "hair-2", port: 7420 } });
+      if (!driver.core.hasEnded) driver.break();
+    }
+    expect(driver.core.endDetail).toBe("the servers do not agree on who holds the room");
+    expect(driver.core.counters.redirectLoops).toBeGreaterThan(1);
+  });
+
+  it("refuses a redirect to what is no address", () => {
+    const { driver } = withCharacter();
+    driver.tell({ type: "redirect", to: { host: "hair/../x", port: 7421 } });
+    expect(driver.events()).toMatchObject([{ type: "disconnected", reason: GoodbyeReason.protocolError }]);
+  });
+
   it("brings its token again when it resumes", () => {
     const driver = new LinkCoreDriver({ token: "a.b.c" });
     expect(driver.open()).toMatchObject({ type: "hello", token: "a.b.c", session: 0n });
@@ -65,28 +182,49 @@ describe("link: coming back", () => {
     expect(driver.core.counters).toMatchObject({ reconnects: 1, resumes: 1 });
   });
 
+  it("leaves the wind that another client has set since", () => {
+    for (const duringOutage of [false, true]) {
+      const { driver } = withCharacter();
+      driver.tell({ type: "roomWind", wind: windOf(0).wind, session: 0n });
+      driver.core.send(windOf(0.5));
+      driver.sent();
+      driver.tell({ type: "roomWind", wind: windOf(0.5).wind, session: driver.core.welcome!.session });
+      const anothers: m.ServerMessage = { type: "roomWind", wind: windOf(1).wind, session: 99n };
+      if (!duringOutage) driver.tell(anothers);
+      driver.break();
+      const said = driver.rejoin();
+      driver.tell(duringOutage ? anothers : { type: "roomWind", wind: windOf(0).wind, session: 0n });
+      const types = [...said, ...driver.sent()].map((message) => message.type);
+      expect(types).not.toContain("setWind");
+    }
+  });
+
+  it("sets the wind that was asked for during the outage, or got lost in it, whoever has set one", () => {
+    for (const duringOutage of [false, true]) {
+      const { driver } = withCharacter();
+      if (!duringOutage) driver.core.send(windOf(0.5));
+      driver.break();
+      if (duringOutage) driver.core.send(windOf(0.5));
+      const said = driver.rejoin();
+      driver.tell({ type: "roomWind", wind: windOf(1).wind, session: 99n });
+      const winds = [...said, ...driver.sent()].filter((message) => message.type === "setWind");
+      expect(winds).toEqual([windOf(0.5)]);
+    }
+  });
+
   it("tells a server that has lost the session everything, with the hair as it was", () => {
     const { driver, hash } = withCharacter();
-    const setWind = (gustRatio: number): m.SetWind => ({
-      type: "setWind",
-      wind: {
-        meanMPerS: [1, 0, 0],
-        gustRatio,
-        gustPeriodS: 4,
-        turbulenceRmsMPerS: 0,
-        turbulenceScaleM: 0.6,
-        seed: 1n,
-      },
-    });
-    for (const gustRatio of [0, 0.5]) driver.core.send(setWind(gustRatio));
+    for (const gustRatio of [0, 0.5]) driver.core.send(windOf(gustRatio));
     const scale = { stiffness: 2, damping: 1, density: 1, etherDamping: 1, airDrag: 1, gelPerS2: 0 };
     driver.core.send({ type: "setMaterial", character: 7, scale });
     driver.break();
     const said = driver.rejoin();
     const types = said.map((message) => message.type);
-    expect(types).toEqual(["groomOffer", "addCharacter", "setMaterial", "setWind", "observe"]);
+    expect(types).toEqual(["groomOffer", "addCharacter", "setMaterial", "observe", "setWind"]);
+    expect(said[4]).toEqual(windOf(0.5));
     expect(said[2]).toMatchObject({ character: 7, scale });
-    expect(said[3]).toEqual(setWind(0.5));
+    driver.tell({ type: "roomWind", wind: windOf(0).wind, session: 0n });
+    expect(driver.sent()).toEqual([]);
     const added = said[1] as m.AddCharacter;
     expect(added).toMatchObject({ character: 7, groom: hash, level: LevelIndex.low });
     const { stepM, displacements, velocities } = added.state!;
@@ -132,6 +270,43 @@ describe("link: coming back", () => {
     expect(framesOf(driver.events())[0].basis).toBe(kept.basis);
     driver.tell(batch(0, rigid, 7));
     expect(framesOf(driver.events())[0]).toMatchObject({ lastKnown: false, basis: null });
+  });
+
+  it("keeps the hair for the next server where the resumed session has brought no frame", () => {
+    const { driver, hash } = withCharacter();
+    driver.break();
+    driver.rejoin({ resumed: true });
+    driver.break();
+    driver.rejoin({ session: 78n });
+    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: LevelIndex.rigid, member: 4 });
+    driver.events();
+    driver.tell(batch(0, { member: 4, level: LevelIndex.rigid, content: rigidContent() }, 5));
+    expect(framesOf(driver.events())[0]).toMatchObject({ lastKnown: true });
+  });
+
+  it("gives the next server as long again for its lattice", () => {
+    const { driver, hash } = withCharacter();
+    const shows = (tick: number): boolean => {
+      driver.tell({ type: "characterAdded", character: 7, groom: hash, level: LevelIndex.rigid, member: 4 });
+      driver.events();
+      driver.tell(batch(0, { member: 4, level: LevelIndex.rigid, content: rigidContent() }, tick));
+      return framesOf(driver.events())[0].lastKnown;
+    };
+    driver.break();
+    driver.rejoin();
+    driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    driver.pass(0.9 * kSecond);
+    expect(shows(5)).toBe(true);
+    driver.break();
+    driver.rejoin({ session: 78n });
+    driver.pass(0.5 * kSecond);
+    expect(shows(6)).toBe(true);
+    driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    driver.pass(kSecond);
+    expect(shows(7)).toBe(false);
+    driver.break();
+    driver.rejoin({ session: 79n });
+    expect(shows(8)).toBe(false);
   });
 
   it("tells of members that have left meanwhile", () => {

@@ -3,12 +3,20 @@ import { join } from "node:path";
 import { describe, expect, it } from "vitest";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { clientCodecs } from "../../src/net/clientMessages";
+import { decodeFrameDatagram, isFrameDatagram } from "../../src/net/frameDatagram";
 import { toHex } from "../../src/net/groomHash";
 import type { ClientMessage, Envelope, Message } from "../../src/net/messages";
 import { decodePacket, encodePacket } from "../../src/net/packet";
 import { kObserveAll } from "../../src/net/roomMessages";
 import { serverReaders } from "../../src/net/serverMessages";
 import { fromHex, seeded, vectorFolder, vectors } from "../support/vectors";
+
+interface FrameDatagramVector {
+  packet: string;
+  error: string;
+  clockNs: string;
+  message: Record<string, unknown>;
+}
 
 interface PacketVector {
   /** its numbers are exact in doubles, and a client may send it */
@@ -45,9 +53,9 @@ function plain(key: string, value: unknown): unknown {
 const asJson = (message: unknown): unknown => JSON.parse(JSON.stringify(message, plain));
 
 /** Returns the thrown error, which must be this package's own with one line, or the decoded envelope. */
-function attempt(packet: Uint8Array): Envelope | HairnetError {
+function attempt(packet: Uint8Array, decode = decodePacket): Envelope | HairnetError {
   try {
-    return decodePacket(packet);
+    return decode(packet);
   } catch (error) {
     if (!(error instanceof HairnetError)) throw error;
     expect(error.message).not.toMatch(/\n/);
@@ -100,6 +108,48 @@ describe("packets of the C++ library", () => {
       const { message } = decodePacket(packet);
       packet.fill(0xff);
       expect(asJson(message)).toEqual(asJson(each.message));
+    }
+  });
+});
+
+describe("frame datagrams", () => {
+  const datagrams = vectors<FrameDatagramVector[]>("frame_datagrams.json");
+  const sound = datagrams.filter((each) => each.error === "none");
+
+  it("reads those that C++ reads as it does, and refuses those that it refuses", () => {
+    for (const each of datagrams) {
+      const bytes = fromHex(each.packet);
+      expect(isFrameDatagram(bytes)).toBe(true);
+      const got = attempt(bytes, decodeFrameDatagram);
+      if (each.error !== "none") {
+        expect(got).toMatchObject({ code: each.error });
+        continue;
+      }
+      expect((got as Envelope).clockNs).toBe(Number(each.clockNs));
+      expect(asJson((got as Envelope).message)).toEqual(asJson(each.message));
+    }
+    expect(sound.length).toBeGreaterThan(300);
+    expect(datagrams.length - sound.length).toBeGreaterThan(300);
+  });
+
+  it("are no packets, nor packets they", () => {
+    for (const each of sound) expect(attempt(fromHex(each.packet))).toBeInstanceOf(HairnetError);
+    for (const each of cases) expect(isFrameDatagram(fromHex(each.packet))).toBe(false);
+    expect(isFrameDatagram(new Uint8Array())).toBe(false);
+    const large = new Uint8Array(1025);
+    large.set([0x46, 0x42]);
+    expect(isFrameDatagram(large)).toBe(false);
+  });
+
+  it("gives frames or its own error at every truncation, wherever the bytes lie", () => {
+    for (const each of sound.slice(0, 50)) {
+      const bytes = fromHex(each.packet);
+      const shifted = new Uint8Array(bytes.length + 3);
+      shifted.set(bytes, 3);
+      for (let length = 2; length <= bytes.length; ++length) {
+        const got = attempt(shifted.subarray(3, 3 + length), decodeFrameDatagram);
+        if (!(got instanceof HairnetError)) expect(got.message).toMatchObject({ tick: Number(each.message.tick) });
+      }
     }
   });
 });

@@ -1,17 +1,22 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { rigidPose } from "../../src/hair/pose";
 import { HairnetError } from "../../src/hair/hairnetError";
+import { hashGroom } from "../../src/net/groomHash";
 import { Link } from "../../src/net/link";
+import { ErrorReason, GroomState } from "../../src/net/messages";
 import { decodePacket } from "../../src/net/packet";
 import { readWebTransportPage, webTransportPageUrl, webTransportUrl } from "../../src/net/webTransportSocket";
 import { FakeSocket } from "../support/fakeSocket";
 import { FakeWebTransport } from "../support/fakeWebTransport";
 import { addCharacter, LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
+import { fromHex } from "../support/vectors";
 import { until } from "../support/until";
 
 const kHash = btoa(String.fromCharCode(...Array(32).fill(7)));
 const kPage = JSON.stringify({ port: 7421, path: "/wt", hashes: [kHash] });
+/** That of schema/PROTOCOL.md, of a member that is not known. */
+const kFrameDatagram = fromHex("4642c0e552b10000000040787d01002a05ac022202aabb");
 const welcome = serverPacket(1, new LinkCoreDriver().welcome());
 
 describe("page about WebTransport", () => {
@@ -118,9 +123,87 @@ describe("link over WebTransport", () => {
   it("takes packets of datagrams, and ends at one that is none", async () => {
     const [link, session] = await connected();
     session.tellDatagram(serverPacket(2, { type: "memberLeft", member: 9 }));
+    session.tellDatagram(kFrameDatagram);
+    await until("its frame is counted", () => link.use((core) => core.counters.framesUnknown) === 1);
+    expect(session.isClosed).toBe(false);
     session.tellDatagram(new Uint8Array(40));
     await until("it has ended", () => session.isClosed);
     link.close();
+  });
+
+  describe("downloads", () => {
+    const file = new Uint8Array(3000).map((_, n) => n);
+    const other = new Uint8Array(500).map((_, n) => 3 * n);
+    const piece = (bytes: Uint8Array, begin: number, end: number) =>
+      serverPacket(2, {
+        type: "groomData",
+        hash: hashGroom(bytes),
+        byteCount: bytes.length,
+        offset: begin,
+        bytes: bytes.subarray(begin, end),
+      });
+    const events = (link: Link) => link.poll().map((event) => event.type);
+
+    it("hold up neither messages nor each other, and come in any pieces", async () => {
+      const [link, session] = await connected();
+      for (const bytes of [file, other]) link.use((core) => core.requestGroom(hashGroom(bytes)));
+      const stalled = session.openStream();
+      const first = piece(file, 0, 1000);
+      stalled.enqueue(first.subarray(0, 700)); // and then nothing for a while
+      session.openStream().enqueue(piece(other, 0, 500));
+      session.tell(serverPacket(3, { type: "groomStatus", hash: "11".repeat(32), state: GroomState.queued }));
+      const seen: string[] = [];
+      await until("both are here", () => seen.push(...events(link)) >= 3);
+      expect(new Set(seen)).toEqual(new Set(["connected", "groomFetched", "groomStatus"]));
+      stalled.enqueue(first.subarray(700));
+      stalled.enqueue(piece(file, 1000, 3000));
+      stalled.close();
+      await until("the rest is here", () => events(link).includes("groomFetched"));
+      link.close();
+    });
+
+    it("that the server gives up leave the link as it is, and can be asked for again", async () => {
+      const [link, session] = await connected();
+      link.use((core) => core.requestGroom(hashGroom(file)));
+      const given = session.openStream();
+      given.enqueue(piece(file, 0, 1000));
+      given.error(new Error("reset"));
+      const error = { type: "error", reason: ErrorReason.groomUnavailable, character: 0, detail: "" } as const;
+      session.tell(serverPacket(3, { ...error, groom: hashGroom(file) }));
+      await until("it is told", () => events(link).includes("error"));
+      link.use((core) => core.requestGroom(hashGroom(file)));
+      const again = session.openStream();
+      again.enqueue(piece(file, 0, 2000));
+      session.openStream().enqueue(piece(file, 0, 1000)); // of the first one, late
+      again.enqueue(piece(file, 2000, 3000));
+      await until("it is here", () => events(link).includes("groomFetched"));
+      expect(session.isClosed).toBe(false);
+      link.close();
+    });
+
+    it("that nobody has asked for are dropped", async () => {
+      const [link, session] = await connected();
+      session.openStream().enqueue(piece(file, 0, 3000));
+      session.tell(serverPacket(3, { type: "groomStatus", hash: "11".repeat(32), state: GroomState.queued }));
+      const seen: string[] = [];
+      await until("the status is here", () => seen.push(...events(link)) >= 2);
+      expect(seen).toEqual(["connected", "groomStatus"]);
+      expect(session.isClosed).toBe(false);
+      link.close();
+    });
+
+    it.each(["a size that no packet has", "the end within a packet"])("end the session with %s", async (what) => {
+      const [link, session] = await connected();
+      const stream = session.openStream();
+      if (what.startsWith("a size")) {
+        stream.enqueue(new Uint8Array(20));
+      } else {
+        stream.enqueue(piece(file, 0, 1000).subarray(0, 500));
+        stream.close();
+      }
+      await until("it has ended", () => session.isClosed);
+      link.close();
+    });
   });
 
   it("comes back after the session has ended", async () => {
@@ -133,22 +216,36 @@ describe("link over WebTransport", () => {
     link.close();
   });
 
-  it("falls back to a WebSocket where sessions fail, and remembers that", async () => {
+  it("falls back to a WebSocket where sessions fail, says why, and tries again after a minute", async () => {
     FakeWebTransport.fate = "fail";
-    const link = new Link("localhost:7420");
+    let aheadNs = 0;
+    const link = new Link("localhost:7420", { nowNs: () => aheadNs + Math.round(1e6 * performance.now()) });
     const answer = link.connect();
     await until("a WebSocket is tried", () => sockets.length === 1);
     sockets[0].open();
     sockets[0].tell(welcome);
     await answer;
     expect(link.transport).toBe("websocket");
+    expect(link.fallbackReason).toBe("refused");
     expect(FakeWebTransport.made[0].isClosed).toBe(true);
     sockets[0].onclose?.({ code: 1006, reason: "" });
+    expect(link.fallbackReason).toBeNull();
     await until("it comes back", () => {
       link.poll();
       return sockets.length === 2;
     });
     expect(FakeWebTransport.made.length).toBe(1);
+    sockets[1].open();
+    expect(link.fallbackReason).toBe("refused");
+    FakeWebTransport.fate = "open";
+    aheadNs = 60e9;
+    sockets[1].onclose?.({ code: 1006, reason: "" });
+    await until("it tries WebTransport again", () => {
+      link.poll();
+      return link.transport === "webtransport";
+    });
+    expect(link.fallbackReason).toBeNull();
+    expect(sockets.length).toBe(2);
     link.close();
   });
 
@@ -162,6 +259,8 @@ describe("link over WebTransport", () => {
     expect(sockets.length).toBe(0);
     await vi.advanceTimersByTimeAsync(200);
     expect(sockets.length).toBe(1);
+    sockets[0].open();
+    expect(link.fallbackReason).toBe("no session opened within 3 s");
     link.close();
   });
 
@@ -170,6 +269,8 @@ describe("link over WebTransport", () => {
     const link = new Link("localhost:7420");
     void link.connect().catch(() => {});
     await until("a WebSocket is tried", () => sockets.length === 1);
+    sockets[0].open();
+    expect(link.fallbackReason).toBe("the server has none");
     link.close();
     page = kPage;
     const other = new Link("localhost:7420", { transport: "websocket" });

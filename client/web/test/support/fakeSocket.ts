@@ -1,4 +1,5 @@
 import type { WebSocketLike } from "../../src/net/link";
+import type { ClientMessage } from "../../src/net/messages";
 import { decodePacket } from "../../src/net/packet";
 
 /** A socket whose other end is the test. */
@@ -24,7 +25,10 @@ export class FakeSocket implements WebSocketLike {
   tell(packet: Uint8Array): void {
     this.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
   }
+  get said(): ClientMessage[] {
+    return this.sent.map((packet) => decodePacket(packet).message as ClientMessage);
+  }
   get saidTypes(): string[] {
-    return this.sent.map((packet) => decodePacket(packet).message.type);
+    return this.said.map((message) => message.type);
   }
 }

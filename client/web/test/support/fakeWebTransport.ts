@@ -11,10 +11,12 @@ export class FakeWebTransport {
   isClosed = false;
   streamEnded = false;
   readonly datagrams;
+  readonly incomingUnidirectionalStreams;
   #end!: (info: { closeCode: number; reason: string }) => void;
   #refuse!: (error: Error) => void;
   #stream!: ReadableStreamDefaultController<Uint8Array>;
   #incoming!: ReadableStreamDefaultController<Uint8Array>;
+  #streams!: ReadableStreamDefaultController<ReadableStream<Uint8Array>>;
 
   constructor(
     readonly url: string,
@@ -29,6 +31,11 @@ export class FakeWebTransport {
     this.ready.catch(() => {});
     this.closed = new Promise((resolve) => {
       this.#end = resolve;
+    });
+    this.incomingUnidirectionalStreams = new ReadableStream<ReadableStream<Uint8Array>>({
+      start: (controller) => {
+        this.#streams = controller;
+      },
     });
     this.datagrams = {
       maxDatagramSize: 1200,
@@ -65,6 +72,18 @@ export class FakeWebTransport {
 
   tell(bytes: Uint8Array): void {
     this.#stream.enqueue(bytes);
+  }
+  /** A one-way stream of the server's. */
+  openStream(): ReadableStreamDefaultController<Uint8Array> {
+    let opened!: ReadableStreamDefaultController<Uint8Array>;
+    this.#streams.enqueue(
+      new ReadableStream<Uint8Array>({
+        start: (controller) => {
+          opened = controller;
+        },
+      }),
+    );
+    return opened;
   }
   tellDatagram(bytes: Uint8Array): void {
     this.#incoming.enqueue(bytes);

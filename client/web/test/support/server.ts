@@ -39,11 +39,20 @@ export class Server {
 
   /** At once, like a crash. */
   async kill(): Promise<void> {
+    await this.#end("SIGKILL");
+  }
+
+  /** As an operator does. */
+  async stop(): Promise<void> {
+    await this.#end("SIGTERM");
+  }
+
+  async #end(signal: NodeJS.Signals): Promise<void> {
     const server = this.#process;
     this.#process = null;
     if (!server || server.exitCode !== null || server.signalCode !== null) return;
     const gone = new Promise((done) => server.once("exit", done));
-    server.kill("SIGKILL");
+    server.kill(signal);
     await gone;
   }
 

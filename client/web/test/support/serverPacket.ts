@@ -27,11 +27,20 @@ function writeHash(to: flatbuffers.Builder, hash: string): flatbuffers.Offset {
   );
 }
 
+function writeServer(to: flatbuffers.Builder, { host, port }: m.ServerAt): flatbuffers.Offset {
+  return fb.ServerAt.createServerAt(to, to.createString(host), port);
+}
+
 function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body, flatbuffers.Offset] {
   switch (message.type) {
     case "welcome": {
       const room = to.createString(message.room);
+      const others = fb.Welcome.createOthersVector(
+        to,
+        message.others.map((other) => writeServer(to, other)),
+      );
       fb.Welcome.startWelcome(to);
+      fb.Welcome.addOthers(to, others);
       fb.Welcome.addProtocolVersion(to, message.protocolVersion);
       fb.Welcome.addSession(to, message.session);
       fb.Welcome.addTickRateHz(to, message.tickRateHz);
@@ -123,6 +132,12 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.FrameBatch.addFrames(to, frames);
       if (generations !== 0) fb.FrameBatch.addGenerations(to, generations);
       return [fb.Body.FrameBatch, fb.FrameBatch.endFrameBatch(to)];
+    }
+    case "redirect": {
+      const server = message.to ? writeServer(to, message.to) : 0;
+      fb.Redirect.startRedirect(to);
+      if (message.to) fb.Redirect.addTo(to, server);
+      return [fb.Body.Redirect, fb.Redirect.endRedirect(to)];
     }
     case "error": {
       const detail = to.createString(message.detail);

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "client/link/webtransport/http3_session.hpp"
+#include "schema/channel/packet_splitter.hpp"
+#include "schema/limits.hpp"
+
+namespace hairnet::link {
+
+// Cuts the downloads of a session into packets, which wait here until they are taken. The streams' windows bound the
+// bytes. No I/O.
+class DownloadReader {
+ public:
+  // A download has packets of at most one chunk. So a packet fits the window of its stream.
+  static constexpr std::size_t kPacketBytesMax = wire::kGroomChunkBytesMax + wire::kPacketOverheadBytesMax;
+
+  struct Packet {
+    StreamId download = -1;
+    std::vector<std::uint8_t> bytes;
+  };
+
+  // False: a size is out of bounds, or the stream ends within a packet. The server breaks the protocol.
+  [[nodiscard]] bool feed(StreamId download, std::span<const std::uint8_t> bytes, bool is_last);
+  // The server sends no more of it: forgets what has come. Returns how many bytes that was.
+  std::size_t drop(StreamId download);
+  [[nodiscard]] const std::deque<Packet>& packets() const { return packets_; }
+  Packet take();  // the first one; asserts that there is one
+
+ private:
+  std::map<StreamId, channel::PacketSplitter> splitters_;
+  std::deque<Packet> packets_;
+};
+
+}  // namespace hairnet::link

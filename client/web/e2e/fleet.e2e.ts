@@ -1,0 +1,131 @@
+import { spawn, type ChildProcess } from "node:child_process";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { createServer, type AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { PageViewer } from "../page/viewer";
+import { Actor, makeGroomFile } from "./actor";
+import { Browser } from "./browser";
+import { HairnetServer, until } from "./hairnetServer";
+
+const kEtcd = "/usr/bin/etcd";
+const kWaitMs = 60_000;
+
+const browser = new Browser();
+const folder = mkdtempSync(join(tmpdir(), "hairnet-fleet-"));
+let etcd: ChildProcess | null = null;
+let etcdUrl = "";
+
+interface Globals {
+  hairnet: PageViewer;
+}
+
+async function freePort(): Promise<number> {
+  const server = createServer();
+  await new Promise<void>((done) => server.listen(0, "127.0.0.1", done));
+  const { port } = server.address() as AddressInfo;
+  await new Promise((done) => server.close(done));
+  return port;
+}
+
+/** Between two looks at which frames had come. */
+function longestGap(actor: Actor): { end(): number } {
+  let count = 0;
+  let sinceMs = performance.now();
+  let longestMs = 0;
+  const timer = setInterval(() => {
+    const now = performance.now();
+    const { framesReceived } = actor.room.counters;
+    if (framesReceived !== count) sinceMs = now;
+    count = framesReceived;
+    longestMs = Math.max(longestMs, now - sinceMs);
+  }, 2);
+  return {
+    end() {
+      clearInterval(timer);
+      return longestMs;
+    },
+  };
+}
+
+beforeAll(async () => {
+  if (!existsSync(kEtcd)) return;
+  etcdUrl = `http://127.0.0.1:${await freePort()}`;
+  const peerUrl = `http://127.0.0.1:${await freePort()}`;
+  etcd = spawn(
+    kEtcd,
+    [
+      ["--data-dir", join(folder, "etcd"), "--listen-client-urls", etcdUrl, "--advertise-client-urls", etcdUrl],
+      ["--listen-peer-urls", peerUrl, "--initial-advertise-peer-urls", peerUrl],
+      ["--initial-cluster", `default=${peerUrl}`],
+    ].flat(),
+    { stdio: "ignore" },
+  );
+  await until("etcd answers", async () => (await fetch(`${etcdUrl}/health`).catch(() => null))?.ok === true);
+  await browser.start({ width: 480, height: 320 }, [], true);
+});
+afterAll(async () => {
+  await browser.dispose();
+  etcd?.kill();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+test.each(["on", "off"])("a page follows its room to another server, with WebTransport %s", async (webTransport) => {
+  if (!etcd) return console.warn(`NOT TESTED: there is no ${kEtcd}; deploy/setup installs it`);
+  const flags = ["--etcd", etcdUrl, "--fleet-name", `wt-${webTransport}`, "--fleet-address", "127.0.0.1"];
+  const folders = ["--level-cache", join(folder, "levels"), "--groom-cache", join(folder, "grooms")];
+  const servers = [0, 1].map(() => new HairnetServer([...flags, ...folders, "--webtransport", webTransport]));
+  for (const server of servers) await server.start();
+  const actor = await Actor.join(servers[0].address, "hall", makeGroomFile("bob", 300).bytes);
+  try {
+    const page = await browser.open(`${servers[0].address}/?room=hall`);
+    const showsHair = () =>
+      page.waitForFunction(
+        () => {
+          const { hairnet } = window as unknown as Globals;
+          const [other] = [...(hairnet?.room?.members.values() ?? [])].filter((member) => !member.own);
+          return (
+            hairnet.room?.state === "connected" && other?.pose && hairnet.hair?.characters.get(other.member)?.isReady
+          );
+        },
+        null,
+        { timeout: kWaitMs, polling: 100 },
+      );
+    await showsHair();
+    const welcomed = await Promise.all(servers.map((server) => server.metric("hairnet_sessions_welcomed_total")));
+    const holder = welcomed[0] > 0 ? 0 : 1;
+    expect(welcomed[1 - holder]).toBe(0);
+    const gap = longestGap(actor);
+    await servers[holder].stop();
+    await expect
+      .poll(() => servers[1 - holder].metric("hairnet_sessions_welcomed_total"), { timeout: kWaitMs })
+      .toBe(2);
+    await showsHair();
+    console.log(`with WebTransport ${webTransport} the actor's frames had a gap of ${gap.end().toFixed(0)} ms`);
+    const look = () =>
+      page.evaluate(() => {
+        const room = (window as unknown as Globals).hairnet.room!;
+        const [other] = [...room.members.values()].filter((member) => !member.own);
+        return {
+          yaw: other.pose![1],
+          transport: room.link.transport,
+          reason: room.link.fallbackReason,
+          ...room.counters,
+        };
+      });
+    const before = await look();
+    await actor.turnTo(0.6, 3);
+    await expect.poll(async () => Math.abs((await look()).yaw - before.yaw), { timeout: kWaitMs }).toBeGreaterThan(0.1);
+    const after = await look();
+    expect(after.redirects).toBeGreaterThan(0);
+    expect(after.transport, after.reason ?? "").toBe(webTransport === "on" ? "webtransport" : "websocket");
+    expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
+    expect(after.framesUndecodable).toBe(0);
+  } finally {
+    actor.leave();
+    await browser.closePages();
+    for (const server of servers) await server.dispose();
+    browser.takeFaults();
+  }
+});

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <ngtcp2/ngtcp2.h>
+
+namespace hairnet::quic {
+
+// What ngtcp2 calls for TLS and randomness, the same at both ends. Each end adds its own.
+ngtcp2_callbacks crypto_callbacks();
+
+}  // namespace hairnet::quic

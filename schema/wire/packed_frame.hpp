@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+
+#include "schema/wire/server_messages.hpp"
+
+// A frame as it lies between others in a FrameBatch and in a frame datagram: PROTOCOL.md, Frames. For
+// server_messages.cpp and frame_datagram.cpp alone.
+namespace hairnet::wire {
+
+// `at`: room for what is written. They return where it ends.
+std::uint8_t* write_varint(std::uint64_t value, std::uint8_t* at);
+std::uint8_t* write_frame(const Frame& frame, std::uint32_t member_before, std::uint8_t* at);
+
+std::size_t varint_bytes(std::uint64_t value);
+std::size_t packed_bytes(const Frame& frame, std::uint32_t member_before);
+
+// Takes what is packed off the front of a span; false at its end or when it is not sound.
+class Unpacker {
+ public:
+  explicit Unpacker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  [[nodiscard]] bool empty() const { return bytes_.empty(); }
+  bool take(std::uint8_t& value) {
+    if (bytes_.empty()) return false;
+    value = bytes_.front();
+    bytes_ = bytes_.subspan(1);
+    return true;
+  }
+  template <class Unsigned>
+  bool take_varint(Unsigned& value) {
+    Unsigned sum = 0;
+    for (int shift = 0; shift < std::numeric_limits<Unsigned>::digits; shift += 7) {
+      std::uint8_t byte = 0;
+      if (!take(byte)) return false;
+      const Unsigned bits = byte & 0x7fu;
+      if (bits << shift >> shift != bits) return false;
+      sum |= bits << shift;
+      if (byte & 0x80) continue;
+      value = sum;
+      return true;
+    }
+    return false;
+  }
+  bool take(std::size_t count, std::span<const std::uint8_t>& out) {
+    if (count > bytes_.size()) return false;
+    out = bytes_.first(count);
+    bytes_ = bytes_.subspan(count);
+    return true;
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};
+
+// Its content lies in the bytes that `in` reads. Returns what is wrong: empty, or one line.
+std::string read_frame(Unpacker& in, std::uint32_t member_before, Frame& out);
+
+}  // namespace hairnet::wire

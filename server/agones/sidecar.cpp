@@ -1,0 +1,189 @@
+#include "server/agones/sidecar.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "server/telemetry/log_text.hpp"
+
+namespace hairnet::server::agones {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kCallTimeout_ns = 2 * kSecond_ns;
+constexpr std::int64_t kHealthInterval_ns = 2 * kSecond_ns;
+constexpr std::int64_t kStateInterval_ns = kSecond_ns;  // between changes of the state
+constexpr std::int64_t kRoomsInterval_ns = 2 * kSecond_ns;
+constexpr std::int64_t kAddressInterval_ns = kSecond_ns;  // while Agones has no address for this server yet
+constexpr std::int64_t kUnusedFor_ns = 5 * kSecond_ns;    // without a room, until Agones may take the server
+constexpr std::int64_t kBackoffMin_ns = 500 * kMs;
+constexpr int kBackoffDoublingsMax = 5;  // 16 s
+
+constexpr std::array<const char*, 4> kStateNames{"none", "ready", "allocated", "shutdown"};
+constexpr std::array<const char*, 4> kDutyNames{"health", "state", "rooms", "address"};
+constexpr std::array<const char*, 6> kFaultNames{"unreachable", "timeout",   "broken",
+                                                 "refused",     "malformed", "oversize"};
+
+Counter& counter_of(AgonesCounters& counters, Fault fault) {
+  switch (fault) {
+    case Fault::unreachable:
+      return counters.requests_failed_unreachable;
+    case Fault::timeout:
+      return counters.requests_failed_timeout;
+    case Fault::broken:
+      return counters.requests_failed_broken;
+    case Fault::refused:
+      return counters.requests_failed_refused;
+    case Fault::oversize:
+      return counters.requests_failed_oversize;
+    case Fault::malformed:
+      break;
+  }
+  return counters.requests_failed_malformed;
+}
+
+}  // namespace
+
+Sidecar::Sidecar(const SidecarDef& def, SidecarTransport& transport, AgonesCounters& counters)
+    : def_(def), transport_(&transport), counters_(&counters), random_(def.seed) {
+  counters_->gauges.up.set(0);
+  counters_->gauges.allocated.set(0);
+}
+
+void Sidecar::poll(const ServerNow& server, std::int64_t now_ns) {
+  for (std::size_t duty = 0; duty < kDutyCount; ++duty) {
+    Task& task = tasks_[duty];
+    if (task.call == 0 || now_ns < task.deadline_ns) continue;
+    transport_->cancel(std::exchange(task.call, 0));
+    fail(static_cast<Duty>(duty), Fault::timeout, {}, now_ns);
+  }
+  if (server.has_ticks_on_time && may_start(health_duty, now_ns)) start(health_duty, health(), now_ns);
+  if (def_.asks_for_address && !address_ && may_start(address_duty, now_ns)) start(address_duty, game_server(), now_ns);
+  const State wanted = wanted_state(server, now_ns);
+  const bool is_silent = wanted == State::none || (server.drains && wanted != State::shutdown);
+  if (!is_silent && (wanted != state_ || !is_state_known_) && may_start(state_duty, now_ns)) {
+    sent_state_ = wanted;
+    is_state_known_ = false;
+    start(state_duty, wanted == State::ready ? ready() : wanted == State::allocated ? allocate() : shutdown(), now_ns);
+  }
+  const std::size_t rooms = std::min(server.rooms, def_.room_count_max);
+  if (state_ != State::none && !server.drains && rooms_ != rooms && may_start(rooms_duty, now_ns)) {
+    sent_rooms_ = rooms;
+    rooms_.reset();
+    start(rooms_duty, set_rooms(rooms, def_.room_count_max), now_ns);
+  }
+}
+
+Sidecar::State Sidecar::wanted_state(const ServerNow& server, std::int64_t now_ns) {
+  if (shutdown_begun_ns_) return State::shutdown;
+  if (server.rooms > 0) used_ns_ = now_ns;
+  if (server.drains) return state_;
+  if (state_ == State::none) return server.takes_clients ? State::ready : State::none;
+  if (server.rooms > 0) return State::allocated;
+  const bool is_unused = server.takes_clients && now_ns - used_ns_ >= kUnusedFor_ns;
+  return state_ == State::allocated && is_unused ? State::ready : state_;
+}
+
+void Sidecar::shut_down(std::int64_t now_ns) {
+  if (shutdown_begun_ns_) return;
+  shutdown_begun_ns_ = now_ns;
+  Task& task = tasks_[state_duty];
+  if (task.call != 0) transport_->cancel(task.call);
+  task = {};
+}
+
+bool Sidecar::is_shut_down(std::int64_t now_ns) const {
+  return shutdown_begun_ns_ && (state_ == State::shutdown || now_ns - *shutdown_begun_ns_ >= kShutdownPatience_ns);
+}
+
+void Sidecar::start(Duty duty, Request request, std::int64_t now_ns) {
+  counters_->requests.add();
+  Task& task = tasks_[duty];
+  task.call = ++last_call_;
+  task.deadline_ns = now_ns + kCallTimeout_ns;
+  transport_->send(task.call, std::move(request));
+}
+
+std::optional<Sidecar::Duty> Sidecar::duty_of(std::uint64_t call) const {
+  const auto found = std::ranges::find(tasks_, call, &Task::call);
+  if (call == 0 || found == tasks_.end()) return std::nullopt;
+  return static_cast<Duty>(found - tasks_.begin());
+}
+
+void Sidecar::on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) {
+  const std::optional<Duty> duty = duty_of(call);
+  if (!duty) return;
+  tasks_[*duty].call = 0;
+  note_reached(true);
+  if (status == 200) return succeed(*duty, body, now_ns);
+  fail(*duty, Fault::refused, "status " + std::to_string(status) + ": " + std::string(body), now_ns);
+}
+
+void Sidecar::on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) {
+  const std::optional<Duty> duty = duty_of(call);
+  if (!duty) return;
+  tasks_[*duty].call = 0;
+  fail(*duty, fault, {}, now_ns);
+}
+
+void Sidecar::succeed(Duty duty, std::string_view body, std::int64_t now_ns) {
+  Task& task = tasks_[duty];
+  switch (duty) {
+    case health_duty:
+      task.due_ns = now_ns + kHealthInterval_ns;
+      break;
+    case state_duty:
+      task.due_ns = now_ns + kStateInterval_ns;
+      state_ = sent_state_;
+      is_state_known_ = true;
+      counters_->gauges.allocated.set(state_ == State::allocated ? 1 : 0);
+      spdlog::info("event=agones_state state={}", kStateNames[static_cast<std::size_t>(state_)]);
+      break;
+    case rooms_duty:
+      task.due_ns = now_ns + kRoomsInterval_ns;
+      rooms_ = sent_rooms_;
+      break;
+    case address_duty: {
+      Result<std::optional<ServerAddress>> address = parse_address(body);
+      if (!address) return fail(duty, Fault::malformed, address.error(), now_ns);
+      task.due_ns = now_ns + kAddressInterval_ns;
+      address_ = std::move(*address);
+      if (address_) spdlog::info("event=agones_address host={} port={}", log_text(address_->host), address_->port);
+      break;
+    }
+    case kDutyCount:
+      HAIRNET_ASSERT(false);
+  }
+  task.failures = 0;
+  warned_of_[duty].clear();
+}
+
+void Sidecar::fail(Duty duty, Fault fault, const std::string& detail, std::int64_t now_ns) {
+  counter_of(*counters_, fault).add();
+  Task& task = tasks_[duty];
+  const std::int64_t wait_ns = kBackoffMin_ns << std::min(task.failures++, kBackoffDoublingsMax);
+  task.due_ns = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * random_.between(0.5, 1));
+  // A late report of health costs the server its place: it is never put off for longer.
+  if (duty == health_duty) task.due_ns = std::min(task.due_ns, now_ns + kHealthInterval_ns);
+  if (fault == Fault::refused || fault == Fault::malformed || fault == Fault::oversize) {
+    const std::string text = kFaultNames[static_cast<std::size_t>(fault)] + detail;
+    if (std::exchange(warned_of_[duty], text) != text)
+      spdlog::warn("event=agones_refused duty={} reason={} detail={}", kDutyNames[duty],
+                   kFaultNames[static_cast<std::size_t>(fault)], log_text(detail));
+  } else {
+    note_reached(false);
+  }
+}
+
+void Sidecar::note_reached(bool is_reached) {
+  if (std::exchange(is_reached_, is_reached) == is_reached) return;
+  counters_->gauges.up.set(is_reached ? 1 : 0);
+  if (is_reached)
+    spdlog::info("event=agones_reached");
+  else
+    spdlog::warn("event=agones_unreachable");
+}
+
+}  // namespace hairnet::server::agones

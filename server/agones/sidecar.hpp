@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/random.hpp"
+#include "server/agones/agones_counters.hpp"
+#include "server/agones/sidecar_transport.hpp"
+
+namespace hairnet::server::agones {
+
+struct SidecarDef {
+  std::size_t room_count_max = 0;  // the capacity that Agones is told
+  bool asks_for_address = false;
+  std::uint64_t seed = 0;  // of the jitter between tries
+};
+
+// What the sidecar is told about this server.
+struct ServerNow {
+  bool takes_clients = false;      // it is ready, and its directory works
+  bool has_ticks_on_time = false;  // it does not hang
+  bool drains = false;
+  std::size_t rooms = 0;
+};
+
+// This server as Agones sees it, by way of the sidecar: alive, ready, in use, ended. Every duty has one call at a time;
+// one that fails is tried again, later each time. Nothing here stops the server. I/O thread.
+class Sidecar final : public SidecarSink {
+ public:
+  // `transport` and `counters` must outlive it.
+  Sidecar(const SidecarDef& def, SidecarTransport& transport, AgonesCounters& counters);
+
+  void poll(const ServerNow& server, std::int64_t now_ns);
+  // The server has drained: Agones may end the pod. Asked again and again, it begins once.
+  void shut_down(std::int64_t now_ns);
+  // Agones knows of the end, or has not answered for kShutdownPatience_ns.
+  [[nodiscard]] bool is_shut_down(std::int64_t now_ns) const;
+  // Where clients reach this server, once it is known.
+  [[nodiscard]] const std::optional<ServerAddress>& address() const { return address_; }
+
+  void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) override;
+  void on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) override;
+
+  static constexpr std::int64_t kShutdownPatience_ns = 2'000'000'000;
+
+ private:
+  enum class State : std::uint8_t { none, ready, allocated, shutdown };
+  enum Duty : std::uint8_t { health_duty, state_duty, rooms_duty, address_duty, kDutyCount };
+  struct Task {
+    std::uint64_t call = 0;  // under way; 0: none
+    std::int64_t deadline_ns = 0, due_ns = 0;
+    int failures = 0;  // since the last success
+  };
+
+  [[nodiscard]] State wanted_state(const ServerNow& server, std::int64_t now_ns);
+  [[nodiscard]] bool may_start(Duty duty, std::int64_t now_ns) const {
+    return tasks_[duty].call == 0 && now_ns >= tasks_[duty].due_ns;
+  }
+  void start(Duty duty, Request request, std::int64_t now_ns);
+  void succeed(Duty duty, std::string_view body, std::int64_t now_ns);
+  void fail(Duty duty, Fault fault, const std::string& detail, std::int64_t now_ns);
+  void note_reached(bool is_reached);
+  [[nodiscard]] std::optional<Duty> duty_of(std::uint64_t call) const;
+
+  SidecarDef def_;
+  SidecarTransport* transport_;
+  AgonesCounters* counters_;
+  Random random_;
+  std::array<Task, kDutyCount> tasks_;
+  std::uint64_t last_call_ = 0;
+  State state_ = State::none, sent_state_ = State::none;  // that Agones was told; of the newest call
+  bool is_state_known_ = true;                            // no call since has failed, which may have been executed
+  std::int64_t used_ns_ = 0;                              // when a room last existed
+  std::optional<std::size_t> rooms_;                      // that Agones was told
+  std::size_t sent_rooms_ = 0;
+  std::optional<ServerAddress> address_;
+  std::optional<std::int64_t> shutdown_begun_ns_;
+  std::optional<bool> is_reached_;                 // none: no call has ended yet
+  std::array<std::string, kDutyCount> warned_of_;  // the newest warning of each duty, which is not repeated
+};
+
+}  // namespace hairnet::server::agones

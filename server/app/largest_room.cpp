@@ -1,0 +1,32 @@
+#include "server/app/largest_room.hpp"
+
+#include <spdlog/spdlog.h>
+
+namespace hairnet::server {
+namespace {
+
+// So that a load near the limit does not change the answer all the time.
+constexpr double kFallsBelow = 0.8;  // of the share
+constexpr std::int64_t kFitsAfter_ns = 5'000'000'000;
+
+}  // namespace
+
+void LargestRoom::observe(const RoomLoad& load, std::int64_t now_ns) {
+  room_ = load.room;
+  const double of_characters =
+      load.characters == 0 ? 0 : static_cast<double>(load.room_characters) / static_cast<double>(load.characters);
+  const double of_server = load.available_s > 0 ? load.wanted_s / load.available_s * of_characters : 0;
+  needs_own_server_ = of_server > own_server_share_ * (needs_own_server_ ? kFallsBelow : 1);
+  // Where many rooms fill the server together, none of them has outgrown it.
+  if (load.is_over && needs_own_server_ && of_characters > own_server_share_) {
+    over_ns_ = now_ns;
+    if (outgrown_ == load.room) return;
+    outgrown_ = load.room;
+    spdlog::warn("event=room_outgrown room=\"{}\" characters={}", outgrown_, load.room_characters);
+  } else if (!outgrown_.empty() && now_ns - over_ns_ >= kFitsAfter_ns) {
+    spdlog::warn("event=room_fits room=\"{}\"", outgrown_);
+    outgrown_.clear();
+  }
+}
+
+}  // namespace hairnet::server

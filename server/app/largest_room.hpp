@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace hairnet::server {
+
+// The room of a server that has the most characters, and what the server's ticks take.
+struct RoomLoad {
+  std::string room;  // empty: there is none
+  std::size_t room_characters = 0, characters = 0;
+  double wanted_s = 0;     // of a tick, with all characters at the level that their owners ask for
+  double available_s = 0;  // to a tick; 0: not measured
+  bool is_over = false;    // not even the coarsest levels of all characters fit
+};
+
+// Whether the largest room of this server needs the server alone, and whether not even that is enough. Characters are
+// taken to cost alike. I/O thread.
+class LargestRoom {
+ public:
+  // `own_server_share`: a room that wants more of the server's time gets no other rooms beside it.
+  explicit LargestRoom(double own_server_share) : own_server_share_(own_server_share) {}
+
+  void observe(const RoomLoad& load, std::int64_t now_ns);
+  [[nodiscard]] bool needs_own_server() const { return needs_own_server_; }
+  [[nodiscard]] bool needs_own_server(const std::string& room) const { return needs_own_server_ && room == room_; }
+  // The room that takes no newcomers, since the server has no time for them; empty: none.
+  [[nodiscard]] const std::string& outgrown() const { return outgrown_; }
+
+ private:
+  double own_server_share_;
+  std::string room_;  // at the last observe()
+  bool needs_own_server_ = false;
+  std::string outgrown_;
+  std::int64_t over_ns_ = 0;  // when it was over last
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,98 @@
+#include "server/fleet/balance.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "server/fleet/placement.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr double kUsedShareAfter = 0.85;  // that a move aims at, here
+constexpr double kFreeShareAfter = 0.15;  // that the receiver keeps at least
+constexpr std::int64_t kLookInterval_ns = 1'000'000'000, kShortOfTime_ns = 10'000'000'000;
+constexpr double kMean_ns = 5e9;
+// For which the load of a room may not show: clients connect, levels are read from a cache, costs are measured.
+constexpr std::int64_t kArrival_ns = 60'000'000'000;
+
+// With this server: others that are short of time may choose the same receiver before its status shows any move.
+std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> servers) {
+  return 1 + static_cast<std::size_t>(std::ranges::count_if(servers, [self](const ServerStatus& server) {
+           return server.id != self && !server.draining && server.load.rooms > 1 &&
+                  server.load.free_share <= kFreeShareLeast;
+         }));
+}
+
+const RoomToBalance* largest_big(std::span<const RoomToBalance> rooms) {
+  const RoomToBalance* largest = nullptr;
+  for (const RoomToBalance& room : rooms)
+    if (room.is_big && (!largest || room.characters > largest->characters)) largest = &room;
+  return largest;
+}
+
+}  // namespace
+
+bool Balance::is_due(double used_share, std::int64_t now_ns) {
+  const double gain = std::min(1.0, static_cast<double>(now_ns - observed_ns_) / kMean_ns);
+  used_share_ += gain * (used_share - used_share_);
+  observed_ns_ = now_ns;
+  if (used_share_ < 1 - kFreeShareLeast) {
+    due_ns_ = 0;
+    return false;
+  }
+  if (due_ns_ == 0) due_ns_ = now_ns + kShortOfTime_ns;
+  if (now_ns < due_ns_) return false;
+  due_ns_ = now_ns + kLookInterval_ns;
+  return true;
+}
+
+std::optional<RoomMove> Balance::choose(std::span<const RoomToBalance> rooms, std::uint64_t self,
+                                        std::span<const ServerStatus> servers, std::int64_t now_ns) {
+  std::erase_if(sent_, [now_ns](const Sent& sent) { return now_ns >= sent.until_ns; });
+  std::size_t characters = 0;
+  for (const RoomToBalance& room : rooms) characters += room.characters;
+  const auto share_of = [&](const RoomToBalance& room) {
+    return used_share_ * static_cast<double>(room.characters) / static_cast<double>(characters);
+  };
+  const std::size_t givers = count_givers(self, servers);
+  const auto takes = [&](const ServerStatus& server, const RoomToBalance& room) {
+    if (server.id == self || server.draining || server.load.has_big_room) return false;
+    if (room.is_big && server.load.rooms > 0) return false;
+    double share = share_of(room);
+    std::size_t added = room.characters;
+    for (const Sent& sent : sent_) {
+      if (sent.to != server.id) continue;
+      share += sent.share;
+      added += sent.characters;
+    }
+    return server.load.free_share - share * static_cast<double>(givers) >= kFreeShareAfter &&
+           server.load.free_characters >= added * givers;
+  };
+
+  const RoomToBalance *const stays = largest_big(rooms), *chosen = nullptr;
+  const auto is_enough = [&](const RoomToBalance& room) { return used_share_ - share_of(room) <= kUsedShareAfter; };
+  const auto is_better = [&](const RoomToBalance& room) {
+    if (!chosen) return true;
+    if (is_enough(*chosen)) return is_enough(room) && room.characters < chosen->characters;
+    return room.characters > chosen->characters;
+  };
+  for (const RoomToBalance& room : rooms) {
+    const bool is_only = room.characters == characters;
+    if (room.characters == 0 || is_only || !room.has_stayed || &room == stays || !is_better(room)) continue;
+    if (std::ranges::any_of(servers, [&](const ServerStatus& server) { return takes(server, room); })) chosen = &room;
+  }
+  if (!chosen) return {};
+
+  std::vector<ServerStatus> takers;
+  std::ranges::copy_if(servers, std::back_inserter(takers),
+                       [&](const ServerStatus& server) { return takes(server, *chosen); });
+  const std::optional<std::uint64_t> to = choose_server(chosen->name, takers, chosen->is_big);
+  if (!to) return {};
+  const double share = share_of(*chosen);
+  sent_.push_back({.to = *to, .share = share, .characters = chosen->characters, .until_ns = now_ns + kArrival_ns});
+  used_share_ -= share;
+  due_ns_ = now_ns + kShortOfTime_ns;
+  return RoomMove{.room = std::string(chosen->name), .to = *to, .share = share};
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/fleet/server_status.hpp"
+
+namespace hairnet::server {
+
+// For which a room stays on a server before it is moved on.
+inline constexpr std::int64_t kRoomStay_ns = 30'000'000'000;
+
+// A room of this server. Characters are taken to cost alike.
+struct RoomToBalance {
+  std::string_view name;
+  std::size_t characters = 0;
+  bool is_big = false;     // it should have a server of its own
+  bool has_stayed = true;  // for kRoomStay_ns
+};
+
+struct RoomMove {
+  std::string room;
+  std::uint64_t to = 0;  // a server's id
+  double share = 0;      // of this server's time, that the room wants
+};
+
+// Which room a server that is short of time gives up, when, and to which server. It has no clock, and asks nobody: the
+// same calls give the same moves.
+class Balance {
+ public:
+  // Ask all the time. True at most once a second, while the server has been short of time for 10 s and has moved no
+  // room for as long. `used_share`: of the server's time, that its characters want; above 1, hair is coarser than asked
+  // for. A few late ticks change it much, so its mean over some seconds counts.
+  [[nodiscard]] bool is_due(double used_share, std::int64_t now_ns);
+  // None where no move helps. `servers`: the fleet as this server knows it, in any order. The receiver keeps some free
+  // time even if every server that is short of time sends it a room like this one, and if no load of this server's
+  // earlier moves shows yet. The largest big room stays; another big room goes only to a server without rooms. The
+  // smallest room that frees enough time is moved, or else the largest.
+  std::optional<RoomMove> choose(std::span<const RoomToBalance> rooms, std::uint64_t self,
+                                 std::span<const ServerStatus> servers, std::int64_t now_ns);
+  [[nodiscard]] double used_share() const { return used_share_; }  // the mean
+
+ private:
+  // A room that was moved, and may not show in the load of its receiver yet.
+  struct Sent {
+    std::uint64_t to = 0;
+    double share = 0;
+    std::size_t characters = 0;
+    std::int64_t until_ns = 0;
+  };
+
+  double used_share_ = 0;
+  std::int64_t observed_ns_ = 0;
+  std::int64_t due_ns_ = 0;  // 0: the server is not short of time
+  std::vector<Sent> sent_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/fleet/lease_fence.hpp"
+#include "server/fleet/server_status.hpp"
+
+namespace hairnet::server {
+
+// What the directory knows about a room.
+struct Placement {
+  enum class Kind : std::uint8_t {
+    here,         // this server owns the room, and its lease is valid
+    elsewhere,    // another server owns it: `server_id`, `address`
+    unowned,      // no server does: the one that placement chooses may claim it
+    pending,      // a claim or a look-up is under way; ask again
+    unavailable,  // the directory cannot answer; `reason` is one line
+  };
+  Kind kind = Kind::unavailable;
+  std::uint64_t server_id = 0;
+  ServerAddress address = {};
+  std::int64_t claim = 0;  // number of the owner's claim, when it is known: the greater one is the newer owner
+  std::string reason = {};
+};
+
+// Something that the directory did by itself, or the end of a claim.
+struct FleetEvent {
+  enum class Kind : std::uint8_t {
+    room_claimed,      // this server owns the room now, with the number `claim`; after a lost lease it may do so again
+    claim_failed,      // for `reason`; `owner` is another server, or 0
+    room_lost,         // this server owned the room and does not any more
+    lease_paused,      // the fence has closed, frames stop; the rooms may still come back
+    lease_resumed,     // the fence is open again, and no other server has had the rooms
+    room_handed_over,  // this server has given the room up; who asks is sent to its next owner
+  };
+  Kind kind = Kind::room_claimed;
+  std::string room = {};  // of a room's event
+  std::int64_t claim = 0;
+  std::uint64_t owner = 0;
+  std::string reason = {};
+  std::string kept = {};  // of room_claimed: the text that an earlier owner has kept; empty: none
+};
+
+// Which server owns which room. I/O thread, except for fence(). Nothing blocks: answers come with later polls.
+class Directory {
+ public:
+  virtual ~Directory() = default;
+
+  [[nodiscard]] virtual Placement where(std::string_view room, std::int64_t now_ns) const = 0;
+  // Whether frames of the room may be sent now.
+  [[nodiscard]] virtual bool holds(std::string_view room, std::int64_t now_ns) const = 0;
+  // For threads that know a room to be ours: open while this server may act as an owner. Any thread.
+  [[nodiscard]] const LeaseFence& fence() const { return fence_; }
+
+  // Begins to claim the room; the outcome is an event. Returns false when the claim is refused at once: a name that is
+  // not valid, a server that drains, too many rooms.
+  virtual bool claim(std::string_view room, std::int64_t now_ns) = 0;
+  virtual void release(std::string_view room, std::int64_t now_ns) = 0;
+  // Releases a room of ours for the server `to`: once it is released, `where` names that server for a while, unless
+  // another one claims the room. An event tells when.
+  virtual void hand_over(std::string_view room, std::uint64_t to, std::int64_t now_ns) = 0;
+  // Keeps a text of a room of ours for its next owner, instead of the last one; empty: none. Call it at most once a
+  // second for a room, and before its release.
+  virtual void keep(std::string_view room, std::string text, std::int64_t now_ns) = 0;
+  // What the fleet is told about this server.
+  virtual void tell(const ServerLoad& load) = 0;
+  // The server takes no more rooms, and the fleet hears of it at once. It keeps those it has.
+  virtual void drain(std::int64_t now_ns) = 0;
+  // Gives all rooms back and leaves the fleet. The fence closes at once.
+  virtual void stop(std::int64_t now_ns) = 0;
+  // Nothing of this server is left in the directory.
+  [[nodiscard]] virtual bool is_stopped() const = 0;
+
+  // Rooms that the settings call big: each should have a server of its own.
+  void set_big_rooms(std::set<std::string, std::less<>> rooms) { big_rooms_ = std::move(rooms); }
+  [[nodiscard]] bool is_big(std::string_view room) const { return big_rooms_.contains(room); }
+
+  virtual void poll(std::int64_t now_ns) = 0;
+  // The events since the last call, in order.
+  virtual std::vector<FleetEvent> take_events() = 0;
+
+  [[nodiscard]] virtual std::uint64_t server_id() const = 0;
+  [[nodiscard]] virtual bool is_reachable() const = 0;                   // the store answers
+  [[nodiscard]] virtual std::vector<ServerStatus> servers() const = 0;   // by id, with this one
+  [[nodiscard]] virtual std::vector<RoomOwner> rooms() const = 0;        // of all servers, by name
+  [[nodiscard]] virtual std::vector<std::string> own_rooms() const = 0;  // that this server owns, by name
+
+ protected:
+  LeaseFence fence_;
+
+ private:
+  std::set<std::string, std::less<>> big_rooms_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,377 @@
+#include "server/fleet/etcd_api.hpp"
+
+#include <fmt/format.h>
+#include <sodium.h>
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace hairnet::server::etcd {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr std::size_t kErrorBytesMax = 200, kTokenBytesMax = 4096;
+
+std::string base64(std::string_view text) {
+  std::string coded(sodium_base64_encoded_len(text.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
+  sodium_bin2base64(coded.data(), coded.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
+                    sodium_base64_VARIANT_ORIGINAL);
+  coded.pop_back();  // the terminating zero
+  return coded;
+}
+
+std::string text_of(std::int64_t number) {
+  return std::to_string(number);
+}
+
+Request request(std::string path, const Json& body) {
+  return {std::move(path), body.dump()};
+}
+
+Json put_of(std::string_view key, std::string_view value, std::int64_t lease) {
+  return {{"key", base64(key)}, {"value", base64(value)}, {"lease", text_of(lease)}};
+}
+
+Json compare_of(std::string_view key, std::int64_t create_revision) {
+  return {
+      {"target", "CREATE"}, {"result", "EQUAL"}, {"key", base64(key)}, {"create_revision", text_of(create_revision)}};
+}
+
+Json range_of(std::string_view key) {
+  return {{"request_range", {{"key", base64(key)}}}};
+}
+
+Json remove_of(std::string_view key) {
+  return {{"request_delete_range", {{"key", base64(key)}}}};
+}
+
+void add(Json& actions, const Beside& beside) {
+  if (beside.action == Beside::Action::put)
+    actions.push_back({{"request_put", put_of(beside.key, beside.value, beside.lease)}});
+  else if (beside.action == Beside::Action::remove)
+    actions.push_back(remove_of(beside.key));
+}
+
+// Reads fields of an object, and remembers the first that is wrong. An absent field is zero, false or empty.
+class Fields {
+ public:
+  Fields(const Json& object, std::string& fault) : object_(&object), fault_(&fault) {
+    if (!object.is_object()) fail("an object is expected");
+  }
+
+  std::int64_t whole(const char* name) {
+    const Json* value = find(name);
+    if (!value) return 0;
+    std::int64_t number = -1;
+    if (value->is_number_unsigned()) {
+      const auto big = value->get<std::uint64_t>();
+      if (big <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+        number = static_cast<std::int64_t>(big);
+    } else if (value->is_string()) {
+      const auto& text = value->get_ref<const std::string&>();
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      if (error != std::errc() || end != text.data() + text.size()) number = -1;
+    }
+    if (number < 0) fail(fmt::format("{} is not a whole number", name));
+    return std::max<std::int64_t>(number, 0);
+  }
+  bool boolean(const char* name) {
+    const Json* value = find(name);
+    if (!value) return false;
+    if (!value->is_boolean()) {
+      fail(fmt::format("{} is not true or false", name));
+      return false;
+    }
+    return value->get<bool>();
+  }
+  std::string bytes(const char* name, std::size_t bytes_max) {
+    const Json* value = find(name);
+    if (!value) return {};
+    if (!value->is_string()) {
+      fail(fmt::format("{} is not base64", name));
+      return {};
+    }
+    const auto& coded = value->get_ref<const std::string&>();
+    std::string plain(std::min(bytes_max, coded.size()), '\0');
+    std::size_t length = 0;
+    const char* end = nullptr;
+    const bool decoded = sodium_base642bin(reinterpret_cast<unsigned char*>(plain.data()), plain.size(), coded.data(),
+                                           coded.size(), nullptr, &length, &end, sodium_base64_VARIANT_ORIGINAL) == 0;
+    if (!decoded || end != coded.data() + coded.size()) {
+      fail(fmt::format("{} is not base64 of at most {} bytes", name, bytes_max));
+      return {};
+    }
+    plain.resize(length);
+    return plain;
+  }
+  std::string word(const char* name) {
+    const Json* value = find(name);
+    if (!value) return {};
+    if (!value->is_string()) {
+      fail(fmt::format("{} is not text", name));
+      return {};
+    }
+    return value->get<std::string>();
+  }
+  // Null when it is absent.
+  const Json* object(const char* name) {
+    const Json* value = find(name);
+    if (value && !value->is_object()) fail(fmt::format("{} is not an object", name));
+    return value && value->is_object() ? value : nullptr;
+  }
+  const Json* array(const char* name) {
+    const Json* value = find(name);
+    if (value && !value->is_array()) fail(fmt::format("{} is not an array", name));
+    return value && value->is_array() ? value : nullptr;
+  }
+  void fail(std::string what) {
+    if (fault_->empty()) *fault_ = std::move(what);
+  }
+
+ private:
+  const Json* find(const char* name) const {
+    if (!object_->is_object()) return nullptr;
+    const auto found = object_->find(name);
+    return found == object_->end() || found->is_null() ? nullptr : &*found;
+  }
+
+  const Json* object_;
+  std::string* fault_;
+};
+
+Json parse(std::string_view text, std::string& fault) {
+  if (text.size() > kAnswerBytesMax) {
+    fault = "the answer is too long";
+    return Json::object();
+  }
+  Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+  if (json.is_discarded() || !json.is_object()) {
+    fault = "the answer is not a JSON object";
+    return Json::object();
+  }
+  return json;
+}
+
+// The messages of streams are inside "result".
+const Json& result_of(const Json& json, std::string& fault) {
+  static const Json none = Json::object();
+  if (const Json* result = Fields(json, fault).object("result")) return *result;
+  if (fault.empty()) fault = "the answer has no result";
+  return none;
+}
+
+std::int64_t revision_of(Fields& fields, std::string& fault) {
+  const Json* header = fields.object("header");
+  return header ? Fields(*header, fault).whole("revision") : 0;
+}
+
+KeyValue entry_of(const Json& json, std::string& fault) {
+  Fields fields(json, fault);
+  KeyValue entry;
+  entry.key = fields.bytes("key", kKeyBytesMax);
+  entry.value = fields.bytes("value", kValueBytesMax);
+  entry.create_revision = fields.whole("create_revision");
+  entry.mod_revision = fields.whole("mod_revision");
+  entry.lease = fields.whole("lease");
+  if (entry.key.empty()) fields.fail("an entry has no key");
+  if (entry.mod_revision == 0) fields.fail("an entry has no revision");
+  return entry;
+}
+
+std::vector<KeyValue> entries_of(Fields& fields, std::string& fault) {
+  std::vector<KeyValue> entries;
+  if (const Json* list = fields.array("kvs")) {
+    for (const Json& item : *list) {
+      entries.push_back(entry_of(item, fault));
+      if (entries.back().create_revision == 0) fields.fail("an entry has no revision");
+    }
+  }
+  return entries;
+}
+
+template <class Answer>
+Result<Answer> finished(Answer answer, const std::string& fault) {
+  if (!fault.empty()) return Refusal(fault);
+  return answer;
+}
+
+LeaseAnswer lease_of(const Json& json, std::string& fault) {
+  Fields fields(json, fault);
+  LeaseAnswer answer{.lease = fields.whole("ID"), .ttl_s = fields.whole("TTL")};
+  if (answer.lease == 0) fields.fail("the answer names no lease");
+  return answer;
+}
+
+}  // namespace
+
+Request grant(std::int64_t ttl_s) {
+  return request("/v3/lease/grant", {{"TTL", text_of(ttl_s)}});
+}
+
+Request keep_alive(std::int64_t lease) {
+  return request("/v3/lease/keepalive", {{"ID", text_of(lease)}});
+}
+
+Request revoke(std::int64_t lease) {
+  return request("/v3/lease/revoke", {{"ID", text_of(lease)}});
+}
+
+Request range(std::string_view begin, std::string_view end, std::int64_t limit, std::int64_t revision) {
+  return request(
+      "/v3/kv/range",
+      {{"key", base64(begin)}, {"range_end", base64(end)}, {"limit", text_of(limit)}, {"revision", text_of(revision)}});
+}
+
+Request put(std::string_view key, std::string_view value, std::int64_t lease) {
+  return request("/v3/kv/put", put_of(key, value, lease));
+}
+
+Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside) {
+  const Json put{{"request_put", put_of(key, value, lease)}};
+  return request("/v3/kv/txn", {{"compare", Json::array({compare_of(key, 0)})},
+                                {"success", Json::array({put, range_of(beside)})},
+                                {"failure", Json::array({range_of(key), range_of(beside)})}});
+}
+
+Request remove(std::string_view key, std::int64_t create_revision, const Beside& beside) {
+  Json actions = Json::array({remove_of(key)});
+  add(actions, beside);
+  return request("/v3/kv/txn", {{"compare", Json::array({compare_of(key, create_revision)})}, {"success", actions}});
+}
+
+Request put_beside(std::string_view key, std::int64_t create_revision, const Beside& beside) {
+  Json actions = Json::array();
+  add(actions, beside);
+  return request("/v3/kv/txn", {{"compare", Json::array({compare_of(key, create_revision)})}, {"success", actions}});
+}
+
+Request watch(std::string_view begin, std::string_view end, std::int64_t start_revision) {
+  return request("/v3/watch", {{"create_request",
+                                {{"key", base64(begin)},
+                                 {"range_end", base64(end)},
+                                 {"start_revision", text_of(start_revision)},
+                                 {"progress_notify", true}}}});
+}
+
+Request authenticate(std::string_view user, std::string_view password) {
+  const Json body{{"name", user}, {"password", password}};
+  return {"/v3/auth/authenticate", body.dump(-1, ' ', true, Json::error_handler_t::replace)};
+}
+
+std::string end_of(std::string_view prefix) {
+  std::string end(prefix);
+  while (!end.empty() && static_cast<unsigned char>(end.back()) == 0xff) end.pop_back();
+  if (!end.empty()) ++end.back();
+  return end;
+}
+
+Result<LeaseAnswer> parse_grant(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  LeaseAnswer answer = lease_of(json, fault);
+  if (fault.empty() && answer.ttl_s == 0) fault = "the lease has no time";
+  return finished(answer, fault);
+}
+
+Result<LeaseAnswer> parse_keep_alive(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  return finished(lease_of(result_of(json, fault), fault), fault);
+}
+
+Result<std::int64_t> parse_put(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  Fields fields(json, fault);
+  const std::int64_t revision = revision_of(fields, fault);
+  if (revision == 0) fields.fail("the answer has no revision");
+  return finished(revision, fault);
+}
+
+Result<RangeAnswer> parse_range(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  Fields fields(json, fault);
+  RangeAnswer answer;
+  answer.revision = revision_of(fields, fault);
+  if (answer.revision == 0) fields.fail("the answer has no revision");
+  answer.entries = entries_of(fields, fault);
+  answer.has_more = fields.boolean("more");
+  return finished(std::move(answer), fault);
+}
+
+Result<TxnAnswer> parse_txn(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  Fields fields(json, fault);
+  TxnAnswer answer;
+  answer.revision = revision_of(fields, fault);
+  if (answer.revision == 0) fields.fail("the answer has no revision");
+  answer.succeeded = fields.boolean("succeeded");
+  if (const Json* responses = fields.array("responses")) {
+    for (const Json& response : *responses) {
+      const Json* range = Fields(response, fault).object("response_range");
+      if (!range) continue;
+      Fields range_fields(*range, fault);
+      for (KeyValue& entry : entries_of(range_fields, fault)) answer.found.push_back(std::move(entry));
+    }
+  }
+  return finished(std::move(answer), fault);
+}
+
+Result<WatchAnswer> parse_watch(std::string_view line) {
+  std::string fault;
+  const Json json = parse(line, fault);
+  const Json& result = result_of(json, fault);
+  Fields fields(result, fault);
+  WatchAnswer answer;
+  answer.revision = revision_of(fields, fault);
+  answer.is_created = fields.boolean("created");
+  answer.is_canceled = fields.boolean("canceled");
+  answer.compact_revision = fields.whole("compact_revision");
+  if (const Json* events = fields.array("events")) {
+    for (const Json& event : *events) {
+      Fields event_fields(event, fault);
+      const std::string type = event_fields.word("type");
+      if (!type.empty() && type != "PUT" && type != "DELETE") event_fields.fail("an event is of no known type");
+      const Json* entry = event_fields.object("kv");
+      if (!entry) {
+        event_fields.fail("an event has no entry");
+        break;
+      }
+      answer.changes.push_back({.is_deleted = type == "DELETE", .entry = entry_of(*entry, fault)});
+      if (type != "DELETE" && answer.changes.back().entry.create_revision == 0)
+        event_fields.fail("an entry has no revision");
+    }
+  }
+  return finished(std::move(answer), fault);
+}
+
+Result<std::string> parse_token(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  std::string token = Fields(json, fault).word("token");
+  const bool is_sound = !token.empty() && token.size() <= kTokenBytesMax &&
+                        std::ranges::all_of(token, [](char c) { return c > ' ' && c <= '~'; });
+  if (fault.empty() && !is_sound) fault = "the answer has no token";
+  return finished(std::move(token), fault);
+}
+
+std::string parse_error(std::string_view text) {
+  std::string fault;
+  const Json json = parse(text, fault);
+  for (const char* name : {"message", "error"}) {
+    const auto found = json.find(name);
+    if (found != json.end() && found->is_string()) return found->get<std::string>().substr(0, kErrorBytesMax);
+  }
+  return {};
+}
+
+bool is_lease_gone(int status, std::string_view text) {
+  return status == 404 && parse_error(text).find("requested lease not found") != std::string::npos;
+}
+
+}  // namespace hairnet::server::etcd

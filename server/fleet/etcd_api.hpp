@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+// Requests and answers of etcd 3.4's JSON gateway, as text. Keys and values are base64 there, and 64-bit numbers are
+// text; fields that are zero, false or empty are left out.
+namespace hairnet::server::etcd {
+
+inline constexpr std::size_t kAnswerBytesMax = std::size_t{4} << 20;
+inline constexpr std::size_t kKeyBytesMax = 512, kValueBytesMax = std::size_t{64} << 10;
+
+struct Request {
+  std::string path, body;
+};
+
+Request grant(std::int64_t ttl_s);
+Request keep_alive(std::int64_t lease);
+Request revoke(std::int64_t lease);
+// Of the keys from `begin` up to but without `end`; `revision` 0 is the newest state.
+Request range(std::string_view begin, std::string_view end, std::int64_t limit, std::int64_t revision);
+Request put(std::string_view key, std::string_view value, std::int64_t lease);
+// Puts the key if it does not exist; else asks for it. In both cases also asks for `beside`.
+Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside);
+// What a transaction does with a key beside the one that it is about.
+struct Beside {
+  enum class Action : std::uint8_t { none, put, remove };
+  Action action = Action::none;
+  std::string key = {}, value = {};
+  std::int64_t lease = 0;
+};
+// Deletes the key if it is still the one that was created at this revision.
+Request remove(std::string_view key, std::int64_t create_revision, const Beside& beside);
+// Acts on the key beside this one, if this one is still the one that was created at this revision.
+Request put_beside(std::string_view key, std::int64_t create_revision, const Beside& beside);
+// All changes from this revision on, as a stream.
+Request watch(std::string_view begin, std::string_view end, std::int64_t start_revision);
+// Asks for a token of a user, which other requests then carry.
+Request authenticate(std::string_view user, std::string_view password);
+// The first key behind all keys that begin with `prefix`.
+std::string end_of(std::string_view prefix);
+
+struct KeyValue {
+  std::string key, value;
+  std::int64_t create_revision = 0, mod_revision = 0, lease = 0;
+};
+struct LeaseAnswer {
+  std::int64_t lease = 0, ttl_s = 0;  // no time: the lease does not exist
+};
+struct RangeAnswer {
+  std::int64_t revision = 0;
+  std::vector<KeyValue> entries;
+  bool has_more = false;
+};
+struct TxnAnswer {
+  std::int64_t revision = 0;
+  bool succeeded = false;
+  std::vector<KeyValue> found;  // that it asked for, and that exist
+};
+struct Change {
+  bool is_deleted = false;
+  KeyValue entry;  // of a deleted one: its key, and the revision of the deletion as mod_revision
+};
+struct WatchAnswer {
+  std::int64_t revision = 0;
+  bool is_created = false, is_canceled = false;
+  std::int64_t compact_revision = 0;  // the watch began before it, which is lost
+  std::vector<Change> changes;
+};
+
+// Each returns the answer, or one line that says what is wrong with the text.
+Result<LeaseAnswer> parse_grant(std::string_view text);
+Result<LeaseAnswer> parse_keep_alive(std::string_view text);
+Result<std::int64_t> parse_put(std::string_view text);  // the revision
+Result<RangeAnswer> parse_range(std::string_view text);
+Result<TxnAnswer> parse_txn(std::string_view text);
+Result<WatchAnswer> parse_watch(std::string_view line);
+
+Result<std::string> parse_token(std::string_view text);
+
+// etcd's own words in an answer with an error status; empty when the text has none. At most 200 bytes.
+std::string parse_error(std::string_view text);
+// The error says that the lease does not exist.
+bool is_lease_gone(int status, std::string_view text);
+
+}  // namespace hairnet::server::etcd

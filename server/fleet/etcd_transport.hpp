@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace hairnet::server {
+
+// One request to etcd's JSON gateway: a POST.
+struct EtcdCall {
+  std::uint64_t id = 0;
+  std::size_t endpoint = 0;  // index into the configured ones
+  std::string path, body;
+  bool is_stream = false;  // the answer is a line of JSON for each message, without an end
+};
+
+// Why a call has no answer.
+enum class EtcdFault : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
+
+// Takes what the transport receives. I/O thread.
+class EtcdSink {
+ public:
+  virtual ~EtcdSink() = default;
+  // The whole answer of a call; of a stream only when its status is not 200.
+  virtual void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) = 0;
+  // One line of a stream.
+  virtual void on_line(std::uint64_t call, std::string_view line, std::int64_t now_ns) = 0;
+  // The call has failed, or the stream has ended.
+  virtual void on_fault(std::uint64_t call, EtcdFault fault, std::int64_t now_ns) = 0;
+};
+
+// Carries calls to etcd. It calls the sink later, never inside send() or cancel().
+class EtcdTransport {
+ public:
+  virtual ~EtcdTransport() = default;
+  virtual void send(EtcdCall call) = 0;
+  // The sink hears no more of this call, which etcd may still execute.
+  virtual void cancel(std::uint64_t call) = 0;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,80 @@
+#include <utility>
+
+#include "server/fleet/etcd_directory.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kListPage = 1000;
+// A watch whose connection has died without a word is found no later than this: a new one goes on where it ended.
+constexpr std::int64_t kWatchPeriod_ns = 20'000'000'000;
+
+}  // namespace
+
+void EtcdDirectory::poll_view(std::int64_t now_ns) {
+  const std::string end = etcd::end_of(keys_.servers);
+  if (!list_from_.empty()) {
+    if (!is_under_way(Purpose::list))
+      start(Purpose::list, etcd::range(list_from_, end, kListPage, listed_.revision), now_ns);
+    return;
+  }
+  if (watch_ != 0 && now_ns >= watch_until_ns_) {
+    stop_call(watch_);
+    watch_ = 0;
+  }
+  if (watch_ != 0) return;
+  counters_->watches.add();
+  watch_ = start(Purpose::watch, etcd::watch(keys_.rooms, end, view_.revision + 1), now_ns);
+  watch_until_ns_ = now_ns + kWatchPeriod_ns;
+}
+
+void EtcdDirectory::list_again() {
+  listed_ = FleetView(keys_, *counters_);
+  list_from_ = keys_.rooms;
+}
+
+// All pages show the state at the revision of the first one.
+void EtcdDirectory::take_list(const etcd::RangeAnswer& answer) {
+  if (listed_.revision == 0) listed_.revision = answer.revision;
+  for (const etcd::KeyValue& entry : answer.entries) listed_.apply({.entry = entry});
+  if (answer.has_more && !answer.entries.empty()) {
+    list_from_ = answer.entries.back().key + '\0';
+    return;
+  }
+  counters_->lists.add();
+  list_from_.clear();
+  is_listed_ = true;
+  view_ = std::exchange(listed_, FleetView(keys_, *counters_));
+  for (const auto& [name, owner] : view_.rooms())
+    if (owner.server_id == status_.id) check_room(name, view_.revision);
+  std::vector<std::string> own;
+  for (const auto& [name, room] : rooms_) own.push_back(name);
+  for (const std::string& name : own) check_room(name, view_.revision);
+}
+
+void EtcdDirectory::take_watch(std::uint64_t id, const etcd::WatchAnswer& answer, std::int64_t now_ns) {
+  if (answer.is_canceled) {
+    const Call call = calls_.at(id);
+    stop_call(id);
+    watch_ = 0;
+    if (answer.compact_revision != 0) return list_again();
+    return fail(call, EtcdFault::refused, now_ns);
+  }
+  // A watch that begins later than the newest revision would hear nothing: this etcd has begun anew, without its data.
+  if (answer.is_created && answer.revision < view_.revision) {
+    stop_call(id);
+    watch_ = 0;
+    return list_again();
+  }
+  // The header of an answer with changes may be newer than the last of them.
+  const std::int64_t before = view_.revision;
+  if (answer.changes.empty() && !answer.is_created) view_.revision = std::max(before, answer.revision);
+  for (const etcd::Change& change : answer.changes) {
+    const std::int64_t revision = change.entry.mod_revision;
+    if (revision <= before) continue;
+    view_.revision = std::max(view_.revision, revision);
+    if (const auto room = view_.apply(change)) check_room(*room, revision);
+  }
+}
+
+}  // namespace hairnet::server

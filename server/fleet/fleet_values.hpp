@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "server/fleet/room_place.hpp"
+#include "server/fleet/server_status.hpp"
+
+namespace hairnet::server {
+
+inline constexpr std::size_t kHostBytesMax = 255, kPageBytesMax = 1024;
+
+// 16 hexadecimal digits, as in keys.
+std::string id_text(std::uint64_t id);
+std::optional<std::uint64_t> parse_id(std::string_view text);
+
+// Returns an empty string when clients can use the address; else one line.
+std::string validate(const ServerAddress& address);
+
+// The value of a server's key: JSON. parse_status checks everything, since any server of the fleet may have written it.
+std::string to_value(const ServerStatus& status);
+Result<ServerStatus> parse_status(std::string_view value);
+
+// The value of a room's key: the id of its owner.
+std::string owner_value(std::uint64_t server_id);
+std::optional<std::uint64_t> parse_owner(std::string_view value);
+
+// What moves with a room to its next owner.
+struct RoomKept {
+  struct Ban {
+    std::string subject;
+    std::int64_t until_s = 0;  // seconds since 1970
+    bool operator==(const Ban&) const = default;
+  };
+  std::vector<Ban> bans = {};
+  std::vector<std::string> mutes = {};
+  bool is_locked = false;
+  std::vector<std::string> members = {};  // of a locked room: they may come back to it
+  std::vector<std::uint8_t> wind = {};    // a packet; empty: the server's setting
+  bool operator==(const RoomKept&) const = default;
+};
+inline constexpr std::size_t kKeptBytesMax = std::size_t{60} << 10;
+
+// JSON of at most kKeptBytesMax; empty where there is nothing to keep. `left_out` is how many names did not fit: mutes
+// come first, then bans in their order, then members.
+std::string to_value(const RoomKept& kept, std::size_t& left_out);
+Result<RoomKept> parse_kept(std::string_view value);
+
+// The answer to where a room is: room, state, and the server with its address, or the reason why there is none.
+std::string room_json(std::string_view room, const RoomPlace& place);
+
+// The pages that show the fleet: servers, and rooms with their owners. `self` is the server that answers. The one for
+// people has the first 500 of each, and loads itself again every second.
+std::string fleet_html(std::uint64_t self, bool is_reachable, std::span<const ServerStatus> servers,
+                       std::span<const RoomOwner> rooms);
+std::string fleet_json(std::uint64_t self, bool is_reachable, std::span<const ServerStatus> servers,
+                       std::span<const RoomOwner> rooms);
+
+}  // namespace hairnet::server

@@ -1,0 +1,73 @@
+#include "server/fleet/fleet_view.hpp"
+
+#include "schema/limits.hpp"
+#include "server/fleet/fleet_values.hpp"
+
+namespace hairnet::server {
+
+std::string FleetKeys::of_server(std::uint64_t id) const {
+  return servers + id_text(id);
+}
+
+std::optional<std::string> FleetView::apply(const etcd::Change& change) {
+  const std::string_view key = change.entry.key;
+  if (key.starts_with(keys_->servers)) {
+    if (const auto id = parse_id(key.substr(keys_->servers.size())))
+      apply_server(*id, change);
+    else
+      counters_->entries_refused_malformed.add();
+    return {};
+  }
+  if (!key.starts_with(keys_->rooms)) {
+    counters_->entries_refused_malformed.add();
+    return {};
+  }
+  const std::string_view room = key.substr(keys_->rooms.size());
+  const auto known = rooms_.find(room);
+  if (change.is_deleted) {
+    if (known != rooms_.end()) rooms_.erase(known);
+    return std::string(room);
+  }
+  const auto server_id = parse_owner(change.entry.value);
+  if (!wire::is_room_name(room) || !server_id) {
+    counters_->entries_refused_malformed.add();
+    return {};
+  }
+  if (known == rooms_.end() && rooms_.size() >= kFleetRoomsMax) {
+    counters_->entries_refused_full.add();
+    return {};
+  }
+  rooms_.insert_or_assign(
+      std::string(room),
+      Owner{.server_id = *server_id, .claim = change.entry.create_revision, .lease = change.entry.lease});
+  return std::string(room);
+}
+
+void FleetView::apply_server(std::uint64_t id, const etcd::Change& change) {
+  if (change.is_deleted) {
+    servers_.erase(id);
+    return;
+  }
+  const Result<ServerStatus> status = parse_status(change.entry.value);
+  if (!status || status->id != id) {
+    counters_->entries_refused_malformed.add();
+    return;
+  }
+  if (!servers_.contains(id) && servers_.size() >= kFleetServersMax) {
+    counters_->entries_refused_full.add();
+    return;
+  }
+  servers_.insert_or_assign(id, *status);
+}
+
+const ServerStatus* FleetView::server(std::uint64_t id) const {
+  const auto found = servers_.find(id);
+  return found == servers_.end() ? nullptr : &found->second;
+}
+
+const FleetView::Owner* FleetView::owner(std::string_view room) const {
+  const auto found = rooms_.find(room);
+  return found == rooms_.end() ? nullptr : &found->second;
+}
+
+}  // namespace hairnet::server

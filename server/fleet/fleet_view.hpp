@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/fleet/etcd_api.hpp"
+#include "server/fleet/fleet_counters.hpp"
+#include "server/fleet/server_status.hpp"
+
+namespace hairnet::server {
+
+inline constexpr std::size_t kFleetServersMax = 4096, kFleetRoomsMax = 131'072;
+
+// The keys of one fleet.
+struct FleetKeys {
+  explicit FleetKeys(const std::string& fleet)
+      : prefix("/hairnet/" + fleet + "/"),
+        servers(prefix + "servers/"),
+        rooms(prefix + "rooms/"),
+        kept(prefix + "kept/") {}
+  std::string prefix, servers, rooms;  // servers and rooms are watched: all keys from `rooms` to the end of `servers`
+  std::string kept;                    // of what moves with rooms: read at a claim only
+  [[nodiscard]] std::string of_server(std::uint64_t id) const;
+  [[nodiscard]] std::string of_room(std::string_view room) const { return rooms + std::string(room); }
+  [[nodiscard]] std::string of_kept(std::string_view room) const { return kept + std::string(room); }
+};
+
+// A copy of what etcd has of one fleet, at a revision. It may be old; a claim alone decides who owns a room.
+class FleetView {
+ public:
+  struct Owner {
+    std::uint64_t server_id = 0;
+    std::int64_t claim = 0, lease = 0;
+  };
+
+  FleetView(const FleetKeys& keys, FleetCounters& counters) : keys_(&keys), counters_(&counters) {}
+
+  // Takes an entry, or its deletion. Entries that are not valid, and those beyond the bounds, are refused and counted.
+  // Returns the room that has changed; none for a server, or when nothing has.
+  std::optional<std::string> apply(const etcd::Change& change);
+  [[nodiscard]] const ServerStatus* server(std::uint64_t id) const;
+  [[nodiscard]] const Owner* owner(std::string_view room) const;
+  [[nodiscard]] const std::map<std::uint64_t, ServerStatus>& servers() const { return servers_; }
+  [[nodiscard]] const std::map<std::string, Owner, std::less<>>& rooms() const { return rooms_; }
+
+  std::int64_t revision = 0;  // all changes up to it are here
+
+ private:
+  void apply_server(std::uint64_t id, const etcd::Change& change);
+
+  const FleetKeys* keys_;
+  FleetCounters* counters_;
+  std::map<std::uint64_t, ServerStatus> servers_;
+  std::map<std::string, Owner, std::less<>> rooms_;
+};
+
+}  // namespace hairnet::server

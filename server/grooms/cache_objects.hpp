@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/objects/object_counters.hpp"
+#include "server/objects/object_store.hpp"
+
+namespace hairnet::server {
+
+struct CacheObjectsDef {
+  std::string suffix;         // of their names, after the groom's hash
+  std::size_t bytes_max = 0;  // of one
+  Counter *read = nullptr, *absent = nullptr, *stored = nullptr, *kept = nullptr, *rejected = nullptr;
+};
+
+// The objects of one cache in the store that servers share: grooms, or levels. A file of the cache's folder that the
+// store may lack waits here to be put. Any thread.
+class CacheObjects {
+ public:
+  using Existing = ObjectStore::Existing;
+
+  // Store and counters must outlive it.
+  CacheObjects(CacheObjectsDef def, ObjectStore& store, ObjectCounters& counters);
+
+  // Waits for the store. Nothing when it does not have the object, or gives no answer. The caller checks the bytes, and
+  // then accepts or rejects them.
+  [[nodiscard]] std::optional<std::vector<std::uint8_t>> get(const wire::GroomHash& groom);
+  void accept(const wire::GroomHash& groom, std::size_t bytes);
+  // The next put replaces the object.
+  void reject(const wire::GroomHash& groom, const std::string& detail);
+
+  // The folder has a file of this groom. It waits to be put, unless the store is known to have it.
+  void offer(const wire::GroomHash& groom, Existing existing = Existing::keep);
+  struct Wanted {
+    wire::GroomHash groom{};
+    Existing existing = Existing::keep;
+  };
+  // What waits, if the store takes it now.
+  [[nodiscard]] std::optional<Wanted> take();
+  // Waits for the store. Without an answer the file waits again.
+  void put(const Wanted& wanted, std::span<const std::uint8_t> bytes);
+  // What was taken is not put: the folder has no valid file of it any more.
+  void drop() { counters_->puts_dropped_absent.add(); }
+  [[nodiscard]] std::size_t waiting() const;
+
+ private:
+  [[nodiscard]] std::string name_of(const wire::GroomHash& groom) const;
+  void reject(const wire::GroomHash& groom, const std::string& detail, Counter& counter);
+  void note_stored(const wire::GroomHash& groom);
+
+  CacheObjectsDef def_;
+  ObjectStore* store_;
+  ObjectCounters* counters_;
+  mutable std::mutex mutex_;  // of the next three
+  std::map<wire::GroomHash, Existing> waiting_;
+  std::set<wire::GroomHash> stored_;    // that the store is known to have
+  std::set<wire::GroomHash> rejected_;  // whose object is to be replaced
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include "schema/wire/messages.hpp"
+#include "server/grooms/groom_cache.hpp"
+#include "server/grooms/level_cache.hpp"
+#include "server/objects/object_counters.hpp"
+#include "server/objects/object_store.hpp"
+#include "server/threading/bounded_queue.hpp"
+
+namespace hairnet::server {
+
+// Brings grooms from the object store to the folder of the groom cache when a session offers them, and files of both
+// caches to the store. A thread of its own, since it waits for the store: builds and joins do not. The I/O thread asks
+// and takes results.
+class ObjectSync {
+ public:
+  // Caches may be null; else they use this store. Everything must outlive it.
+  ObjectSync(GroomCache* grooms, LevelCache* levels, ObjectStore& store, ObjectCounters& counters);
+
+  struct Found {
+    wire::GroomHash groom{};
+    bool is_cached = false;  // the folder has it
+  };
+  // I/O thread. False when that cannot be now: the store is left alone after a failure, or too many grooms wait.
+  bool find(const wire::GroomHash& groom);
+  bool take(Found& found) { return found_.take(found); }
+  // Files may wait to be put.
+  void wake() const;
+
+  // Does one thing, on its thread. False when there was none.
+  bool poll();
+  // Ends the call under way soon, and every later one at once. Any thread.
+  void cancel() { store_->cancel(); }
+
+  std::function<void()> on_job, on_result;  // wake the other side; set before use
+
+ private:
+  bool poll_find();
+  bool poll_put();
+
+  GroomCache* grooms_;
+  LevelCache* levels_;
+  ObjectStore* store_;
+  ObjectCounters* counters_;
+  BoundedQueue<wire::GroomHash> wanted_;
+  BoundedQueue<Found> found_;  // one for each that was wanted
+};
+
+}  // namespace hairnet::server

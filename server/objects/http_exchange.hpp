@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hairnet::server {
+
+struct ExchangeRequest {
+  enum class Method : std::uint8_t { get, head, put };
+  Method method = Method::get;
+  std::string target;
+  std::vector<std::pair<std::string, std::string>> fields = {};  // of the header
+  std::span<const std::uint8_t> body = {};
+};
+
+// Why a request has no answer.
+enum class ExchangeFault : std::uint8_t { none, unreachable, timeout, broken, malformed, oversize, cancelled };
+
+struct ExchangeAnswer {
+  ExchangeFault fault = ExchangeFault::none;
+  std::string detail;   // of the fault, one line
+  unsigned status = 0;  // 0: none
+  std::vector<std::uint8_t> body;
+};
+
+// Carries one request to a fixed server and waits for its answer, no longer than its time-outs.
+class HttpExchange {
+ public:
+  virtual ~HttpExchange() = default;
+  // The body of a get with status 200 has at most `body_bytes_max`, any other one 64 KiB; else oversize, with the
+  // status. One thread at a time.
+  [[nodiscard]] virtual ExchangeAnswer call(const ExchangeRequest& request, std::size_t body_bytes_max) = 0;
+  // Ends the call under way soon, and every later one at once. Any thread.
+  virtual void cancel() = 0;
+};
+
+}  // namespace hairnet::server

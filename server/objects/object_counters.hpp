@@ -1,0 +1,45 @@
+#pragma once
+
+#include "server/telemetry/counter.hpp"
+#include "server/telemetry/gauge.hpp"
+
+namespace hairnet::server {
+
+// Set by a server with an object store only.
+struct ObjectGauges : GaugeSet {
+  Gauge object_store_up{*this, "object_store_up"};  // 1 while its last call was answered as it should be
+  Gauge puts_waiting{*this, "object_puts_waiting"};
+};
+
+struct ObjectCounters : CounterSet {
+  ObjectGauges gauges;
+  Counter read_groom{*this, "objects_read", "kind", "groom"};
+  Counter read_levels{*this, "objects_read", "kind", "levels"};
+  Counter absent_groom{*this, "objects_absent", "kind", "groom"};
+  Counter absent_levels{*this, "objects_absent", "kind", "levels"};
+  Counter stored_groom{*this, "objects_stored", "kind", "groom"};
+  Counter stored_levels{*this, "objects_stored", "kind", "levels"};
+  Counter kept_groom{*this, "objects_kept", "kind", "groom"};  // were in the store already
+  Counter kept_levels{*this, "objects_kept", "kind", "levels"};
+  Counter rejected_hash{*this, "objects_rejected", "reason", "hash"};      // no groom of that hash
+  Counter rejected_levels{*this, "objects_rejected", "reason", "levels"};  // not valid, or of another build
+  Counter rejected_size{*this, "objects_rejected", "reason", "size"};
+  Counter bytes_read{*this, "object_bytes_read"};
+  Counter bytes_stored{*this, "object_bytes_stored"};
+  Counter puts_dropped_full{*this, "object_puts_dropped", "reason", "full"};      // too many wait
+  Counter puts_dropped_absent{*this, "object_puts_dropped", "reason", "absent"};  // the folder has lost the file
+  Counter puts_dropped_refused{*this, "object_puts_dropped", "reason", "refused"};
+  Counter finds_skipped{*this, "object_finds_skipped"};  // too many wait: the upload was asked for at once
+  Counter requests{*this, "object_requests"};
+  Counter requests_skipped{*this, "object_requests_skipped"};  // the store was left alone after a failure
+  Counter requests_failed_unreachable{*this, "object_requests_failed", "reason", "unreachable"};
+  Counter requests_failed_timeout{*this, "object_requests_failed", "reason", "timeout"};
+  Counter requests_failed_broken{*this, "object_requests_failed", "reason", "broken"};  // the connection ended
+  Counter requests_failed_malformed{*this, "object_requests_failed", "reason", "malformed"};
+  Counter requests_failed_error{*this, "object_requests_failed", "reason", "error"};            // 5xx, 429
+  Counter requests_failed_denied{*this, "object_requests_failed", "reason", "denied"};          // 401, 403
+  Counter requests_failed_redirected{*this, "object_requests_failed", "reason", "redirected"};  // 3xx
+  Counter requests_failed_refused{*this, "object_requests_failed", "reason", "refused"};        // any other answer
+};
+
+}  // namespace hairnet::server

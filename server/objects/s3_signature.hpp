@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace hairnet::server {
+
+// Who asks, as S3 knows it. The secret is never logged.
+struct S3Keys {
+  std::string access, secret;
+};
+
+// The parts of a request that AWS Signature Version 4 covers, for the service s3.
+struct S3Request {
+  std::string_view method;
+  std::string_view path;                                    // encoded, without a query
+  std::vector<std::pair<std::string, std::string>> fields;  // of the header, names in lower case and sorted
+  std::string payload_hash;                                 // SHA-256 of the body, hexadecimal
+};
+
+// SHA-256 in hexadecimal digits.
+std::string sha256_hex(std::span<const std::uint8_t> bytes);
+
+// YYYYMMDDTHHMMSSZ, as x-amz-date has it.
+std::string s3_date(std::int64_t unix_time_s);
+
+// The value of the field Authorization. `date` is that of x-amz-date, which `fields` should contain.
+// https://docs.aws.amazon.com/AmazonS3/latest/API/sig-v4-header-based-auth.html
+std::string s3_authorization(const S3Request& request, const S3Keys& keys, std::string_view region,
+                             std::string_view date);
+
+}  // namespace hairnet::server

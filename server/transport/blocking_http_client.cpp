@@ -1,0 +1,147 @@
+#include "server/transport/blocking_http_client.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+#include "server/transport/http_peer.hpp"
+#include "server/transport/tls_context.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using Error = boost::system::error_code;
+
+constexpr std::size_t kBufferBytesMax = 64 << 10;  // also of a header
+constexpr std::size_t kErrorBytesMax = 64 << 10;   // of a body that no one asked for
+
+http::verb verb_of(ExchangeRequest::Method method) {
+  switch (method) {
+    case ExchangeRequest::Method::get:
+      return http::verb::get;
+    case ExchangeRequest::Method::head:
+      return http::verb::head;
+    case ExchangeRequest::Method::put:
+      break;
+  }
+  return http::verb::put;
+}
+
+ExchangeFault exchange_fault_of(const Error& error) {
+  if (error == beast::error::timeout) return ExchangeFault::timeout;
+  if (error == http::error::body_limit) return ExchangeFault::oversize;
+  const bool is_http = error.category() == http::make_error_code(http::error::bad_method).category();
+  return is_http && error != http::error::end_of_stream && error != http::error::partial_message
+             ? ExchangeFault::malformed
+             : ExchangeFault::broken;
+}
+
+}  // namespace
+
+struct BlockingHttpClient::Impl {
+  explicit Impl(BlockingHttpClientDef its_def) : def(std::move(its_def)) {}
+
+  asio::awaitable<void> run(const ExchangeRequest& asked, std::size_t body_bytes_max, ExchangeAnswer& answer);
+  asio::awaitable<Error> exchange(const ExchangeRequest& asked, std::size_t body_bytes_max, ExchangeAnswer& answer);
+  [[nodiscard]] std::chrono::milliseconds time_for(std::uint64_t bytes) const {
+    return def.exchange_timeout + def.mib_timeout * static_cast<std::int64_t>(bytes >> 20);
+  }
+
+  BlockingHttpClientDef def;
+  std::shared_ptr<asio::ssl::context> tls;
+  asio::io_context loop{1};
+  std::unique_ptr<HttpPeer> peer;  // null: none is connected
+  bool is_kept = false;            // the answer lets the connection be used again
+  std::atomic<bool> cancelled{false};
+};
+
+asio::awaitable<Error> BlockingHttpClient::Impl::exchange(const ExchangeRequest& asked, std::size_t body_bytes_max,
+                                                          ExchangeAnswer& answer) {
+  http::request<http::span_body<const std::uint8_t>> request(verb_of(asked.method), asked.target, 11);
+  for (const auto& [name, value] : asked.fields) request.insert(name, value);
+  request.body() = {asked.body.data(), asked.body.size()};
+  request.prepare_payload();
+  peer->expires_after(time_for(asked.body.size()));
+  // A server may refuse a request, and stop reading, before it has all of it.
+  const Error unwritten = co_await peer->write(request);
+  if (unwritten == beast::error::timeout) co_return unwritten;
+
+  http::response_parser<http::vector_body<std::uint8_t>> parser;
+  parser.skip(asked.method == ExchangeRequest::Method::head);
+  parser.body_limit(std::max(body_bytes_max, kErrorBytesMax));
+  const Error unread = co_await peer->read_header(parser);
+  if (!unread || unread == http::error::body_limit) answer.status = parser.get().result_int();
+  if (unread) co_return unwritten ? unwritten : unread;
+  const bool is_body_wanted = asked.method == ExchangeRequest::Method::get && answer.status == 200;
+  const std::size_t limit = is_body_wanted ? body_bytes_max : kErrorBytesMax;
+  const auto length = parser.content_length();
+  if (asked.method != ExchangeRequest::Method::head && length && *length > limit)
+    co_return http::make_error_code(http::error::body_limit);
+  parser.body_limit(limit);
+  if (is_body_wanted) peer->expires_after(time_for(length ? *length : limit));
+  if (const Error error = co_await peer->read(parser)) co_return error;
+  is_kept = !unwritten && parser.get().keep_alive();
+  answer.body = std::move(parser.get().body());
+  co_return Error();
+}
+
+asio::awaitable<void> BlockingHttpClient::Impl::run(const ExchangeRequest& asked, std::size_t body_bytes_max,
+                                                    ExchangeAnswer& answer) {
+  // The kept connection may have been closed by the server meanwhile: then a new one is tried.
+  for (bool is_reused = peer != nullptr;; is_reused = false) {
+    answer = {};
+    if (!is_reused) {
+      peer = std::make_unique<HttpPeer>(loop.get_executor(), tls.get(), kBufferBytesMax);
+      if (const Error error = co_await peer->connect(def.host, def.port, def.connect_timeout)) {
+        peer.reset();
+        answer.fault = error == beast::error::timeout ? ExchangeFault::timeout : ExchangeFault::unreachable;
+        answer.detail = error.message();
+        break;
+      }
+    }
+    is_kept = false;
+    Error error = asio::error::operation_aborted;
+    if (!cancelled) error = co_await exchange(asked, body_bytes_max, answer);
+    if (!is_kept) peer.reset();
+    if (!error) break;
+    answer.fault = exchange_fault_of(error);
+    answer.detail = error.message();
+    if (!is_reused || answer.fault != ExchangeFault::broken || cancelled) break;
+  }
+  if (cancelled) answer.fault = ExchangeFault::cancelled;
+}
+
+Result<std::unique_ptr<BlockingHttpClient>> BlockingHttpClient::create(const BlockingHttpClientDef& def) {
+  auto impl = std::make_unique<Impl>(def);
+  if (def.is_tls) {
+    auto context = make_client_tls_context(def.ca, def.whose);
+    if (!context) return Refusal(context.error());
+    impl->tls = std::move(*context);
+  }
+  return std::unique_ptr<BlockingHttpClient>(new BlockingHttpClient(std::move(impl)));
+}
+
+BlockingHttpClient::BlockingHttpClient(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+BlockingHttpClient::~BlockingHttpClient() = default;
+
+ExchangeAnswer BlockingHttpClient::call(const ExchangeRequest& request, std::size_t body_bytes_max) {
+  ExchangeAnswer answer;
+  if (impl_->cancelled) {
+    answer.fault = ExchangeFault::cancelled;
+    return answer;
+  }
+  impl_->loop.restart();
+  asio::co_spawn(impl_->loop, impl_->run(request, body_bytes_max, answer), asio::detached);
+  impl_->loop.run();
+  return answer;
+}
+
+void BlockingHttpClient::cancel() {
+  impl_->cancelled = true;
+  asio::post(impl_->loop, [impl = impl_.get()] {
+    if (impl->peer) impl->peer->close();
+  });
+}
+
+}  // namespace hairnet::server

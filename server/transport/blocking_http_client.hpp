@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "core/result.hpp"
+#include "server/objects/http_exchange.hpp"
+
+namespace hairnet::server {
+
+struct BlockingHttpClientDef {
+  std::string host;  // a name or a numeric address, without brackets
+  std::uint16_t port = 0;
+  bool is_tls = false;
+  std::string ca = {};                                 // PEM file of its authority; empty: the system's
+  std::string whose = "the server";                    // in words for errors
+  std::chrono::milliseconds connect_timeout{2'000};    // with TLS; finding the addresses of a name is the system's
+  std::chrono::milliseconds exchange_timeout{10'000};  // of a request and its answer, and besides:
+  std::chrono::milliseconds mib_timeout{1'000};        // for each MiB of them
+};
+
+// Carries requests over HTTP/1.1 while its caller waits, with a loop of its own, which no other thread runs. A
+// connection is kept for the next request.
+class BlockingHttpClient final : public HttpExchange {
+ public:
+  // Reads the file of certificates; the error is one line.
+  static Result<std::unique_ptr<BlockingHttpClient>> create(const BlockingHttpClientDef& def);
+  ~BlockingHttpClient() override;
+  BlockingHttpClient(const BlockingHttpClient&) = delete;
+  BlockingHttpClient& operator=(const BlockingHttpClient&) = delete;
+
+  ExchangeAnswer call(const ExchangeRequest& request, std::size_t body_bytes_max) override;
+  void cancel() override;
+
+ private:
+  struct Impl;
+  explicit BlockingHttpClient(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,249 @@
+#include "server/transport/etcd_client.hpp"
+
+#include <openssl/ssl.h>
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <fstream>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "core/assert.hpp"
+#include "server/fleet/etcd_api.hpp"
+#include "server/telemetry/log_text.hpp"
+#include "server/transport/http_peer.hpp"
+#include "server/transport/io_loop_core.hpp"
+#include "server/transport/tls_context.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using Error = boost::system::error_code;
+
+constexpr std::chrono::seconds kConnectTimeout{3}, kAnswerTimeout{10};
+constexpr std::size_t kIdleMax = 4;  // connections to one endpoint that wait for the next call
+constexpr std::size_t kPasswordBytesMax = 1024;
+
+EtcdFault fault_of(const Error& error, bool is_connected) {
+  if (!is_connected) return EtcdFault::unreachable;
+  if (error == beast::error::timeout) return EtcdFault::timeout;
+  if (error == http::error::body_limit || error == http::error::header_limit || error == http::error::buffer_overflow)
+    return EtcdFault::oversize;
+  const bool is_http = error.category() == http::make_error_code(http::error::bad_method).category();
+  return is_http && error != http::error::end_of_stream && error != http::error::partial_message ? EtcdFault::malformed
+                                                                                                 : EtcdFault::broken;
+}
+
+Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOptions& options) {
+  auto made = make_client_tls_context(options.ca, "etcd");
+  if (!made || options.certificate.empty()) return made;
+  SSL_CTX* native = (*made)->native_handle();
+  if (SSL_CTX_use_certificate_chain_file(native, options.certificate.c_str()) != 1)
+    return Refusal("the certificate for etcd, " + options.certificate + ", cannot be read: " + openssl_reason());
+  if (SSL_CTX_use_PrivateKey_file(native, options.key.c_str(), SSL_FILETYPE_PEM) != 1 ||
+      SSL_CTX_check_private_key(native) != 1)
+    return Refusal("the key for etcd, " + options.key +
+                   ", cannot be read, or is of another certificate: " + openssl_reason());
+  return made;
+}
+
+}  // namespace
+
+struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
+  using Request = http::request<http::string_body>;
+  struct Open {
+    std::shared_ptr<HttpPeer> peer;  // null until it has one
+  };
+
+  explicit Impl(IoLoop& loop) : executor(loop.core().serial) {}
+
+  asio::awaitable<void> run(EtcdCall call);
+  asio::awaitable<void> read_stream(std::uint64_t id, std::shared_ptr<HttpPeer> peer);
+  asio::awaitable<Error> exchange(HttpPeer& peer, const Request& request,
+                                  http::response_parser<http::string_body>& parser);
+  asio::awaitable<bool> authenticate(HttpPeer& peer, const EtcdEndpoint& endpoint);
+  [[nodiscard]] Request request_of(const EtcdEndpoint& endpoint, const std::string& path,
+                                   const std::string& body) const;
+  [[nodiscard]] std::shared_ptr<HttpPeer> new_peer(std::size_t endpoint);
+  [[nodiscard]] bool is_wanted(std::uint64_t id) const { return sink && open.contains(id); }
+  void fail(std::uint64_t id, EtcdFault fault) {
+    if (open.erase(id) > 0 && sink) sink->on_fault(id, fault, channel::monotonic_ns());
+  }
+
+  SerialExecutor executor;
+  EtcdSink* sink = nullptr;
+  std::vector<EtcdEndpoint> endpoints;
+  std::vector<std::vector<std::shared_ptr<HttpPeer>>> idle;  // of each endpoint
+  std::map<std::uint64_t, Open> open;
+  std::shared_ptr<asio::ssl::context> tls;
+  std::string user, password, token;
+  bool is_user_refused = false;  // and that is logged
+};
+
+EtcdClient::Impl::Request EtcdClient::Impl::request_of(const EtcdEndpoint& endpoint, const std::string& path,
+                                                       const std::string& body) const {
+  Request request(http::verb::post, path, 11);
+  request.set(http::field::host, endpoint.host + ":" + std::to_string(endpoint.port));
+  request.set(http::field::content_type, "application/json");
+  if (!token.empty()) request.set(http::field::authorization, token);
+  request.body() = body;
+  request.prepare_payload();
+  return request;
+}
+
+std::shared_ptr<HttpPeer> EtcdClient::Impl::new_peer(std::size_t endpoint) {
+  return std::make_shared<HttpPeer>(executor, endpoints[endpoint].is_tls ? tls.get() : nullptr, etcd::kAnswerBytesMax);
+}
+
+asio::awaitable<Error> EtcdClient::Impl::exchange(HttpPeer& peer, const Request& request,
+                                                  http::response_parser<http::string_body>& parser) {
+  parser.body_limit(etcd::kAnswerBytesMax);
+  peer.expires_after(kAnswerTimeout);
+  if (const Error error = co_await peer.write(request)) co_return error;
+  co_return co_await peer.read(parser);
+}
+
+// Returns false when etcd refuses the user, or does not answer.
+asio::awaitable<bool> EtcdClient::Impl::authenticate(HttpPeer& peer, const EtcdEndpoint& endpoint) {
+  const etcd::Request asked = etcd::authenticate(user, password);
+  http::response_parser<http::string_body> parser;
+  const Error error = co_await exchange(peer, request_of(endpoint, asked.path, asked.body), parser);
+  if (error) co_return false;
+  const auto& answer = parser.get();
+  Result<std::string> given = Refusal(answer.body());
+  if (answer.result_int() == 200) given = etcd::parse_token(answer.body());
+  if (given)
+    token = *given;
+  else if (!is_user_refused)
+    spdlog::warn("event=etcd_user_refused user={} status={} detail={}", log_text(user), answer.result_int(),
+                 log_text(given.error()));
+  is_user_refused = !given;
+  co_return given.has_value();
+}
+
+asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
+  const EtcdEndpoint& endpoint = endpoints[call.endpoint];
+  auto& waiting = idle[call.endpoint];
+  // An idle connection may have been closed by etcd meanwhile: then a new one is tried.
+  for (bool is_reused = !waiting.empty() && !call.is_stream; is_wanted(call.id); is_reused = false) {
+    std::shared_ptr<HttpPeer> peer = is_reused ? waiting.back() : new_peer(call.endpoint);
+    if (is_reused) waiting.pop_back();
+    open[call.id].peer = peer;
+    if (!is_reused) {
+      if (const Error error = co_await peer->connect(endpoint.host, endpoint.port, kConnectTimeout))
+        co_return fail(call.id, fault_of(error, false));
+    }
+    if (!is_wanted(call.id)) co_return;
+    if (token.empty() && !user.empty() && !co_await authenticate(*peer, endpoint))
+      co_return fail(call.id, EtcdFault::refused);
+    const Request request = request_of(endpoint, call.path, call.body);
+    if (call.is_stream) {
+      peer->expires_after(kAnswerTimeout);
+      if (const Error error = co_await peer->write(request)) co_return fail(call.id, fault_of(error, true));
+      co_return co_await read_stream(call.id, std::move(peer));
+    }
+    http::response_parser<http::string_body> parser;
+    const Error error = co_await exchange(*peer, request, parser);
+    if (!is_wanted(call.id)) co_return;
+    if (error && is_reused && fault_of(error, true) == EtcdFault::broken) continue;
+    if (error) co_return fail(call.id, fault_of(error, true));
+    const auto& answer = parser.get();
+    if (answer.result_int() == 401 || answer.result_int() == 400) token.clear();  // the next call asks for a new one
+    if (answer.keep_alive() && waiting.size() < kIdleMax) waiting.push_back(std::move(peer));
+    open.erase(call.id);
+    sink->on_answer(call.id, static_cast<int>(answer.result_int()), answer.body(), channel::monotonic_ns());
+    co_return;
+  }
+}
+
+asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::shared_ptr<HttpPeer> peer) {
+  http::response_parser<http::buffer_body> parser;
+  parser.body_limit(boost::none);
+  if (const Error error = co_await peer->read_header(parser)) co_return fail(id, fault_of(error, true));
+  if (!is_wanted(id)) co_return;
+  if (parser.get().result_int() != 200) {
+    open.erase(id);
+    sink->on_answer(id, static_cast<int>(parser.get().result_int()), {}, channel::monotonic_ns());
+    co_return;
+  }
+  peer->expires_never();
+  std::array<char, 16 << 10> piece;
+  std::string text;
+  while (!parser.is_done()) {
+    parser.get().body().data = piece.data();
+    parser.get().body().size = piece.size();
+    const Error error = co_await peer->read_some(parser);
+    if (!is_wanted(id)) co_return;
+    if (error && error != http::error::need_buffer) co_return fail(id, fault_of(error, true));
+    text.append(piece.data(), piece.size() - parser.get().body().size);
+    if (text.size() > etcd::kAnswerBytesMax) co_return fail(id, EtcdFault::oversize);
+    std::size_t begin = 0;
+    for (std::size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+      sink->on_line(id, std::string_view(text).substr(begin, end - begin), channel::monotonic_ns());
+      if (!is_wanted(id)) co_return;
+    }
+    text.erase(0, begin);
+  }
+  fail(id, EtcdFault::broken);
+}
+
+Result<std::unique_ptr<EtcdClient>> EtcdClient::create(IoLoop& loop, const EtcdOptions& options) {
+  if (std::string wrong = validate(options); !wrong.empty()) return Refusal(std::move(wrong));
+  HAIRNET_ASSERT(!options.endpoints.empty());
+  auto impl = std::make_shared<Impl>(loop);
+  bool needs_tls = false;
+  for (const std::string& url : options.endpoints) {
+    impl->endpoints.push_back(*parse_etcd_endpoint(url));
+    needs_tls |= impl->endpoints.back().is_tls;
+  }
+  impl->idle.resize(impl->endpoints.size());
+  if (needs_tls) {
+    auto context = make_client_context(options);
+    if (!context) return Refusal(context.error());
+    impl->tls = std::move(*context);
+  }
+  if (!options.user.empty()) {
+    impl->user = options.user;
+    std::ifstream file(options.password_file);
+    if (!std::getline(file, impl->password) || impl->password.empty() || impl->password.size() > kPasswordBytesMax)
+      return Refusal("the password file for etcd, " + options.password_file +
+                     ", cannot be read, or its first line is empty");
+  }
+  return std::unique_ptr<EtcdClient>(new EtcdClient(std::move(impl)));
+}
+
+EtcdClient::EtcdClient(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+EtcdClient::~EtcdClient() {
+  impl_->sink = nullptr;
+  for (auto& [id, one] : impl_->open)
+    if (one.peer) one.peer->close();
+  for (auto& waiting : impl_->idle)
+    for (const auto& peer : waiting) peer->close();
+}
+
+void EtcdClient::set_sink(EtcdSink* sink) {
+  impl_->sink = sink;
+}
+
+void EtcdClient::send(EtcdCall call) {
+  HAIRNET_ASSERT(call.endpoint < impl_->endpoints.size());
+  impl_->open[call.id] = {};
+  asio::co_spawn(
+      impl_->executor,
+      [impl = impl_, call = std::move(call)]() mutable -> asio::awaitable<void> {
+        co_await asio::post(impl->executor, asio::use_awaitable);
+        co_await impl->run(std::move(call));
+      },
+      asio::detached);
+}
+
+void EtcdClient::cancel(std::uint64_t call) {
+  const auto found = impl_->open.find(call);
+  if (found == impl_->open.end()) return;
+  if (found->second.peer) found->second.peer->close();
+  impl_->open.erase(found);
+}
+
+}  // namespace hairnet::server

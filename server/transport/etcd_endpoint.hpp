@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace hairnet::server {
+
+// Where etcd is, and how this server shows who it is.
+struct EtcdOptions {
+  static constexpr std::size_t kEndpointsMax = 8;
+
+  std::vector<std::string> endpoints;  // http://host[:port] or https://host[:port]; the port is 2379 by default
+  std::string ca;                      // PEM file that endpoints' certificates must follow from; empty: the system's
+  std::string certificate, key;        // PEM files of this server as a client; both or none
+  std::string user, password_file;     // of etcd's own users; the file's first line; both or none
+};
+
+struct EtcdEndpoint {
+  std::string host;  // a name or a numeric address, without brackets
+  std::uint16_t port = 2379;
+  bool is_tls = false;
+};
+
+Result<EtcdEndpoint> parse_etcd_endpoint(std::string_view url);
+
+// Returns an empty string when the options agree with each other; else one line. Reads no file.
+std::string validate(const EtcdOptions& options);
+
+}  // namespace hairnet::server

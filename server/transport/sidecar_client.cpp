@@ -1,0 +1,106 @@
+#include "server/transport/sidecar_client.hpp"
+
+#include <array>
+#include <map>
+#include <utility>
+
+#include "server/transport/beast.hpp"
+#include "server/transport/io_loop_core.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using Tcp = asio::ip::tcp;
+using Error = boost::system::error_code;
+using agones::Fault;
+
+constexpr std::chrono::seconds kCallTimeout{5};  // for connection, request and answer
+
+Fault fault_of(const Error& error) {
+  if (error == beast::error::timeout) return Fault::timeout;
+  if (error == http::error::body_limit || error == http::error::header_limit || error == http::error::buffer_overflow)
+    return Fault::oversize;
+  const bool is_http = error.category() == http::make_error_code(http::error::bad_method).category();
+  return is_http && error != http::error::end_of_stream && error != http::error::partial_message ? Fault::malformed
+                                                                                                 : Fault::broken;
+}
+
+http::verb verb_of(agones::Request::Method method) {
+  if (method == agones::Request::Method::get) return http::verb::get;
+  return method == agones::Request::Method::post ? http::verb::post : http::verb::patch;
+}
+
+}  // namespace
+
+struct SidecarClient::Impl {
+  Impl(SerialExecutor its_executor, std::uint16_t its_port) : executor(std::move(its_executor)), port(its_port) {}
+
+  asio::awaitable<void> run(std::uint64_t id, agones::Request asked);
+  void fail(std::uint64_t id, Fault fault) {
+    if (open.erase(id) > 0 && sink) sink->on_fault(id, fault, channel::monotonic_ns());
+  }
+
+  SerialExecutor executor;
+  std::uint16_t port;
+  agones::SidecarSink* sink = nullptr;
+  std::map<std::uint64_t, std::shared_ptr<beast::tcp_stream>> open;
+};
+
+asio::awaitable<void> SidecarClient::Impl::run(std::uint64_t id, agones::Request asked) {
+  const auto found = open.find(id);
+  if (found == open.end()) co_return;
+  const std::shared_ptr<beast::tcp_stream> stream = found->second;
+  stream->expires_after(kCallTimeout);
+  const std::array<Tcp::endpoint, 2> loopback{Tcp::endpoint(asio::ip::address_v4::loopback(), port),
+                                              Tcp::endpoint(asio::ip::address_v6::loopback(), port)};
+  const auto [unconnected, endpoint] = co_await stream->async_connect(loopback, kAwaitable);
+  if (unconnected) co_return fail(id, unconnected == beast::error::timeout ? Fault::timeout : Fault::unreachable);
+  if (!open.contains(id)) co_return;  // cancelled
+  http::request<http::string_body> request(verb_of(asked.method), asked.path, 11);
+  request.set(http::field::host, "localhost:" + std::to_string(port));
+  request.set(http::field::content_type, "application/json");
+  request.keep_alive(false);
+  request.body() = std::move(asked.body);
+  request.prepare_payload();
+  const auto [unsent, sent_bytes] = co_await http::async_write(*stream, request, kAwaitable);
+  if (unsent) co_return fail(id, fault_of(unsent));
+  http::response_parser<http::string_body> parser;
+  parser.body_limit(agones::kAnswerBytesMax);
+  beast::flat_buffer buffer(agones::kAnswerBytesMax);
+  const auto [unread, read_bytes] = co_await http::async_read(*stream, buffer, parser, kAwaitable);
+  if (unread) co_return fail(id, fault_of(unread));
+  if (open.erase(id) > 0 && sink)
+    sink->on_answer(id, static_cast<int>(parser.get().result_int()), parser.get().body(), channel::monotonic_ns());
+}
+
+SidecarClient::SidecarClient(IoLoop& loop, std::uint16_t port)
+    : impl_(std::make_shared<Impl>(loop.core().serial, port)) {}
+
+SidecarClient::~SidecarClient() {
+  impl_->sink = nullptr;
+  for (auto& [id, stream] : impl_->open) stream->close();
+}
+
+void SidecarClient::set_sink(agones::SidecarSink* sink) {
+  impl_->sink = sink;
+}
+
+void SidecarClient::send(std::uint64_t call, agones::Request request) {
+  impl_->open[call] = std::make_shared<beast::tcp_stream>(impl_->executor);
+  asio::co_spawn(
+      impl_->executor,
+      [impl = impl_, call, request = std::move(request)]() mutable -> asio::awaitable<void> {
+        co_await asio::post(impl->executor, asio::use_awaitable);
+        co_await impl->run(call, std::move(request));
+      },
+      asio::detached);
+}
+
+void SidecarClient::cancel(std::uint64_t call) {
+  const auto found = impl_->open.find(call);
+  if (found == impl_->open.end()) return;
+  found->second->close();
+  impl_->open.erase(found);
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,179 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "server/fleet/placement.hpp"
+#include "tests/load/fleet_plan/simulation.hpp"
+
+namespace hairnet::fleet_plan {
+namespace {
+
+constexpr std::int64_t kRoomGrace_s = 10;  // server.room_grace_s
+constexpr double kCopyLag_s = 0.05;        // that a room which is handed over waits, as server/fleet/etcd_rooms
+
+}  // namespace
+
+// Lets the servers' placement choose, and the chosen server claim. False when there is none; or when it is dead, and
+// its lease not over: then the room is away until that time.
+bool Simulation::place(RoomId room_id) {
+  const auto chosen = server::choose_server(room_names_[room_id], statuses_);
+  if (!chosen) return false;
+  const auto slot = static_cast<ServerSlot>(*chosen & kSlotMask);
+  if (servers_[slot].state != Server::State::ready) {
+    rooms_[room_id].state = Room::State::away;
+    rooms_[room_id].try_at_s = std::max(now_s_ + 1, servers_[slot].lease_ends_s);
+    return false;
+  }
+  own(room_id, slot);
+  return true;
+}
+
+void Simulation::own(RoomId room_id, ServerSlot slot) {
+  Room& room = rooms_[room_id];
+  Server& server = servers_[slot];
+  HAIRNET_ASSERT(room.owner == kNone);
+  room.state = Room::State::owned;
+  room.owner = slot;
+  room.since_s = now_s_;
+  room.place = static_cast<std::uint32_t>(server.rooms.size());
+  server.rooms.push_back(room_id);
+  server.people += static_cast<std::uint32_t>(room.members.size());
+  server.cpu_s += room.cpu_s;
+  cpu_s_ += room.cpu_s;
+  bytes_per_s_ += room.bytes_per_s;
+  write(EtcdWrite::claim);
+  const double since_s = std::exchange(room.away_since_s, -1);
+  if (since_s < 0) return;
+  const auto cause = static_cast<std::size_t>(room.cause);
+  const ServerCosts& costs = settings_.costs;
+  const double outage_s = static_cast<double>(now_s_) - since_s + (costs.claim_ms + costs.redirect_ms) / 1e3 +
+                          (room.cause == MoveCause::balance ? kCopyLag_s : 0);
+  outcome_.room_outage[cause].record(std::llround(outage_s * 1e9));
+  ++outcome_.rooms_moved[cause];
+  ++interval_.rooms_moved[cause];
+  for (const PersonId id : room.members) {
+    ++outcome_.people_moved[cause];
+    const double away_s = outage_s + costs.connect_s() + level_wait_s(server, people_[id].hairstyle);
+    outcome_.hair_away[cause].record(std::llround(away_s * 1e9));
+  }
+}
+
+// The room's key is gone.
+void Simulation::disown(RoomId room_id) {
+  Room& room = rooms_[room_id];
+  Server& server = servers_[room.owner];
+  const RoomId last = server.rooms.back();
+  server.rooms[room.place] = last;
+  rooms_[last].place = room.place;
+  server.rooms.pop_back();
+  room.owner = kNone;
+}
+
+// The owner stops to send frames; the key stays.
+void Simulation::stop_serving(RoomId room_id, MoveCause cause, std::int64_t try_at_s) {
+  Room& room = rooms_[room_id];
+  Server& server = servers_[room.owner];
+  server.people -= static_cast<std::uint32_t>(room.members.size());
+  server.cpu_s -= room.cpu_s;
+  cpu_s_ -= room.cpu_s;
+  bytes_per_s_ -= room.bytes_per_s;
+  room.state = Room::State::away;
+  room.try_at_s = try_at_s;
+  room.cause = cause;
+  if (!room.members.empty()) room.away_since_s = static_cast<double>(now_s_);
+  set_pending(room_id);
+}
+
+// Gives the room up for that server. One that is dead does not claim it: then placement decides.
+void Simulation::move_room(RoomId room, ServerSlot to) {
+  stop_serving(room, MoveCause::balance, now_s_);
+  disown(room);
+  write(EtcdWrite::release);
+  if (servers_[to].state == Server::State::ready) own(room, to);
+}
+
+// After members have come or gone.
+void Simulation::update_load(RoomId room_id) {
+  Room& room = rooms_[room_id];
+  const auto members = static_cast<double>(room.members.size());
+  const double observed = std::min(members, static_cast<double>(settings_.observe));
+  const double cpu_s = members > 0 ? members * settings_.costs.cpu_s(settings_.level, observed) : 0;
+  const double bytes_per_s = members > 0 ? members * settings_.costs.bytes_per_s(settings_.level, observed) : 0;
+  if (room.state == Room::State::owned) {
+    servers_[room.owner].cpu_s += cpu_s - room.cpu_s;
+    cpu_s_ += cpu_s - room.cpu_s;
+    bytes_per_s_ += bytes_per_s - room.bytes_per_s;
+  }
+  const bool was_outgrown = room.cpu_s > settings_.capacity(), is_outgrown = cpu_s > settings_.capacity();
+  if (is_outgrown && !was_outgrown) ++outgrown_now_;
+  if (!is_outgrown && was_outgrown) --outgrown_now_;
+  if (is_outgrown && !std::exchange(room.has_outgrown, true)) ++outcome_.rooms_outgrown;
+  room.cpu_s = cpu_s;
+  room.bytes_per_s = bytes_per_s;
+  outcome_.room_people_max = std::max(outcome_.room_people_max, members);
+  outcome_.room_cpu_s_max = std::max(outcome_.room_cpu_s_max, cpu_s);
+  outcome_.room_bytes_per_s_max = std::max(outcome_.room_bytes_per_s_max, bytes_per_s);
+}
+
+void Simulation::set_pending(RoomId room_id) {
+  if (!std::exchange(rooms_[room_id].is_pending, true)) pending_.push_back(room_id);
+}
+
+// Rooms that are away find servers, people who wait find places, or lose patience.
+void Simulation::take_pending() {
+  std::vector<RoomId> later;
+  for (const RoomId room_id : std::exchange(pending_, {})) {
+    Room& room = rooms_[room_id];
+    room.is_pending = false;
+    if (room.state == Room::State::away && now_s_ >= room.try_at_s && room.owner == kNone) {
+      if (room.members.empty()) room.away_since_s = -1;
+      if (room.members.empty() && room.waiting.empty()) {
+        room.state = Room::State::unowned;
+        continue;
+      }
+      if (!place(room_id)) room.try_at_s = std::max(room.try_at_s, now_s_ + 1);
+    }
+    std::vector<PersonId> waiting;
+    for (const PersonId id : std::exchange(room.waiting, {})) {
+      if (room.state == Room::State::owned && waiting.empty() && !is_full(servers_[room.owner])) {
+        --waiting_count_;
+        admit(room_id, id, settings_.costs.claim_ms / 1e3);
+      } else if (static_cast<double>(now_s_ - people_[id].since_s) >= settings_.patience_s) {
+        --waiting_count_;
+        ++outcome_.turned_away_no_server;
+        remove_person(id);
+      } else {
+        waiting.push_back(id);
+      }
+    }
+    room.waiting = std::move(waiting);
+    if (room.state == Room::State::away || !room.waiting.empty()) {
+      room.is_pending = true;
+      later.push_back(room_id);
+    } else if (room.members.empty()) {  // all have lost patience
+      room.empty_since_s = now_s_;
+      empty_.emplace_back(now_s_, room_id);
+    }
+  }
+  pending_.insert(pending_.end(), later.begin(), later.end());
+}
+
+void Simulation::release_empty() {
+  while (!empty_.empty() && empty_.front().first + kRoomGrace_s <= now_s_) {
+    const auto [since_s, room_id] = empty_.front();
+    empty_.pop_front();
+    Room& room = rooms_[room_id];
+    if (room.empty_since_s != since_s || room.state != Room::State::owned || !room.members.empty()) continue;
+    if (!room.waiting.empty()) continue;
+    disown(room_id);
+    room.state = Room::State::unowned;
+    write(EtcdWrite::release);
+  }
+}
+
+bool Simulation::is_full(const Server& server) const {
+  return server.people >= settings_.characters_max || server.cpu_s >= settings_.overload_max * settings_.capacity();
+}
+
+}  // namespace hairnet::fleet_plan

@@ -1,0 +1,252 @@
+#include "tests/load/fleet_plan/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "tests/load/fleet_plan/report.hpp"
+#include "tests/load/svg_chart.hpp"
+
+namespace hairnet::fleet_plan {
+namespace {
+
+// Nothing happens to this fleet but people who come and go.
+Settings calm(double peak, std::uint32_t servers) {
+  Settings s;
+  s.peak = peak;
+  s.night_share = 1;  // as many at every hour
+  s.servers = servers;
+  s.rooms = 200;
+  s.days = 0.25;
+  s.mtbf_h = 0;
+  s.deploy_h = 0;
+  return s;
+}
+
+// Much happens to this one.
+Settings stormy(std::uint64_t seed) {
+  Settings s;
+  s.seed = seed;
+  s.peak = 3000;
+  s.rooms = 300;
+  s.room_cap = 40;
+  s.cores = 0.5;
+  s.days = 0.5;
+  s.peak_hour = 6;
+  s.mtbf_h = 3;
+  s.deploy_h = 4;
+  s.session_min = 12;
+  return s;
+}
+
+TEST(FleetPlan, an_empty_fleet_only_keeps_its_leases_alive) {
+  const Settings s = calm(0, 20);
+  const Outcome o = simulate(s);
+  EXPECT_EQ(o.arrived, 0u);
+  EXPECT_EQ(o.people_max, 0);
+  EXPECT_EQ(o.egress_bytes, 0);
+  const double expected = 20 * o.seconds * 3 / s.lease_s;
+  EXPECT_NEAR(static_cast<double>(o.etcd.of(EtcdWrite::keep_alive)), expected, 20) << "one each, at the ends";
+  EXPECT_EQ(o.etcd.total(), o.etcd.of(EtcdWrite::keep_alive)) << "nothing changes, so nothing is told";
+  EXPECT_EQ(o.etcd.watch_events, 0u);
+}
+
+TEST(FleetPlan, busy_servers_tell_their_status_once_a_second_unless_as_many_have_come_as_gone) {
+  Settings s = calm(4000, 4);
+  s.session_min = 2;
+  s.characters_max = 100'000;
+  const Outcome o = simulate(s);
+  // Arrivals and departures are Poisson: they are equal with Skellam's probability exp(-2 mu) I0(2 mu).
+  const double mu = s.peak / (s.session_min * 60) / 4;
+  const double unchanged = std::exp(-2 * mu) * std::cyl_bessel_i(0, 2 * mu);
+  const double expected = 4 * o.seconds * (1 - unchanged);
+  EXPECT_NEAR(static_cast<double>(o.etcd.of(EtcdWrite::status)), expected, 0.02 * expected) << "rooms are not even";
+  const std::uint64_t changes = o.etcd.total() - o.etcd.of(EtcdWrite::keep_alive);
+  EXPECT_EQ(o.etcd.watch_events, 4 * changes) << "every server hears of every change of a key";
+}
+
+TEST(FleetPlan, mean_people_are_the_arrival_rate_times_the_mean_length) {
+  Settings s = calm(2000, 20);
+  s.room_cap = 0;
+  s.days = 4;
+  for (const double sigma : {0.0, 1.0}) {
+    s.session_sigma = sigma;
+    const Outcome o = simulate(s);
+    const double rate = static_cast<double>(o.arrived) / o.seconds, people = o.people_sum_s / o.seconds;
+    // Sums over T / (two mean lengths) nearly independent stretches, each Poisson.
+    const double stretches = o.seconds / (2 * s.session_min * 60 * std::exp(sigma * sigma));
+    const double deviation = std::sqrt(s.peak / stretches);
+    EXPECT_NEAR(people, rate * s.session_min * 60, 5 * deviation);
+    EXPECT_NEAR(people, s.peak, 5 * deviation);
+    EXPECT_EQ(o.turned_away_rooms_full + o.turned_away_no_server, 0u);
+  }
+}
+
+TEST(FleetPlan, one_server_takes_all_and_redirects_nobody) {
+  const Settings s = calm(1000, 1);
+  const Outcome o = simulate(s);
+  EXPECT_GT(o.people_max, 900);
+  EXPECT_DOUBLE_EQ(o.balance.max_ms(), 1) << "the largest load is the mean one";
+  for (const std::uint64_t moved : o.rooms_moved) EXPECT_EQ(moved, 0u);
+  EXPECT_NEAR(o.join.quantile_ms(0.5), s.costs.connect_s() * 1e3, 1);
+}
+
+TEST(FleetPlan, nobody_is_lost_and_no_room_has_two_owners_whatever_happens) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    Simulation simulation(stormy(seed));
+    while (!simulation.is_done()) {
+      simulation.step();
+      ASSERT_EQ(simulation.fault(), "") << "seed " << seed << ", second " << simulation.now_s();
+    }
+    const Outcome& o = simulation.outcome();
+    for (std::size_t i = 0; i < kMoveCauseCount; ++i) EXPECT_GT(o.rooms_moved[i], 0u) << kMoveCauseNames[i];
+    EXPECT_GT(o.failures, 0u);
+    EXPECT_EQ(o.deploys, 3u);
+    EXPECT_GT(o.refused_by_caps, 0u);
+  }
+}
+
+TEST(FleetPlan, rooms_of_a_killed_server_wait_for_its_lease_and_all_come_back) {
+  Simulation simulation(calm(1000, 5));
+  for (int i = 0; i < 100; ++i) simulation.step();
+  std::set<RoomId> lost;
+  for (const RoomId room : simulation.servers()[2].rooms)
+    if (!simulation.rooms()[room].members.empty()) lost.insert(room);
+  ASSERT_FALSE(lost.empty());
+  simulation.kill(2);
+  const std::int64_t killed_s = simulation.now_s(), lease_ends_s = simulation.servers()[2].lease_ends_s;
+  EXPECT_GE(lease_ends_s - killed_s, 6) << "two thirds of the lease at least";
+  EXPECT_LE(lease_ends_s - killed_s, 10);
+  while (simulation.now_s() < lease_ends_s) {
+    for (const RoomId room : lost) {
+      EXPECT_EQ(simulation.rooms()[room].owner, 2u);
+      EXPECT_EQ(simulation.rooms()[room].state, Room::State::away);
+    }
+    simulation.step();
+  }
+  simulation.step();
+  for (const RoomId id : lost) {
+    const Room& room = simulation.rooms()[id];
+    EXPECT_TRUE(room.members.empty() || room.state == Room::State::owned);
+  }
+  EXPECT_EQ(simulation.fault(), "");
+  const auto& outage = simulation.outcome().room_outage[static_cast<std::size_t>(MoveCause::failure)];
+  EXPECT_GE(outage.min_ms(), 6000);
+  EXPECT_LE(outage.max_ms(), 10'100);
+}
+
+TEST(FleetPlan, rooms_of_a_drained_server_are_away_for_a_claim_and_a_redirect) {
+  Simulation simulation(calm(1000, 5));
+  for (int i = 0; i < 100; ++i) simulation.step();
+  simulation.drain(1, MoveCause::deploy);
+  simulation.step();
+  const Outcome& o = simulation.outcome();
+  EXPECT_GT(o.rooms_moved[static_cast<std::size_t>(MoveCause::deploy)], 0u);
+  const ServerCosts costs;
+  EXPECT_NEAR(o.room_outage[0].max_ms(), costs.claim_ms + costs.redirect_ms, 1);
+  EXPECT_TRUE(simulation.servers()[1].rooms.empty());
+  EXPECT_EQ(simulation.fault(), "");
+}
+
+TEST(FleetPlan, a_capped_room_refuses_what_is_above_its_cap) {
+  Settings s = calm(1000, 10);
+  s.rooms = 1;
+  s.room_cap = 100;
+  s.room_tries = 1;
+  Outcome o = simulate(s);
+  EXPECT_EQ(o.room_people_max, 100);
+  EXPECT_EQ(o.people_max, 100);
+  // Erlang's formula: with a load of ten times the places nearly 0.9 are refused (0.9009...).
+  EXPECT_NEAR(static_cast<double>(o.turned_away_rooms_full) / static_cast<double>(o.arrived), 0.9, 0.02);
+  EXPECT_EQ(o.refused_by_caps, o.turned_away_rooms_full);
+  s.room_cap = 0;
+  o = simulate(s);
+  EXPECT_EQ(o.refused_by_caps, 0u);
+  EXPECT_GT(o.room_people_max, 900);
+}
+
+TEST(FleetPlan, a_room_above_a_servers_budget_has_outgrown_it) {
+  Settings s = calm(1000, 10);
+  s.rooms = 1;
+  s.room_cap = 0;
+  s.cores = 1;
+  const Outcome o = simulate(s);
+  EXPECT_EQ(o.rooms_outgrown, 1u);
+  EXPECT_GT(o.room_cpu_s_max, s.capacity());
+  s.cores = 8;
+  EXPECT_EQ(simulate(s).rooms_outgrown, 0u);
+}
+
+TEST(FleetPlan, people_beyond_the_last_server_wait_and_lose_patience) {
+  Settings s = calm(500, 1);
+  s.characters_max = 200;
+  s.room_cap = 0;
+  const Outcome o = simulate(s);
+  EXPECT_GT(o.turned_away_no_server, 0u);
+  EXPECT_GT(o.join.max_ms(), 1000);
+  EXPECT_LE(o.join.max_ms(), 1e3 * (s.patience_s + 5));
+}
+
+TEST(FleetPlan, autoscaling_follows_the_day) {
+  Settings s = stormy(1);
+  s.mtbf_h = 0;
+  s.deploy_h = 0;
+  s.days = 1;
+  const Outcome o = simulate(s);
+  double least = 1e9, most = 0;
+  for (const Sample& sample : o.samples) {
+    least = std::min(least, sample.servers_running);
+    most = std::max(most, sample.servers_running);
+    EXPECT_GE(sample.servers_running, sample.servers_needed) << "the buffer is enough, at hour " << sample.hour;
+  }
+  EXPECT_GT(most, 2 * least);
+}
+
+TEST(FleetPlan, a_fleet_that_grows_keeps_its_servers_in_their_budget_by_balancing) {
+  Settings s = stormy(1);
+  s.mtbf_h = 0;
+  s.deploy_h = 0;
+  s.night_share = 0.05;
+  const Outcome balanced = simulate(s);
+  s.balance = false;
+  const Outcome unbalanced = simulate(s);
+  constexpr auto kCause = static_cast<std::size_t>(MoveCause::balance);
+  EXPECT_EQ(unbalanced.rooms_moved[kCause], 0u);
+  EXPECT_GT(unbalanced.coarse_people_sum_s, 0.05 * unbalanced.people_sum_s);
+  EXPECT_LT(balanced.coarse_people_sum_s, 0.01 * balanced.people_sum_s);
+  EXPECT_GT(balanced.rooms_moved[kCause], 10u);
+  EXPECT_LT(balanced.rooms_moved[kCause], 500u) << "rooms do not go back and forth";
+  EXPECT_NEAR(balanced.room_outage[kCause].max_ms(), s.costs.claim_ms + s.costs.redirect_ms + 50, 1);
+}
+
+TEST(FleetPlan, the_same_seed_gives_the_same_outcome) {
+  const auto text = [](std::uint64_t seed) {
+    const Settings s = stormy(seed);
+    return to_json_text(s, simulate(s), "");
+  };
+  EXPECT_EQ(text(7), text(7));
+  Settings s = stormy(8);
+  const Outcome other = simulate(s);
+  EXPECT_NE(other.arrived, simulate(stormy(7)).arrived);
+}
+
+TEST(FleetPlan, the_page_and_the_table_name_every_figure) {
+  const Settings s = stormy(1);
+  const Outcome o = simulate(s);
+  const std::string page = to_page(s, o, "hairnet-fleet-plan <>"), text = to_text(s, o);
+  std::set<std::string> names;
+  for (const FigureGroup& group : figures(o)) {
+    for (const Figure& figure : group.figures) {
+      EXPECT_NE(page.find(load::escaped(figure.meaning)), std::string::npos) << figure.meaning;
+      EXPECT_NE(text.find(figure.meaning), std::string::npos) << figure.meaning;
+      EXPECT_TRUE(names.insert(figure.name).second) << figure.name;
+      EXPECT_TRUE(std::isfinite(figure.value)) << figure.name;
+    }
+  }
+  EXPECT_EQ(page.find("<>"), std::string::npos);
+  EXPECT_EQ(page.find("nothing to show"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hairnet::fleet_plan

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/random.hpp"
+
+namespace hairnet::support {
+
+// As much of etcd 3.4 as a fleet needs, behind the same JSON text: one linearizable store with leases, transactions,
+// watches and compaction. Time is an argument. A lease's keys vanish up to a second after its time, as in etcd, and
+// after an outage each lease has its full time again.
+class SimulatedEtcd {
+ public:
+  struct Answer {
+    int status = 200;
+    std::string body;
+  };
+  using OnLine = std::function<void(std::string)>;
+
+  explicit SimulatedEtcd(std::uint64_t seed = 1) : random_(seed) {}
+
+  // A request that is not a watch.
+  Answer handle(const std::string& path, const std::string& body, std::int64_t now_ns);
+  // Begins a watch and returns its number. Lines come at once, and whenever something changes.
+  std::uint64_t watch(const std::string& body, OnLine on_line);
+  void end_watch(std::uint64_t watch) { watches_.erase(watch); }
+  // Ends leases whose time is over.
+  void advance(std::int64_t now_ns);
+
+  // While it is down, nobody may call it. Watches end.
+  void go_down();
+  void come_up(std::int64_t now_ns);
+  [[nodiscard]] bool is_down() const { return is_down_; }
+  // While it is down: its disk is lost. It begins again with no keys, no leases and the first revision.
+  void lose_data();
+  // History up to the newest revision is lost for watches and lists.
+  void compact() { compacted_ = revision_; }
+  void remove(const std::string& key);
+  void put(const std::string& key, const std::string& value);
+  void end_lease_of(const std::string& key);
+
+  double expiry_lag_s_max = 1;  // from the end of a lease's time to the end of its keys
+
+  [[nodiscard]] std::vector<std::string> keys() const;
+  [[nodiscard]] std::string value(const std::string& key) const;
+  [[nodiscard]] std::size_t lease_count() const { return leases_.size(); }
+  [[nodiscard]] std::size_t watch_count() const { return watches_.size(); }
+  [[nodiscard]] std::int64_t revision() const { return revision_; }
+
+ private:
+  using Json = nlohmann::json;
+  struct Entry {
+    std::string value;
+    std::int64_t create_revision = 0, mod_revision = 0, version = 0, lease = 0;
+  };
+  struct Lease {
+    std::int64_t ttl_s = 0, ends_ns = 0, revoked_ns = 0;
+  };
+  struct Watch {
+    std::string begin, end;
+    OnLine on_line;
+  };
+  struct Past {
+    std::int64_t revision = 0;
+    std::string key, event;  // the event as JSON
+  };
+
+  [[nodiscard]] std::string header() const;
+  Answer refuse(int status, int code, const std::string& why) const;
+  Answer range(const Json& request) const;
+  Json found(const Json& range) const;
+  Answer txn(const Json& request);
+  void put(const std::string& key, const std::string& value, std::int64_t lease);
+  void erase(const std::string& key);
+  void tell(const std::string& key, const std::string& event);
+  void revoke(std::int64_t lease);
+  void renew(Lease& lease, std::int64_t now_ns);
+
+  Random random_;
+  std::map<std::string, Entry> entries_;
+  std::map<std::int64_t, Lease> leases_;
+  std::map<std::uint64_t, Watch> watches_;
+  std::vector<Past> history_;
+  std::int64_t revision_ = 1, compacted_ = 0, last_lease_ = 1000;
+  std::uint64_t last_watch_ = 0;
+  bool is_down_ = false;
+};
+
+}  // namespace hairnet::support

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/link/webtransport/session.hpp"
+#include "tests/unit/server/quic_fixture.hpp"
+
+namespace hairnet::link {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// A session of the client library, and all that it tells.
+class ClientEnd final : public WebTransportEvents {
+ public:
+  ClientEnd(quic::QuicNetwork& network, CertificateCheck check, std::uint16_t port = 20'000,
+            const QuicOptions& options = {}) {
+    const quic::Path path{quic::loopback(port), quic::loopback(quic::QuicNetwork::kPort)};
+    auto made =
+        WebTransportSession::create({path, "localhost:7420", "/wt", std::move(check)}, *this, network.now_ns, options);
+    if (!made) {
+      refusal = made.error();
+      return;
+    }
+    session = std::move(*made);
+    network.sessions.emplace_back(path.local, session.get());
+  }
+  void on_channel_bytes(std::span<const std::uint8_t> bytes) override {
+    received.insert(received.end(), bytes.begin(), bytes.end());
+    untaken += bytes.size();
+    if (on_received) on_received();
+  }
+  void on_datagram(std::span<const std::uint8_t> bytes) override { datagrams.emplace_back(bytes.begin(), bytes.end()); }
+  void on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) override {
+    Download& download = downloads[stream];
+    download.received.insert(download.received.end(), bytes.begin(), bytes.end());
+    download.untaken += bytes.size();
+    download.is_ended = is_last;
+    if (takes_downloads) session->take_download(stream, std::exchange(download.untaken, 0));
+  }
+  void on_download_reset(StreamId stream) override {
+    Download& download = downloads[stream];
+    download.was_reset = true;
+    session->take_download(stream, std::exchange(download.untaken, 0));
+  }
+
+  struct Download {
+    Bytes received;
+    std::size_t untaken = 0;
+    bool is_ended = false, was_reset = false;
+  };
+  std::map<StreamId, Download> downloads;
+  bool takes_downloads = true;
+  std::function<void()> on_received;  // bytes of the channel
+
+  std::unique_ptr<WebTransportSession> session;
+  std::string refusal;
+  Bytes received;
+  std::size_t untaken = 0;
+  std::vector<Bytes> datagrams;
+};
+
+inline CertificateCheck pinned(const quic::QuicNetwork& network) {
+  CertificateCheck check;
+  check.host = "localhost";
+  check.hashes = {quic::CertificateHash{}, network.credentials->hash()};
+  return check;
+}
+
+}  // namespace hairnet::link

@@ -1,0 +1,74 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "server/fleet/fleet_values.hpp"
+
+namespace hairnet::server {
+namespace {
+
+RoomKept some() {
+  return {.bans = {{"sub:mallory", 1'800'000'000}, {"sub:eve \"x\"", 5}},
+          .mutes = {"sub:loud"},
+          .is_locked = true,
+          .members = {"sub:alice", "sub:b\xc3\xb6"},
+          .wind = {0, 1, 255, 7}};
+}
+
+std::string text_of(const RoomKept& kept) {
+  std::size_t left_out = 0;
+  std::string text = to_value(kept, left_out);
+  EXPECT_EQ(left_out, 0u);
+  return text;
+}
+
+TEST(RoomKeptText, comes_back_as_it_was) {
+  EXPECT_EQ(*parse_kept(text_of(some())), some());
+  EXPECT_EQ(text_of({}), "") << "there is nothing to keep";
+  EXPECT_EQ(*parse_kept(text_of({.mutes = {"a"}})), RoomKept{.mutes = {"a"}});
+}
+
+TEST(RoomKeptText, refuses_every_truncation) {
+  const std::string text = text_of(some());
+  for (std::size_t length = 0; length < text.size(); ++length) EXPECT_FALSE(parse_kept(text.substr(0, length)));
+}
+
+TEST(RoomKeptText, refuses_what_no_server_writes) {
+  for (const char* text : {
+           "[]",
+           "{}",
+           R"({"locked":1,"wind":"","members":[],"mutes":[],"bans":[]})",
+           R"({"locked":false,"wind":"?","members":[],"mutes":[],"bans":[]})",
+           R"({"locked":false,"wind":"","members":[""],"mutes":[],"bans":[]})",
+           R"({"locked":false,"wind":"","members":[],"mutes":[7],"bans":[]})",
+           R"({"locked":false,"wind":"","members":[],"mutes":[],"bans":[["a"]]})",
+           R"({"locked":false,"wind":"","members":[],"mutes":[],"bans":[["a",-1]]})",
+           R"({"locked":false,"wind":"","members":[],"mutes":[],"bans":[["a",18446744073709551615]]})",
+           R"({"locked":false,"wind":"","members":[],"mutes":[],"bans":{"a":1}})",
+       }) {
+    const auto kept = parse_kept(text);
+    ASSERT_FALSE(kept) << text;
+    EXPECT_NE(kept.error(), "");
+  }
+  EXPECT_TRUE(parse_kept(R"({"locked":false,"wind":"","members":[],"mutes":[],"bans":[["a",1]]})"));
+  EXPECT_FALSE(parse_kept(std::string(kKeptBytesMax + 1, ' ')));
+}
+
+TEST(RoomKeptText, is_bounded_and_leaves_out_the_last_bans) {
+  RoomKept kept = some();
+  kept.members.clear();
+  for (int i = 0; i < 3000; ++i) kept.bans.push_back({"sub:someone-with-a-name-" + std::to_string(i), 2'000'000'000});
+  std::size_t left_out = 0;
+  const std::string text = to_value(kept, left_out);
+  EXPECT_LE(text.size(), kKeptBytesMax);
+  EXPECT_GT(text.size(), kKeptBytesMax - 100);
+  const auto read = parse_kept(text);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->bans.size() + left_out, kept.bans.size());
+  EXPECT_GT(left_out, 0u);
+  EXPECT_EQ(read->bans.front(), kept.bans.front());
+  EXPECT_TRUE(read->is_locked);
+}
+
+}  // namespace
+}  // namespace hairnet::server

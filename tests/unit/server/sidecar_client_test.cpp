@@ -1,0 +1,146 @@
+#include "server/transport/sidecar_client.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/unit/server/transport_fixture.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class HeardOfSidecar final : public agones::SidecarSink {
+ public:
+  void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t) override {
+    all.push_back(std::to_string(call) + " answer " + std::to_string(status) + " " + std::string(body));
+  }
+  void on_fault(std::uint64_t call, agones::Fault fault, std::int64_t) override {
+    all.push_back(std::to_string(call) + " fault " + std::to_string(static_cast<int>(fault)));
+  }
+  std::vector<std::string> all;
+};
+
+// A client, and a port at which the test answers by hand, a call at a time.
+class SidecarClientTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    ASSERT_EQ(::listen(listener_, 8), 0);
+    socklen_t length = sizeof(address);
+    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &length);
+    client_ = std::make_unique<SidecarClient>(loop_, ntohs(address.sin_port));
+    client_->set_sink(&heard_);
+  }
+  void TearDown() override {
+    client_.reset();
+    hang_up();
+    if (listener_ >= 0) ::close(listener_);
+  }
+  void hang_up() {
+    if (peer_ >= 0) ::close(peer_);
+    peer_ = -1;
+  }
+  bool wait(const std::function<bool()>& done) {
+    for (int i = 0; i < 5000 && !done(); ++i) {
+      loop_.poll();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return done();
+  }
+  std::string request(const std::string& end = "\r\n\r\n{}") {
+    hang_up();
+    std::string text;
+    wait([&] {
+      if (peer_ < 0) peer_ = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK);
+      char piece[1024];
+      const ssize_t count = peer_ < 0 ? 0 : ::recv(peer_, piece, sizeof(piece), 0);
+      if (count > 0) text.append(piece, static_cast<std::size_t>(count));
+      return text.ends_with(end);
+    });
+    return text;
+  }
+  void answer(const std::string& text) { ::send(peer_, text.data(), text.size(), MSG_NOSIGNAL); }
+  std::vector<std::string> heard(std::size_t count = 1) {
+    wait([&] { return heard_.all.size() >= count; });
+    return std::exchange(heard_.all, {});
+  }
+
+  static constexpr const char* kOk = "HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{}";
+  IoLoop loop_;
+  HeardOfSidecar heard_;
+  std::unique_ptr<SidecarClient> client_;
+  int listener_ = -1, peer_ = -1;
+};
+
+TEST_F(SidecarClientTest, sends_each_method_with_its_path_and_body) {
+  client_->send(1, agones::ready());
+  EXPECT_THAT(request(), AllOf(StartsWith("POST /ready HTTP/1.1\r\n"), HasSubstr("Host: localhost:"),
+                               HasSubstr("Content-Type: application/json"), EndsWith("{}")));
+  answer(kOk);
+  EXPECT_THAT(heard(), ElementsAre("1 answer 200 {}"));
+  client_->send(2, agones::set_rooms(3, 16));
+  EXPECT_THAT(request("}"),
+              AllOf(StartsWith("PATCH /v1beta1/counters/rooms HTTP/1.1\r\n"), HasSubstr("\"count\":\"3\"")));
+  answer("HTTP/1.1 404 Not Found\r\nContent-Length: 2\r\n\r\nno");
+  EXPECT_THAT(heard(), ElementsAre("2 answer 404 no"));
+  client_->send(3, agones::game_server());
+  EXPECT_THAT(request("\r\n\r\n"), StartsWith("GET /gameserver HTTP/1.1\r\n"));
+  answer("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n");
+  EXPECT_THAT(heard(), ElementsAre("3 answer 200 {}"));
+}
+
+TEST_F(SidecarClientTest, tells_garbage_too_much_and_nothing_from_each_other) {
+  client_->send(1, agones::ready());
+  request();
+  answer("what?\r\n\r\n");
+  EXPECT_THAT(heard(), ElementsAre("1 fault 4"));
+  client_->send(2, agones::ready());
+  request();
+  answer("HTTP/1.1 200 OK\r\nContent-Length: " + std::to_string(agones::kAnswerBytesMax + 1) + "\r\n\r\n");
+  EXPECT_THAT(heard(), ElementsAre("2 fault 5"));
+  client_->send(3, agones::ready());
+  request();
+  answer("HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{");
+  hang_up();
+  EXPECT_THAT(heard(), ElementsAre("3 fault 2"));
+}
+
+TEST_F(SidecarClientTest, says_nothing_of_a_cancelled_call) {
+  client_->send(1, agones::ready());
+  client_->cancel(1);
+  client_->send(2, agones::ready());
+  request();
+  client_->cancel(2);
+  answer(kOk);
+  client_->send(3, agones::ready());
+  request();
+  answer(kOk);
+  EXPECT_THAT(heard(), ElementsAre("3 answer 200 {}"));
+}
+
+TEST_F(SidecarClientTest, tells_that_nobody_listens_and_may_end_with_a_call_under_way) {
+  ::close(listener_);
+  listener_ = -1;
+  client_->send(1, agones::ready());
+  EXPECT_THAT(heard(), ElementsAre("1 fault 0"));
+  client_->send(2, agones::ready());
+  client_.reset();
+  for (int i = 0; i < 10; ++i) loop_.poll();
+  EXPECT_THAT(heard_.all, testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace hairnet::server

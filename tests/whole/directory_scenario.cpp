@@ -1,0 +1,435 @@
+#include "tests/whole/directory_scenario.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "server/fleet/etcd_directory.hpp"
+#include "server/fleet/placement.hpp"
+#include "tests/whole/etcd_line.hpp"
+
+namespace hairnet::whole {
+namespace {
+
+using server::FleetEvent;
+using server::Placement;
+
+constexpr std::int64_t kPoll_ns = 20 * kMs;
+constexpr std::int64_t kFaults_ns = 90 * kSecond_ns;
+
+// A server with only a directory, and a clock of its own.
+class FleetHost {
+ public:
+  FleetHost(Timeline& timeline, EtcdLine& line, const server::EtcdDirectoryDef& def, double clock_rate,
+            std::uint64_t seed)
+      : timeline_(&timeline),
+        clock_rate_(clock_rate),
+        line_end_(
+            line, [this] { return own_ns(); }, seed) {
+    clock_offset_ns_ = static_cast<std::int64_t>(Random(seed).unit() * 1e15);
+    directory_.emplace(def, line_end_, counters_);
+    line_end_.set_sink(&*directory_);
+  }
+
+  void poll() {
+    if (!is_paused_) directory_->poll(own_ns());
+  }
+  void pause() {
+    is_paused_ = true;
+    ++pauses_;
+    line_end_.pause();
+  }
+  void resume() {
+    is_paused_ = false;
+    line_end_.resume();
+  }
+  [[nodiscard]] std::int64_t own_ns() const {
+    return clock_offset_ns_ + static_cast<std::int64_t>(static_cast<double>(timeline_->now_ns()) * clock_rate_);
+  }
+  [[nodiscard]] server::EtcdDirectory& directory() { return *directory_; }
+  [[nodiscard]] EtcdLineEnd& line_end() { return line_end_; }
+  [[nodiscard]] const server::FleetCounters& counters() const { return counters_; }
+  [[nodiscard]] bool is_paused() const { return is_paused_; }
+  [[nodiscard]] int pauses() const { return pauses_; }  // how many
+
+ private:
+  Timeline* timeline_;
+  double clock_rate_;
+  std::int64_t clock_offset_ns_ = 0;
+  EtcdLineEnd line_end_;
+  server::FleetCounters counters_;
+  std::optional<server::EtcdDirectory> directory_;
+  bool is_paused_ = false;
+  int pauses_ = 0;
+};
+
+class DirectoryTrial {
+ public:
+  DirectoryTrial(std::uint64_t seed, bool is_verbose)
+      : seed_(seed),
+        is_verbose_(is_verbose),
+        random_(seed, 77),
+        goes_on_(seed % 4 == 0),
+        is_eager_(seed % 3 == 1),
+        line_(timeline_, seed) {
+    lease_s_ = 5 + static_cast<std::int64_t>(random_.unit() * 8);
+    server_count_ = 2 + static_cast<std::size_t>(random_.unit() * 4);
+    room_count_ = 1 + static_cast<std::size_t>(random_.unit() * 12);
+    endpoint_count_ = 1 + static_cast<std::size_t>(random_.unit() * 3);
+    line_.loss = random_.unit() < 0.5 ? 0 : random_.unit() * (goes_on_ ? 0.03 : 0.2);
+    line_.clock_rate = 1 + 0.01 * random_.symmetric();
+    line_.etcd.expiry_lag_s_max = random_.unit() < 0.5 ? 0 : 1;
+    line_.is_silent = random_.unit() < 0.5;
+    // Slower answers than the fence's margin would be a partition.
+    line_.slow_ns = static_cast<std::int64_t>(random_.between(0.05, goes_on_ ? 0.3 : 3) * 1e9);
+  }
+
+  Outcome run() {
+    for (std::size_t i = 0; i < server_count_; ++i) start_server(i);
+    for (std::size_t i = 0; i < room_count_; ++i) {
+      names_.push_back(fmt::format("room-{}", i));
+      wanted_.push_back(true);
+      releases_.push_back(0);
+      ask_soon(i);
+    }
+    line_.keep_time();
+    plan_faults();
+    run_until(kFaults_ns);
+    heal();
+    settle();
+    leave();
+    outcome_.simulated_s = static_cast<double>(timeline_.now_ns()) * 1e-9;
+    outcome_.hash = hash_;
+    return std::move(outcome_);
+  }
+
+ private:
+  struct Running {
+    std::size_t room = 0;
+    int releases = 0, pauses = 0;
+    std::uint64_t server_id = 0;
+  };
+  struct Held {
+    std::uint64_t server_id = 0;
+    std::int64_t claim = 0;
+  };
+
+  const std::string& room_name(std::size_t room) const { return names_[room]; }
+  void count(const std::string& event, std::uint64_t n = 1) { outcome_.events[event] += n; }
+  void tell(const std::string& what) {
+    if (is_verbose_) fmt::print(stderr, "{:9.3f} {}\n", static_cast<double>(timeline_.now_ns()) * 1e-9, what);
+  }
+  void fault(const std::string& what) {
+    if (outcome_.faults.size() < 20)
+      outcome_.faults.push_back(
+          fmt::format("seed {} at {:.3f} s: {}", seed_, static_cast<double>(timeline_.now_ns()) * 1e-9, what));
+    tell("FAULT " + what);
+  }
+  template <class Action>
+  void at(std::int64_t time_ns, Action action) {
+    timeline_.at(time_ns, [this, action] { action(); });
+  }
+  void run_until(std::int64_t time_ns) {
+    timeline_.run(time_ns, [this] {
+      check_owners();
+      return false;
+    });
+  }
+
+  void start_server(std::size_t index) {
+    server::EtcdDirectoryDef def;
+    def.server_id = random_.next() | 1;
+    def.address = {.host = fmt::format("server-{}", index), .port = 7420, .page = ""};
+    def.fleet = "test";
+    def.endpoint_count = endpoint_count_;
+    def.lease_s = lease_s_;
+    def.without_etcd = goes_on_ ? server::WithoutEtcd::go_on : server::WithoutEtcd::stop;
+    def.seed = random_.next();
+    if (hosts_.size() <= index) hosts_.resize(index + 1);
+    hosts_[index] = std::make_unique<FleetHost>(timeline_, line_, def, 1 + 0.01 * random_.symmetric(), random_.next());
+    hosts_[index]->directory().tell({.free_share = random_.unit(), .free_characters = 100});
+    tell(fmt::format("server {} starts as {:016x}", index, def.server_id));
+    poll_soon(index, hosts_[index].get());
+  }
+
+  void poll_soon(std::size_t index, FleetHost* host) {
+    at(timeline_.now_ns() + kPoll_ns, [this, index, host] {
+      if (hosts_[index].get() != host) return;  // it was killed
+      host->poll();
+      if (is_eager_ && !host->is_paused()) {
+        const auto room = static_cast<std::size_t>(random_.unit() * static_cast<double>(room_count_));
+        if (wanted_[room]) host->directory().claim(room_name(room), host->own_ns());
+      }
+      for (const FleetEvent& event : host->directory().take_events()) take_event(index, event);
+      poll_soon(index, host);
+    });
+  }
+
+  void take_event(std::size_t index, const FleetEvent& event) {
+    static constexpr const char* kNames[] = {"room claimed", "claim failed", "room lost", "lease paused",
+                                             "lease resumed"};
+    const char* name = kNames[static_cast<std::size_t>(event.kind)];
+    count(name);
+    hash_ = hash_ * 1099511628211u + static_cast<std::uint64_t>(event.claim) + static_cast<std::uint64_t>(event.kind) +
+            static_cast<std::uint64_t>(timeline_.now_ns());
+    tell(fmt::format("server {} {} {} {} {}", index, name, event.room, event.claim, event.reason));
+  }
+
+  // A client of the room asks a server, and goes where that server sends it.
+  void ask_soon(std::size_t room) {
+    at(timeline_.now_ns() + static_cast<std::int64_t>(random_.between(0.1, 0.4) * 1e9), [this, room] {
+      if (wanted_[room]) ask(room, static_cast<std::size_t>(random_.unit() * static_cast<double>(hosts_.size())));
+      ask_soon(room);
+    });
+  }
+  void ask(std::size_t room, std::size_t first) {
+    FleetHost* host = hosts_[first].get();
+    const std::string& name = room_name(room);
+    for (int hops = 0; host && !host->is_paused() && hops < 3; ++hops) {
+      server::EtcdDirectory& directory = host->directory();
+      const Placement placement = directory.where(name, host->own_ns());
+      if (placement.kind == Placement::Kind::elsewhere) {
+        host = find(placement.server_id);
+        continue;
+      }
+      if (placement.kind != Placement::Kind::unowned) return;
+      const auto chosen = server::choose_server(name, directory.servers());
+      FleetHost* owner = chosen ? find(*chosen) : host;
+      if (owner && !owner->is_paused()) owner->directory().claim(name, owner->own_ns());
+      return;
+    }
+  }
+  FleetHost* find(std::uint64_t id) {
+    for (const auto& host : hosts_)
+      if (host && host->directory().server_id() == id) return host.get();
+    return nullptr;
+  }
+
+  // The promise: no two servers may send frames of one room, by their own clocks, at one true time.
+  void check_owners() {
+    for (std::size_t room = 0; room < room_count_; ++room) {
+      const std::string& name = room_name(room);
+      std::optional<Held> holder;
+      for (const auto& host : hosts_) {
+        if (!host || !host->directory().holds(name, host->own_ns())) continue;
+        const Held held{host->directory().server_id(), host->directory().where(name, host->own_ns()).claim};
+        if (holder) fault(fmt::format("{} has two owners, {:x} and {:x}", name, holder->server_id, held.server_id));
+        holder = held;
+      }
+      if (!holder) continue;
+      Held& last = last_[room];
+      if (holder->server_id != last.server_id && holder->claim <= last.claim)
+        fault(fmt::format("{}: the new owner's claim {} is not newer than {}", name, holder->claim, last.claim));
+      if (holder->server_id != last.server_id) count("owners");
+      last = *holder;
+    }
+  }
+
+  void plan_faults() {
+    const int count_of = 3 + static_cast<int>(random_.unit() * 12);
+    for (int i = 0; i < count_of; ++i) {
+      const auto begin_ns = static_cast<std::int64_t>(random_.between(3, 75) * 1e9);
+      const auto length_ns = static_cast<std::int64_t>(std::exp(random_.between(std::log(0.3), std::log(25))) * 1e9);
+      at(begin_ns, [this, length_ns] { begin_fault(std::min(timeline_.now_ns() + length_ns, kFaults_ns)); });
+    }
+  }
+
+  void begin_fault(std::int64_t end_ns) {
+    const auto index = static_cast<std::size_t>(random_.unit() * static_cast<double>(hosts_.size()));
+    // With rooms that go on without etcd, only what all servers meet alike is harmless.
+    const int kind = static_cast<int>(random_.unit() * 9);
+    if (goes_on_ && (kind < 2 || (kind < 4 && line_.loss > 0))) return etcd_down(end_ns);
+    switch (kind) {
+      case 0:
+      case 1:
+        return cut(index, end_ns);
+      case 2:
+      case 3:
+        return pause(index, end_ns);
+      case 4:
+        return kill(index, end_ns);
+      case 5:
+        return etcd_down(end_ns);
+      case 6:
+        return member_down(end_ns);
+      case 7:
+        count("compaction");
+        if (!line_.etcd.is_down()) line_.etcd.compact();
+        return;
+      default:
+        break;
+    }
+    // A room empties, and is wanted again later.
+    const auto room = static_cast<std::size_t>(random_.unit() * static_cast<double>(room_count_));
+    wanted_[room] = false;
+    ++releases_[room];
+    for (const auto& each : hosts_)
+      if (each && !each->is_paused()) each->directory().release(room_name(room), each->own_ns());
+    count("release");
+    at(timeline_.now_ns() + static_cast<std::int64_t>(random_.unit() * 3e9), [this, room] { wanted_[room] = true; });
+  }
+
+  void cut(std::size_t index, std::int64_t end_ns) {
+    FleetHost* host = hosts_[index].get();
+    if (!host || host->line_end().is_cut()) return;
+    count("cut");
+    tell(fmt::format("server {} is cut off", index));
+    host->line_end().cut(true);
+    at(end_ns, [this, index, host] {
+      if (hosts_[index].get() == host) host->line_end().cut(false);
+    });
+  }
+  void pause(std::size_t index, std::int64_t end_ns) {
+    FleetHost* host = hosts_[index].get();
+    if (!host || host->is_paused()) return;
+    count("pause");
+    tell(fmt::format("server {} is paused", index));
+    host->pause();
+    at(end_ns, [this, index, host] {
+      if (hosts_[index].get() == host) host->resume();
+    });
+  }
+  void kill(std::size_t index, std::int64_t end_ns) {
+    if (!hosts_[index]) return;
+    count("kill");
+    tell(fmt::format("server {} is killed", index));
+    hosts_[index].reset();
+    at(end_ns, [this, index] {
+      if (!hosts_[index]) start_server(index);
+    });
+  }
+  void etcd_down(std::int64_t end_ns) {
+    if (line_.etcd.is_down()) return;
+    count("etcd down");
+    tell("etcd is down");
+    line_.etcd.go_down();
+    for (const auto& host : hosts_)
+      if (host) host->line_end().break_streams();
+    // What must go on: rooms that have run for some time.
+    std::vector<Running> running;
+    if (goes_on_)
+      for (std::size_t room = 0; room < room_count_; ++room)
+        for (const auto& host : hosts_)
+          if (host && !host->is_paused() && host->directory().holds(room_name(room), host->own_ns()))
+            running.push_back({room, releases_[room], host->pauses(), host->directory().server_id()});
+    watch_running(std::move(running), end_ns);
+    at(end_ns, [this] {
+      tell("etcd is up");
+      line_.come_up();
+    });
+  }
+  // While etcd is down, each of these rooms has its owner, unless a client or an accident has ended it.
+  void watch_running(std::vector<Running> running, std::int64_t end_ns) {
+    if (running.empty() || timeline_.now_ns() >= end_ns) return;
+    std::erase_if(running, [this](const auto& one) {
+      const auto& [room, releases, pauses, server_id] = one;
+      FleetHost* host = find(server_id);
+      if (!host || releases_[room] != releases || host->pauses() != pauses) return true;
+      if (host->directory().holds(room_name(room), host->own_ns())) {
+        count("went on");
+        return false;
+      }
+      fault(fmt::format("{} did not go on without etcd", room_name(room)));
+      return true;
+    });
+    at(timeline_.now_ns() + kSecond_ns,
+       [this, running = std::move(running), end_ns] { watch_running(running, end_ns); });
+  }
+  void member_down(std::int64_t end_ns) {
+    const auto member = static_cast<std::size_t>(random_.unit() * static_cast<double>(endpoint_count_));
+    if (endpoint_count_ == 1 || !line_.dead_members.empty()) return;
+    count("member down");
+    line_.dead_members.insert(member);
+    at(end_ns, [this, member] { line_.dead_members.erase(member); });
+  }
+
+  void heal() {
+    tell("all faults have ended");
+    is_eager_ = false;
+    line_.loss = 0;
+    line_.slow = 0;
+    run_until(timeline_.now_ns() + 1);  // what ends now
+  }
+
+  // Every wanted room has one owner, and all servers say so.
+  void settle() {
+    std::fill(wanted_.begin(), wanted_.end(), true);
+    const std::int64_t begin_ns = timeline_.now_ns(), end_ns = begin_ns + (lease_s_ + 30) * kSecond_ns;
+    while (timeline_.now_ns() < end_ns && !why_not_settled().empty()) run_until(timeline_.now_ns() + 100 * kMs);
+    if (const std::string why = why_not_settled(); !why.empty()) fault("not settled: " + why);
+    count("settled after ms", static_cast<std::uint64_t>((timeline_.now_ns() - begin_ns) / kMs));
+    run_until(timeline_.now_ns() + 5 * kSecond_ns);
+    if (const std::string why = why_not_settled(); !why.empty()) fault("settled no longer: " + why);
+  }
+  std::string why_not_settled() {
+    for (std::size_t room = 0; room < room_count_; ++room) {
+      const std::string& name = room_name(room);
+      std::uint64_t owner = 0;
+      for (const auto& host : hosts_)
+        if (host && host->directory().holds(name, host->own_ns())) owner = host->directory().server_id();
+      if (owner == 0) return name + " has no owner";
+      for (const auto& host : hosts_) {
+        if (!host) continue;
+        const Placement placement = host->directory().where(name, host->own_ns());
+        if (placement.server_id != owner)
+          return fmt::format("{:x} does not know the owner of {}", host->directory().server_id(), name);
+      }
+    }
+    return {};
+  }
+
+  void leave() {
+    std::fill(wanted_.begin(), wanted_.end(), false);
+    for (std::size_t room = 0; room < room_count_; ++room)
+      for (const auto& host : hosts_)
+        if (host) host->directory().release(room_name(room), host->own_ns());
+    run_until(timeline_.now_ns() + 5 * kSecond_ns);
+    for (const std::string& key : line_.etcd.keys())
+      if (key.find("/rooms/") != std::string::npos) fault("was not released: " + key);
+    for (const auto& host : hosts_)
+      if (host && host->directory().room_count() != 0) fault("a directory has rooms that nobody wants");
+    for (const auto& host : hosts_)
+      if (host) host->directory().stop(host->own_ns());
+    run_until(timeline_.now_ns() + (lease_s_ + 3) * kSecond_ns);
+    for (const auto& host : hosts_) {
+      if (!host) continue;
+      if (!host->directory().is_stopped()) fault("a directory has not stopped");
+      const server::FleetCounters& counters = host->counters();
+      count("leases lost", counters.leases_lost.value());
+      count("outages bridged", counters.outages_bridged.value());
+      count("claims lost", counters.claims_lost.value());
+      count("lists", counters.lists.value());
+      if (counters.requests_failed_malformed.value() + counters.entries_refused_malformed.value() != 0)
+        fault("an answer was malformed");
+    }
+    for (const std::string& key : line_.etcd.keys()) fault("was left: " + key);
+    if (line_.etcd.lease_count() != 0) fault("a lease was left");
+    if (line_.etcd.watch_count() != 0) fault("a watch was left");
+  }
+
+  std::uint64_t seed_;
+  bool is_verbose_;
+  Random random_;
+  bool goes_on_, is_eager_;
+  Timeline timeline_;
+  EtcdLine line_;
+  std::int64_t lease_s_ = 9;
+  std::size_t server_count_ = 0, room_count_ = 0, endpoint_count_ = 1;
+  std::vector<std::unique_ptr<FleetHost>> hosts_;  // null while killed
+  std::vector<std::string> names_;                 // of rooms
+  std::vector<bool> wanted_;
+  std::vector<int> releases_;  // how often each room was given back
+  std::map<std::size_t, Held> last_;
+  std::uint64_t hash_ = 14695981039346656037u;
+  Outcome outcome_;
+};
+
+}  // namespace
+
+Outcome run_directory_scenario(std::uint64_t seed, bool is_verbose) {
+  return DirectoryTrial(seed, is_verbose).run();
+}
+
+}  // namespace hairnet::whole

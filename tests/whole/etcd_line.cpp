@@ -1,0 +1,124 @@
+#include "tests/whole/etcd_line.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hairnet::whole {
+
+void EtcdLine::keep_time() {
+  timeline->after(10 * kMs, [this] {
+    if (!etcd.is_down()) etcd.advance(now_ns());
+    keep_time();
+  });
+}
+
+EtcdLineEnd::EtcdLineEnd(EtcdLine& line, std::function<std::int64_t()> own_ns, std::uint64_t seed)
+    : line_(&line), own_ns_(std::move(own_ns)), random_(seed) {}
+
+EtcdLineEnd::~EtcdLineEnd() {
+  *alive_ = false;
+  for (const auto& [call, stream] : streams_) line_->etcd.end_watch(stream.watch);
+}
+
+std::int64_t EtcdLineEnd::delay() {
+  double delay_ms = random_.between(0.2, 3);
+  if (random_.unit() < line_->slow) delay_ms += random_.unit() * static_cast<double>(line_->slow_ns) * 1e-6;
+  return static_cast<std::int64_t>(delay_ms * 1e6);
+}
+
+bool EtcdLineEnd::is_reached(std::size_t endpoint) const {
+  return !is_cut_ && !line_->etcd.is_down() && !line_->dead_members.contains(endpoint);
+}
+
+void EtcdLineEnd::send(server::EtcdCall call) {
+  open_.insert(call.id);
+  if (!is_reached(call.endpoint)) return refuse(call.id);
+  if (random_.unit() < line_->loss) return;
+  line_->timeline->after(delay(), [this, alive = alive_, call = std::move(call)]() mutable {
+    if (*alive) arrive(std::move(call));
+  });
+}
+
+void EtcdLineEnd::refuse(std::uint64_t call) {
+  if (line_->is_silent) return;
+  deliver(call, line_->timeline->now_ns() + kMs, [this, call] {
+    open_.erase(call);
+    sink_->on_fault(call, server::EtcdFault::unreachable, own_ns_());
+  });
+}
+
+void EtcdLineEnd::arrive(server::EtcdCall call) {
+  if (!is_reached(call.endpoint)) return refuse(call.id);
+  if (call.is_stream) return open_stream(call);
+  const auto answer = line_->etcd.handle(call.path, call.body, line_->now_ns());
+  if (random_.unit() < line_->loss) return;
+  deliver(call.id, line_->timeline->now_ns() + delay(), [this, call, answer] {
+    if (is_cut_) return;
+    open_.erase(call.id);
+    sink_->on_answer(call.id, answer.status, answer.body, own_ns_());
+  });
+}
+
+void EtcdLineEnd::open_stream(const server::EtcdCall& call) {
+  if (!open_.contains(call.id)) return;
+  streams_[call.id] = {};
+  const std::uint64_t watch = line_->etcd.watch(call.body, [this, alive = alive_, id = call.id](std::string text) {
+    if (!*alive || !streams_.contains(id)) return;
+    Stream& stream = streams_.at(id);
+    if (random_.unit() < line_->loss / 20) stream.is_dead = true;
+    if (stream.is_dead) return;
+    stream.last_ns = std::max(stream.last_ns + 1, line_->timeline->now_ns() + delay());
+    deliver(id, stream.last_ns, [this, id, line = std::move(text)] {
+      const auto found = streams_.find(id);
+      if (found != streams_.end() && !found->second.is_dead) sink_->on_line(id, line, own_ns_());
+    });
+  });
+  streams_[call.id].watch = watch;
+}
+
+void EtcdLineEnd::deliver(std::uint64_t call, std::int64_t at_ns, std::function<void()> action) {
+  const auto act = [this, call, action = std::move(action)] {
+    if (!open_.contains(call)) return;
+    action();
+    if (on_delivered) on_delivered();
+  };
+  line_->timeline->at(at_ns, [this, alive = alive_, act] {
+    if (!*alive) return;
+    if (is_paused_)
+      waiting_.push_back(act);
+    else
+      act();
+  });
+}
+
+void EtcdLineEnd::cancel(std::uint64_t call) {
+  open_.erase(call);
+  if (const auto stream = streams_.find(call); stream != streams_.end()) {
+    line_->etcd.end_watch(stream->second.watch);
+    streams_.erase(stream);
+  }
+}
+
+void EtcdLineEnd::resume() {
+  is_paused_ = false;
+  for (const auto& action : std::exchange(waiting_, {})) action();
+}
+
+void EtcdLineEnd::cut(bool is_cut) {
+  is_cut_ = is_cut;
+  if (is_cut) break_streams();
+}
+
+void EtcdLineEnd::break_streams() {
+  for (auto& [call, stream] : streams_) {
+    stream.is_dead = true;
+    const std::uint64_t id = call;
+    if (!line_->is_silent)
+      deliver(id, line_->timeline->now_ns() + kMs, [this, id] {
+        cancel(id);
+        sink_->on_fault(id, server::EtcdFault::broken, own_ns_());
+      });
+  }
+}
+
+}  // namespace hairnet::whole

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/random.hpp"
+#include "tests/whole/fleet_chaos/chaos_fleet.hpp"
+#include "tests/whole/fleet_chaos/figures.hpp"
+#include "tests/whole/fleet_chaos/fleet_client.hpp"
+#include "tests/whole/owner_check.hpp"
+
+namespace hairnet::whole {
+
+enum class ActionKind : std::uint8_t {
+  kill_server,
+  drain_server,
+  pause_server,
+  cut_server,
+  kill_etcd,
+  pause_etcd,
+  cut_etcd,
+  etcd_down,
+};
+inline constexpr std::array<std::string_view, 8> kActionNames{"kill",      "drain",      "pause",    "cut",
+                                                              "kill-etcd", "pause-etcd", "cut-etcd", "etcd-down"};
+
+// Whether its target is a server; else it is an etcd.
+inline bool is_of_server(ActionKind kind) {
+  return kind <= ActionKind::cut_server;
+}
+
+struct ChaosOptions {
+  double duration_s = 1800;
+  std::uint64_t seed = 1;
+  std::size_t room_count = 10, client_count = 32;
+  std::vector<std::string> actions{kActionNames.begin(), kActionNames.end()};
+  std::string without_etcd = "both";
+  std::int64_t lease_s = 5;
+  double outage_s = 20;       // of all etcds
+  double gap_limit_s = 1;     // between frames where none may stop, and in a drained move
+  double owner_limit_s = 10;  // until a killed server's room has an owner
+  double claim_limit_s = 5;   // until new rooms are claimed, once etcd is back
+  std::string folder;
+};
+
+// Real servers, etcds and clients, and a seeded schedule of what is done to them. README.md says what is checked.
+class Chaos final : private FleetClientEvents {
+ public:
+  explicit Chaos(ChaosOptions options) : options_(std::move(options)), random_(options_.seed, 5) {}
+  // False with one line in `why` when this machine cannot run it.
+  bool start(std::string& why);
+  // To the end; whether nothing failed.
+  bool run();
+
+ private:
+  struct Action {
+    ActionKind kind = ActionKind::kill_server;
+    std::size_t target = 0;
+    std::string what = {};
+    std::int64_t begin_ns = 0, healed_ns = 0;
+    std::vector<std::size_t> clients = {};  // on the target at the beginning, or all
+    std::vector<std::string> rooms = {};    // of the target
+  };
+  struct Row {
+    std::size_t count = 0, sessions_lost = 0;
+    Times owners, gaps, back;
+  };
+  struct Received {
+    std::size_t client = 0, server_process = 0;
+    std::int64_t stamp_ns = 0, arrival_ns = 0;
+  };
+
+  void on_frames(std::size_t client, std::size_t server_process, std::int64_t stamp_ns, std::int64_t now_ns) override {
+    received_.push_back({client, server_process, stamp_ns, now_ns});
+  }
+  void on_lost(std::size_t client, std::size_t server, const std::string& why, std::int64_t now_ns) override;
+  void on_ended(std::size_t client, const std::string& why, std::int64_t now_ns) override;
+  std::size_t process_at(std::size_t server) override { return fleet_->process_of(server); }
+
+  void add_client(const std::string& room, bool is_watcher, bool is_visitor);
+  void pump();  // a few milliseconds
+  void pump_for(double seconds);
+  void print_progress(std::int64_t now_ns);
+  [[nodiscard]] double now_s() const;
+  void fault(const std::string& what);
+  void require(const std::string& fault_of_command) {
+    if (!fault_of_command.empty()) fault(fault_of_command);
+  }
+
+  [[nodiscard]] std::string why_not_settled(std::int64_t now_ns) const;
+  void settle(double seconds_max);
+  Action next_action();
+  void act(Action action);
+  void make(Action& action);
+  void make_etcd_down(Action& action);
+  void judge(const Action& action);
+  void switch_policy();
+  void end();
+  void print_report() const;
+
+  ChaosOptions options_;
+  Random random_;
+  std::string without_etcd_;
+  OwnerCheck owners_;
+  std::unique_ptr<ChaosFleet> fleet_;
+  std::vector<std::unique_ptr<FleetClient>> clients_;
+  std::vector<bool> is_lost_;  // by client, until its next frame
+  std::vector<std::string> rooms_;
+  std::vector<Received> received_;
+  std::deque<ActionKind> deck_;
+  std::optional<Action> action_;  // the last one, until the next begins
+  std::array<Row, kActionNames.size()> rows_{};
+  Times claims_after_outage_;
+  std::int64_t begin_ns_ = 0, told_ns_ = 0, turned_ns_ = 0, lag_ns_max_ = 0;
+  std::uint64_t packets_told_ = 0, probe_count_ = 0;
+  std::vector<std::string> faults_;
+};
+
+}  // namespace hairnet::whole

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hairnet::whole {
+
+// The promise of a fleet, checked by what clients receive: no two servers send frames of one room at one true time. All
+// times are CLOCK_MONOTONIC of one machine, which all its processes share.
+//
+// A packet's time is the one that the server stamps: the moment at which it asked the fence. The number of the claim
+// under which the packet was sent is that of the server's newest `room_claimed` of the room before this moment. Then
+//  - every packet with an older claim's frames is stamped before the first one with a newer claim's, for all clients
+//    together, with no tolerance;
+//  - no client receives an older claim's frames after a newer one's;
+//  - nobody sends frames of a room without a claim.
+// Packets that were stamped before and arrive after the newer owner's first are counted as in flight.
+class OwnerCheck {
+ public:
+  // `server` is one process, a number that is never used again.
+  void claimed(std::size_t server, const std::string& room, std::int64_t claim, std::int64_t at_ns);
+  // All claims before `stamp_ns` must have been told.
+  void received(std::size_t client, std::size_t server, const std::string& room, std::int64_t stamp_ns,
+                std::int64_t arrival_ns);
+
+  struct Owner {
+    std::size_t server = 0;
+    std::int64_t claim = 0;
+    std::int64_t claimed_ns = 0;
+    std::int64_t first_ns = 0, last_ns = 0;  // stamps of frames
+  };
+  // Whose frames came last, by claim; none: no frames yet.
+  [[nodiscard]] std::optional<Owner> owner(const std::string& room) const;
+  // The time of the room's first claim after `after_ns`, and of the first frame under a claim after it.
+  [[nodiscard]] std::optional<std::int64_t> claimed_after(const std::string& room, std::int64_t after_ns) const;
+  [[nodiscard]] std::optional<std::int64_t> frames_after(const std::string& room, std::int64_t after_ns) const;
+  std::vector<std::string> take_faults() { return std::exchange(faults_, {}); }
+
+  std::uint64_t packets = 0, owners = 0;  // packets with frames; claims under which frames came
+  std::int64_t overlap_ns_max = 0;        // of two owners, by stamps
+  std::uint64_t in_flight = 0;
+  std::int64_t in_flight_ns_max = 0;  // from the newer owner's first stamp to the arrival
+
+ private:
+  struct Reign {
+    std::size_t server = 0;
+    std::int64_t claimed_ns = 0;
+    std::int64_t first_ns = 0, last_ns = 0;  // stamps; first 0: none
+    bool is_faulty = false;                  // it overlaps with a newer one, and that was told
+  };
+  using Reigns = std::map<std::int64_t, Reign>;  // by claim
+  struct Room {
+    Reigns reigns;
+    std::map<std::size_t, std::int64_t> newest;  // claim, by client
+  };
+  void check(const std::string& room, Reigns& reigns, Reigns::iterator changed);
+  void fault(std::string what) { faults_.push_back(std::move(what)); }
+
+  std::map<std::string, Room> rooms_;
+  std::vector<std::string> faults_;
+};
+
+}  // namespace hairnet::whole
