@@ -68,6 +68,8 @@ class Directory {
   // Keeps a text of a room of ours for its next owner, instead of the last one; empty: none. Call it at most once a
   // second for a room, and before its release.
   virtual void keep(std::string_view room, std::string text, std::int64_t now_ns) = 0;
+  // Somebody waits for a room whose owner has gone, or is about to go: the directory makes sure that it hears of that.
+  virtual void look_again(std::int64_t) {}
   // What the fleet is told about this server.
   virtual void tell(const ServerLoad& load) = 0;
   // The server takes no more rooms, and the fleet hears of it at once. It keeps those it has.

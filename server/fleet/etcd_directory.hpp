@@ -49,6 +49,7 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   void release(std::string_view room, std::int64_t now_ns) override;
   void hand_over(std::string_view room, std::uint64_t to, std::int64_t now_ns) override;
   void keep(std::string_view room, std::string text, std::int64_t now_ns) override;
+  void look_again(std::int64_t now_ns) override;
   void tell(const ServerLoad& load) override;
   void drain(std::int64_t now_ns) override;
   void stop(std::int64_t now_ns) override;

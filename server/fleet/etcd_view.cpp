@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "server/fleet/etcd_directory.hpp"
@@ -8,6 +9,7 @@ namespace {
 constexpr std::int64_t kListPage = 1000;
 // A watch whose connection has died without a word is found no later than this: a new one goes on where it ended.
 constexpr std::int64_t kWatchPeriod_ns = 20'000'000'000;
+constexpr std::int64_t kAwaitedWatchPeriod_ns = 2'000'000'000;  // while somebody waits for news
 
 }  // namespace
 
@@ -26,6 +28,10 @@ void EtcdDirectory::poll_view(std::int64_t now_ns) {
   counters_->watches.add();
   watch_ = start(Purpose::watch, etcd::watch(keys_.rooms, end, view_.revision + 1), now_ns);
   watch_until_ns_ = now_ns + kWatchPeriod_ns;
+}
+
+void EtcdDirectory::look_again(std::int64_t) {
+  if (watch_ != 0) watch_until_ns_ = std::min(watch_until_ns_, calls_.at(watch_).sent_ns + kAwaitedWatchPeriod_ns);
 }
 
 void EtcdDirectory::list_again() {

@@ -24,6 +24,7 @@ RoomRoute route_to_room(Directory& fleet, const std::string& room, unsigned redi
       return {RoomRoute::Kind::elsewhere, std::move(place.address), {}};
     case RoomPlace::Kind::draining:
     case RoomPlace::Kind::deciding:
+      fleet.look_again(now_ns);
       return {RoomRoute::Kind::wait, {}, {}};
     case RoomPlace::Kind::full:
     case RoomPlace::Kind::unknown:

@@ -144,6 +144,7 @@ void FleetTrial::make_servers(std::size_t count) {
     host.join_fleet(line_, 1 + 0.01 * random_.symmetric());
     host.on_claimed = [this, index, &host](const std::string& room, std::int64_t claim) {
       journal_.count("room claimed");
+      report(fmt::format("server-{} has claimed {}", index, room));
       owners_.claimed(kLivesMax * index + static_cast<std::size_t>(host.life()), room, claim, timeline_.now_ns());
     };
     timeline_.at(moment(0, kSecond_ns), [&host] { host.start(); });

@@ -53,6 +53,10 @@ class Member final : public EtcdTransport {
     if (!takes_events) return;
     for (FleetEvent& event : directory.take_events()) events.push_back(std::move(event));
   }
+  // Without a word: the directory hears nothing of it.
+  void kill_watch() {
+    for (const auto& [call, stream] : streams_) etcd_->end_watch(stream);
+  }
   [[nodiscard]] std::size_t count(FleetEvent::Kind kind) const {
     return static_cast<std::size_t>(
         std::count_if(events.begin(), events.end(), [kind](const FleetEvent& event) { return event.kind == kind; }));
@@ -261,6 +265,24 @@ TEST_F(FleetOfTwo, a_room_that_is_claimed_while_it_is_released_is_claimed_again)
   run(0.2);
   EXPECT_EQ(kind(first_), Kind::here);
   EXPECT_EQ(first_.count(FleetEvent::Kind::room_claimed), 2u);
+}
+
+TEST_F(FleetOfTwo, a_watch_that_has_died_without_a_word_is_found_soon_where_somebody_waits) {
+  for (const bool somebody_waits : {false, true}) {
+    first_.directory.claim("hall", now_ns_);
+    run(1);
+    second_.kill_watch();
+    first_.directory.release("hall", now_ns_);
+    run(0.2);
+    EXPECT_EQ(kind(second_), Kind::elsewhere) << "it has not heard of the release";
+    for (int step = 0; step < 25; ++step) {
+      if (somebody_waits) second_.directory.look_again(now_ns_);
+      run(0.1);
+    }
+    EXPECT_EQ(kind(second_), somebody_waits ? Kind::unowned : Kind::elsewhere);
+    run(20);
+    EXPECT_EQ(kind(second_), Kind::unowned);
+  }
 }
 
 TEST_F(FleetOfTwo, refuses_claims_with_wrong_names_beyond_its_bound_and_while_it_drains) {
