@@ -32,7 +32,7 @@ struct Rung {
   std::uint8_t stride;
 };
 
-// Shares of the available time, far enough apart that noise does not cross both.
+// Shares of the time beyond rung 0 of all, far enough apart that noise does not cross both.
 constexpr double kEntitledMin = 0.8, kEntitledMax = 1.0;
 
 // The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
@@ -224,14 +224,14 @@ class Chooser {
     }
   }
 
-  // Raises as far as the budget allows. False when a character stays below its target.
+  // Raises as far as the budget allows, the even rungs first. False when a character stays below its target.
   bool raise_to_target() {
     s_.raises.clear();
     std::int64_t more_ns = 0;
     for (std::size_t i = 0; i < s_.items.size(); ++i) {
       if (s_.target[i] <= s_.items[i].now || !has_dwelt(s_.items[i])) continue;
       s_.raises.push_back(static_cast<std::uint32_t>(i));
-      more_ns += more_at_target(i);
+      more_ns += cost_of_raise(i, s_.items[i].now, s_.target[i]);
     }
     const std::int64_t most_ns = share_of(kBudgetDown);
     const bool fits = sum_ns_ + more_ns <= most_ns;
@@ -239,10 +239,14 @@ class Chooser {
       std::ranges::sort(s_.raises, {},
                         [this](std::uint32_t i) { return std::tuple(-s_.items[i].weight, s_.items[i].key); });
     }
-    for (const std::uint32_t i : s_.raises) {
-      if (sum_ns_ + more_at_target(i) > most_ns) continue;
-      sum_ns_ += more_at_target(i);
-      set(i, s_.target[i]);
+    for (const bool is_even : {true, false}) {
+      for (const std::uint32_t i : s_.raises) {
+        const std::uint8_t from = chosen_rung(s_.items[i]);
+        const std::uint8_t to = is_even ? std::min(s_.target[i], s_.items[i].even) : s_.target[i];
+        if (to <= from || sum_ns_ + cost_of_raise(i, from, to) > most_ns) continue;
+        sum_ns_ += cost_of_raise(i, from, to);
+        set(i, to);
+      }
     }
     return fits;
   }
@@ -251,12 +255,12 @@ class Chooser {
   // kEntitledMin of theirs. The remainder of the shares is not spent.
   void rebalance() {
     s_.entitled.resize(s_.items.size());
-    fill_budget(share_of(kEntitledMin), s_.items, s_.fill, s_.entitled, Remainder::keep);
+    fill_budget(entitled_ns(kEntitledMin), s_.items, s_.fill, s_.entitled, Remainder::keep);
     const auto lacks = [this](std::size_t i) { return s_.entitled[i] > s_.items[i].now && has_dwelt(s_.items[i]); };
     bool does_anyone = false;
     for (std::size_t i = 0; i < s_.items.size() && !does_anyone; ++i) does_anyone = lacks(i);
     if (!does_anyone) return;
-    fill_budget(share_of(kEntitledMax), s_.items, s_.fill, s_.target, Remainder::keep);
+    fill_budget(entitled_ns(kEntitledMax), s_.items, s_.fill, s_.target, Remainder::keep);
     sum_ns_ = 0;
     for (std::size_t i = 0; i < s_.items.size(); ++i) {
       const BudgetItem& item = s_.items[i];
@@ -268,8 +272,20 @@ class Chooser {
     raise_to_target();
   }
 
-  [[nodiscard]] std::int64_t more_at_target(std::size_t i) const {
-    return s_.items[i].cost_ns[s_.target[i]] - s_.items[i].cost_ns[s_.items[i].now];
+  // A share of the time that is left beyond rung 0 of all characters, and the time of these: where sending takes most of
+  // the budget, no share of the whole would buy more than rung 0, and nobody would lack anything.
+  [[nodiscard]] std::int64_t entitled_ns(double share) const {
+    std::int64_t least_ns = 0;
+    for (const BudgetItem& item : s_.items) least_ns += item.cost_ns[0];
+    return least_ns + static_cast<std::int64_t>(share * static_cast<double>(budget_ns_ - least_ns));
+  }
+
+  [[nodiscard]] std::int64_t cost_of_raise(std::size_t item, std::uint8_t from, std::uint8_t to) const {
+    return s_.items[item].cost_ns[to] - s_.items[item].cost_ns[from];
+  }
+
+  [[nodiscard]] std::uint8_t chosen_rung(const BudgetItem& item) const {
+    return rung_of(chosen_[item.character], ladder_of(characters_[item.character]));
   }
 
   [[nodiscard]] bool has_dwelt(const BudgetItem& item) const {
@@ -288,7 +304,7 @@ class Chooser {
     BudgetReport report;
     std::int64_t sum_ns = 0;
     for (const BudgetItem& item : s_.items) {
-      const std::uint8_t rung = rung_of(chosen_[item.character], ladder_of(characters_[item.character]));
+      const std::uint8_t rung = chosen_rung(item);
       sum_ns += item.cost_ns[rung];
       report.raised += rung > item.now;
       report.lowered += rung < item.now;

@@ -376,6 +376,24 @@ TEST(Budget, makes_room_for_a_newcomer) {
   for (std::size_t i = 11; i < 14; ++i) EXPECT_EQ(play.chosen[i].level, LevelIndex::high);
 }
 
+// Rung 0 of all takes more than 80 % of the budget, and what everybody has more than 95 %.
+TEST(Budget, makes_room_for_newcomers_where_sending_takes_most_of_it) {
+  constexpr std::size_t kMany = 24, kNew = 3;
+  Play play(1);
+  play.terms.send_s = 30e-6;
+  for (std::size_t i = 0; i < kMany; ++i) play.add(1, 100, 1.0f).requested_level = LevelIndex::low;
+  const double low_s = play.cost_s(play.characters[0], {LevelIndex::low, 4, false});
+  const double rigid_s = play.cost_s(play.characters[0], {LevelIndex::rigid, 4, false});
+  play.terms.available_s = (kMany * low_s + kNew * rigid_s) / 0.985;
+  for (int tick = 0; tick < 60; ++tick) play.tick();
+  EXPECT_EQ(play.chosen[0], (Lod{LevelIndex::low, 4, false}));
+  for (std::size_t i = 0; i < kNew; ++i) play.add(2, 200, 0.1f).requested_level = LevelIndex::low;
+  for (int tick = 0; tick < 90; ++tick) play.tick();
+  for (std::size_t i = 0; i < kNew; ++i) EXPECT_LT(play.error(kMany + i), 1) << i;
+  EXPECT_LE(play.report.predicted_s, play.terms.available_s);
+  for (int tick = 0; tick < 200; ++tick) EXPECT_EQ(play.tick(), 0u);
+}
+
 TEST(Budget, lets_sleepers_lie_and_wakes_none) {
   Play play(1e-3);
   for (int i = 0; i < 50; ++i) {
