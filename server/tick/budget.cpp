@@ -272,8 +272,8 @@ class Chooser {
     raise_to_target();
   }
 
-  // A share of the time that is left beyond rung 0 of all characters, and the time of these: where sending takes most of
-  // the budget, no share of the whole would buy more than rung 0, and nobody would lack anything.
+  // A share of the time that is left beyond rung 0 of all characters, and the time of these: where sending takes most
+  // of the budget, no share of the whole would buy more than rung 0, and nobody would lack anything.
   [[nodiscard]] std::int64_t entitled_ns(double share) const {
     std::int64_t least_ns = 0;
     for (const BudgetItem& item : s_.items) least_ns += item.cost_ns[0];
