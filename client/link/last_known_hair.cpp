@@ -20,8 +20,7 @@ void LastKnownHair::drop_of(const wire::GroomHash& groom) {
   std::erase_if(last_known_, [&](const auto& k) { return k.second.hair.groom == groom; });
 }
 
-void LastKnownHair::on_lost(std::int64_t now_ns) {
-  std::erase_if(last_known_, [now_ns](const auto& k) { return now_ns >= k.second.until_ns; });
+void LastKnownHair::on_lost() {
   for (auto& [character, kept] : last_known_) kept.until_ns = kNever_ns;
 }
 
@@ -31,9 +30,12 @@ void LastKnownHair::on_ready(const wire::GroomHash& groom, std::int64_t now_ns) 
   }
 }
 
-const HairSnapshot* LastKnownHair::of(std::uint32_t character, std::int64_t now_ns) const {
+const HairSnapshot* LastKnownHair::of(std::uint32_t character, LevelIndex level, std::int64_t now_ns) {
   const auto found = last_known_.find(character);
-  return found == last_known_.end() || now_ns >= found->second.until_ns ? nullptr : &found->second.hair;
+  if (found == last_known_.end()) return nullptr;
+  if (level != LevelIndex::rigid || now_ns < found->second.until_ns) return &found->second.hair;
+  last_known_.erase(found);
+  return nullptr;
 }
 
 }  // namespace hairnet::link

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/link/known_basis.hpp"
+#include "core/levels/level.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -28,12 +29,13 @@ class LastKnownHair {
   void drop(std::uint32_t character) { last_known_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
   // The connection is lost: what is still shown waits for the next server's lattice from its beginning.
-  void on_lost(std::int64_t now_ns);
-  // The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
-  // the character rigid), the last known hair is no longer shown.
+  void on_lost();
+  // The server has the groom, so its lattice frames should follow. If frames are still rigid after a second (the server
+  // may keep the character rigid), the last known hair is no longer shown.
   void on_ready(const wire::GroomHash& groom, std::int64_t now_ns);
+  // To show with a frame of this level that has no hair: because it is rigid, or because its basis is still on its way.
   // Null: none.
-  [[nodiscard]] const HairSnapshot* of(std::uint32_t character, std::int64_t now_ns) const;
+  [[nodiscard]] const HairSnapshot* of(std::uint32_t character, LevelIndex level, std::int64_t now_ns);
 
  private:
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();

@@ -269,7 +269,7 @@ void LinkCore::put_down(std::int64_t now_ns) {
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
-  last_known_.on_lost(now_ns);
+  last_known_.on_lost();
   for (const auto& [number, character] : requested_.characters()) {
     std::optional<HairSnapshot> hair = members_.hair_of(number);
     if (!hair) continue;
@@ -551,7 +551,7 @@ void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::
 
 void LinkCore::show_last_known(Frame& frame, std::int64_t now_ns) {
   if (frame.basis) return;
-  if (const HairSnapshot* hair = last_known_.of(frame.character, now_ns)) {
+  if (const HairSnapshot* hair = last_known_.of(frame.character, frame.level, now_ns)) {
     frame.last_known = true;
     frame.coefficients = hair->coefficients;
     frame.basis = hair->basis;

@@ -21,11 +21,10 @@ export class FirstSeen {
           session.off("Page.screencastFrame", onPicture);
           done(Date.now());
         }
-        // The page may be closed before it answers.
-        (isSeen
+        const answer = isSeen
           ? session.send("Page.stopScreencast")
-          : session.send("Page.screencastFrameAck", { sessionId })
-        ).catch(() => undefined);
+          : session.send("Page.screencastFrameAck", { sessionId });
+        answer.catch(() => undefined); // the page may be closed by then
       };
       session.on("Page.screencastFrame", onPicture);
     });

@@ -376,6 +376,17 @@ TEST_F(Restarted, a_server_that_has_the_groom_and_gives_no_lattice_is_believed_a
   EXPECT_FALSE(keeps_hair(5));
 }
 
+TEST_F(Restarted, own_hair_keeps_its_shape_until_a_slow_line_has_brought_its_basis) {
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+  d.send(wire::GroomBasis{hash_of(1), hash_of(77)});
+  d.pass(5'000 * kMs);
+  send_frame(4, kOwnMember, {});
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->last_known);
+  expect_near(frame->coefficients, coefficients_at(10, kOwnMember));
+}
+
 TEST_F(Restarted, the_next_server_gets_as_long_again_for_its_lattice) {
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
   d.pass(900 * kMs);
@@ -394,6 +405,11 @@ TEST_F(Restarted, hair_that_is_not_shown_any_more_does_not_come_back_with_the_ne
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
   d.pass(1'000 * kMs);
   EXPECT_FALSE(keeps_hair(3));
+  d.send(wire::GroomBasis{hash_of(1), hash_of(77)});
+  send_frame(4, kOwnMember, {});
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->last_known);
   come_to_next_server();
   tell_members();
   d.core.take_events();

@@ -1,4 +1,5 @@
 import type { HairBasis } from "../hair/basis";
+import { LevelIndex } from "../hair/level";
 import type { GroomHash } from "./groomHash";
 import type { HairState } from "./messages";
 
@@ -35,16 +36,13 @@ export class LastKnownHair {
   }
 
   /** The connection is lost: what is still shown waits for the next server's lattice from its beginning. */
-  onLost(nowNs: number): void {
-    for (const [character, kept] of this.#lastKnown) {
-      if (nowNs >= kept.untilNs) this.#lastKnown.delete(character);
-      else kept.untilNs = Infinity;
-    }
+  onLost(): void {
+    for (const kept of this.#lastKnown.values()) kept.untilNs = Infinity;
   }
 
   /**
-   * The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
-   * the character rigid), the last known hair is no longer shown.
+   * The server has the groom, so its lattice frames should follow. If frames are still rigid after a second (the server
+   * may keep the character rigid), the last known hair is no longer shown.
    */
   onReady(groom: GroomHash, nowNs: number): void {
     for (const kept of this.#lastKnown.values()) {
@@ -52,8 +50,12 @@ export class LastKnownHair {
     }
   }
 
-  of(character: number, nowNs: number): HairSnapshot | null {
+  /** To show with a frame of this level that has no hair: because it is rigid, or because its basis is on its way. */
+  of(character: number, level: LevelIndex, nowNs: number): HairSnapshot | null {
     const kept = this.#lastKnown.get(character);
-    return kept && nowNs < kept.untilNs ? kept.hair : null;
+    if (!kept) return null;
+    if (level !== LevelIndex.rigid || nowNs < kept.untilNs) return kept.hair;
+    this.#lastKnown.delete(character);
+    return null;
   }
 }

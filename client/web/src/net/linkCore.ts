@@ -497,7 +497,7 @@ export class LinkCore {
       const { giveUpAfterS } = this.#options;
       this.#giveUpNs = giveUpAfterS > 0 ? nowNs + 1e9 * giveUpAfterS : Infinity;
     }
-    this.#lastKnown.onLost(nowNs);
+    this.#lastKnown.onLost();
     for (const character of this.#requested.characters) {
       const hair = this.#members.hairOf(character);
       if (!hair) continue;
@@ -665,8 +665,8 @@ export class LinkCore {
     // The server simulates it, or has always had it.
     if (character !== 0 && (basis || this.#welcome!.resumed)) this.#lastKnown.drop(character);
     if (character !== 0 && basis) this.#requested.forgetState(character);
-    const hair = character !== 0 && !basis ? this.#lastKnown.of(character, nowNs) : null;
     const { member, level, asleep, stepStride } = coded;
+    const hair = character !== 0 && !basis ? this.#lastKnown.of(character, level, nowNs) : null;
     const stepS = stepStride / this.#welcome!.tickRateHz;
     const frame = { member, character, level, discontinuous, asleep, repeated, stepStride, stepS, pose };
     if (!hair) return { ...frame, lastKnown: false, coefficients, basis };

@@ -284,6 +284,18 @@ describe("link: coming back", () => {
     expect(framesOf(driver.events())[0]).toMatchObject({ lastKnown: true });
   });
 
+  it("shows the kept hair until a slow line has brought its basis", () => {
+    const { driver, hash } = withCharacter();
+    driver.break();
+    driver.rejoin();
+    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: LevelIndex.rigid, member: 4 });
+    driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    driver.pass(5 * kSecond);
+    driver.events();
+    driver.tell(batch(0, { member: 4 }, 5));
+    expect(framesOf(driver.events())[0]).toMatchObject({ lastKnown: true });
+  });
+
   it("gives the next server as long again for its lattice", () => {
     const { driver, hash } = withCharacter();
     const shows = (tick: number): boolean => {
