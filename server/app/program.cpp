@@ -259,16 +259,25 @@ int run_program(const Config& config) {
     health.draining = true;
     shutdown.begin(channel::monotonic_ns());
   });
-  loop.every(kIoPeriod_ns, [&server, &fleet, &agones, &health_now, &shutdown] {
+  const auto poll_all = [&server, &fleet, &agones, &health_now, &shutdown] {
     const std::int64_t now_ns = channel::monotonic_ns();
-    server.poll_io(now_ns);
     fleet->poll(server.takes_clients(), server.largest_room(), now_ns);
+    server.poll_io(now_ns);
     server.set_outgrown_room(fleet->outgrown_room());
     const auto characters = [&server](const std::string& room) { return server.character_count(room); };
     if (const auto move = fleet->choose_move(characters, now_ns)) server.hand_over(move->room, move->to, now_ns);
     if (agones) agones->poll(health_now(), *fleet, now_ns);
     shutdown.poll(now_ns);
-  });
+  };
+  loop.every(kIoPeriod_ns, poll_all);
+  bool is_posted = false;
+  fleet->directory().on_news = [&loop, &poll_all, &is_posted] {
+    if (std::exchange(is_posted, true)) return;
+    loop.post([&poll_all, &is_posted] {
+      is_posted = false;
+      poll_all();
+    });
+  };
   log_counters(metrics, config.counters_interval_s, loop);
   health.accepting = true;
   fmt::print("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config));

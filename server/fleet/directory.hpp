@@ -86,6 +86,9 @@ class Directory {
   virtual void poll(std::int64_t now_ns) = 0;
   // The events since the last call, in order.
   virtual std::vector<FleetEvent> take_events() = 0;
+  // Called when there is an event, or another owner of a room: who waits for one should not wait for the next poll. May
+  // be empty.
+  std::function<void()> on_news;
 
   [[nodiscard]] virtual std::uint64_t server_id() const = 0;
   [[nodiscard]] virtual bool is_reachable() const = 0;                   // the store answers

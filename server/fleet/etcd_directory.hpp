@@ -159,7 +159,10 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   void take_watch(std::uint64_t id, const etcd::WatchAnswer& answer, std::int64_t now_ns);
   void list_again();
 
-  void emit(FleetEvent event) { events_.push_back(std::move(event)); }
+  void emit(FleetEvent event) {
+    events_.push_back(std::move(event));
+    if (on_news) on_news();
+  }
   void set_gauges(std::int64_t now_ns);
 
   EtcdDirectoryDef def_;

@@ -74,13 +74,18 @@ void EtcdDirectory::take_watch(std::uint64_t id, const etcd::WatchAnswer& answer
   }
   // The header of an answer with changes may be newer than the last of them.
   const std::int64_t before = view_.revision;
+  bool is_news = false;
   if (answer.changes.empty() && !answer.is_created) view_.revision = std::max(before, answer.revision);
   for (const etcd::Change& change : answer.changes) {
     const std::int64_t revision = change.entry.mod_revision;
     if (revision <= before) continue;
     view_.revision = std::max(view_.revision, revision);
-    if (const auto room = view_.apply(change)) check_room(*room, revision);
+    const auto room = view_.apply(change);
+    if (!room) continue;
+    check_room(*room, revision);
+    is_news = true;
   }
+  if (is_news && on_news) on_news();
 }
 
 }  // namespace hairnet::server

@@ -107,6 +107,11 @@ void ServerHost::start_in_fleet() {
   line_end_->on_delivered = [this] { note_claims(); };
   claims_.clear();
   server_->join_fleet(fleet_->directory());
+  is_news_ = false;
+  fleet_->directory().on_news = [this, life = this->life()] {
+    if (std::exchange(is_news_, true)) return;
+    timeline_->after(0, [this, life] { when_running(life, [this] { poll_io(); }); });
+  };
   fleet_->on_event = [this](const server::FleetEvent& event, std::int64_t now_ns) { take(event, now_ns); };
 }
 
@@ -224,10 +229,16 @@ server::PacketSink* ServerHost::open(std::shared_ptr<SimulatedConnection> wire) 
   return server_->open(std::move(wire), clock_ns());
 }
 
-void ServerHost::run_io(int life) {
+void ServerHost::poll_io() {
+  is_news_ = false;
+  if (fleet_) poll_fleet();
+  if (!server_) return;  // it has ended
   server_->poll_io(clock_ns());
   check_bounds();
-  if (fleet_) poll_fleet();
+}
+
+void ServerHost::run_io(int life) {
+  poll_io();
   timeline_->after(kIoPeriod_ns, [this, life] { when_running(life, [this, life] { run_io(life); }); });
 }
 

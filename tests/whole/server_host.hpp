@@ -103,6 +103,7 @@ class ServerHost final : public Host {
   void note_claims();
   template <class Action>
   void when_running(int life, Action action);
+  void poll_io();
   void run_io(int life);
   void run_tick(int life);
   void run_builder(int life);
@@ -126,6 +127,7 @@ class ServerHost final : public Host {
   EtcdLine* line_ = nullptr;  // null: no fleet
   double clock_rate_ = 1;
   std::unique_ptr<EtcdLineEnd> line_end_;
+  bool is_news_ = false;  // of the directory, and not yet taken
   std::unique_ptr<server::Fleet> fleet_;
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
