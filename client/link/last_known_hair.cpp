@@ -13,7 +13,7 @@ constexpr std::int64_t kLatticeWait_ns = 1'000'000'000;
 
 void LastKnownHair::keep(std::uint32_t character, HairSnapshot hair) {
   HAIRNET_ASSERT(hair.basis);
-  last_known_[character] = {std::move(hair), kNever_ns};
+  last_known_[character] = {std::move(hair)};
 }
 
 void LastKnownHair::drop_of(const wire::GroomHash& groom) {
@@ -21,19 +21,20 @@ void LastKnownHair::drop_of(const wire::GroomHash& groom) {
 }
 
 void LastKnownHair::on_lost() {
-  for (auto& [character, kept] : last_known_) kept.until_ns = kNever_ns;
+  for (auto& [character, kept] : last_known_) kept = {std::move(kept.hair)};
 }
 
-void LastKnownHair::on_ready(const wire::GroomHash& groom, std::int64_t now_ns) {
-  for (auto& [character, kept] : last_known_) {
-    if (kept.hair.groom == groom && kept.until_ns == kNever_ns) kept.until_ns = now_ns + kLatticeWait_ns;
-  }
+void LastKnownHair::on_ready(const wire::GroomHash& groom) {
+  for (auto& [character, kept] : last_known_) kept.is_ready |= kept.hair.groom == groom;
 }
 
 const HairSnapshot* LastKnownHair::of(std::uint32_t character, LevelIndex level, std::int64_t now_ns) {
   const auto found = last_known_.find(character);
   if (found == last_known_.end()) return nullptr;
-  if (level != LevelIndex::rigid || now_ns < found->second.until_ns) return &found->second.hair;
+  Kept& kept = found->second;
+  if (level != LevelIndex::rigid) return &kept.hair;
+  if (kept.is_ready && kept.until_ns == kNever_ns) kept.until_ns = now_ns + kLatticeWait_ns;
+  if (now_ns < kept.until_ns) return &kept.hair;
   last_known_.erase(found);
   return nullptr;
 }

@@ -30,9 +30,9 @@ class LastKnownHair {
   void drop_of(const wire::GroomHash& groom);
   // The connection is lost: what is still shown waits for the next server's lattice from its beginning.
   void on_lost();
-  // The server has the groom, so its lattice frames should follow. If frames are still rigid after a second (the server
-  // may keep the character rigid), the last known hair is no longer shown.
-  void on_ready(const wire::GroomHash& groom, std::int64_t now_ns);
+  // The server has the groom, so its lattice frames should follow. If they are still rigid a second after the first one
+  // (the server may keep the character rigid), the last known hair is no longer shown.
+  void on_ready(const wire::GroomHash& groom);
   // To show with a frame of this level that has no hair: because it is rigid, or because its basis is still on its way.
   // Null: none.
   [[nodiscard]] const HairSnapshot* of(std::uint32_t character, LevelIndex level, std::int64_t now_ns);
@@ -41,7 +41,8 @@ class LastKnownHair {
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
   struct Kept {
     HairSnapshot hair;
-    std::int64_t until_ns;
+    bool is_ready = false;  // the server has the groom
+    std::int64_t until_ns = kNever_ns;
   };
   std::map<std::uint32_t, Kept> last_known_;
 };

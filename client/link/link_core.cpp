@@ -405,13 +405,13 @@ void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
   uploads_.need(need);  // a groom that was dropped meanwhile is no longer known
 }
 
-void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
+void LinkCore::on(wire::GroomStatus& status, std::int64_t) {
   // Keep our bytes until then: the server may be taking them from another client, which may leave or may have sent
   // wrong bytes.
   if (status.state == wire::GroomState::ready || status.state == wire::GroomState::refused) uploads_.drop(status.hash);
   if (status.state == wire::GroomState::ready) {
     requested_.on_ready(status.hash);
-    last_known_.on_ready(status.hash, now_ns);
+    last_known_.on_ready(status.hash);
   } else if (status.state == wire::GroomState::refused) {
     requested_.on_refused(status.hash);
     last_known_.drop_of(status.hash);

@@ -364,7 +364,7 @@ export class LinkCore {
         this.#uploads.need(message); // a groom that was dropped meanwhile is no longer known
         return;
       case "groomStatus":
-        return this.#onGroomStatus(message, nowNs);
+        return this.#onGroomStatus(message);
       case "characterAdded":
         return this.#onCharacterAdded(message, nowNs);
       case "characterRemoved":
@@ -598,13 +598,13 @@ export class LinkCore {
     }
   }
 
-  #onGroomStatus(status: m.GroomStatus, nowNs: number): void {
+  #onGroomStatus(status: m.GroomStatus): void {
     const { hash, state } = status;
     // Until then its bytes may be another client's, which leaves, or whose bytes prove wrong when they are built.
     if (state === GroomState.ready || state === GroomState.refused) this.#uploads.drop(hash);
     if (state === GroomState.ready) {
       this.#requested.onReady(hash);
-      this.#lastKnown.onReady(hash, nowNs);
+      this.#lastKnown.onReady(hash);
     } else if (state === GroomState.refused) {
       this.#requested.onRefused(hash);
       this.#lastKnown.dropOf(hash);

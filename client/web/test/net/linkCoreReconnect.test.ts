@@ -307,6 +307,7 @@ describe("link: coming back", () => {
     driver.break();
     driver.rejoin();
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    expect(shows(4)).toBe(true);
     driver.pass(0.9 * kSecond);
     expect(shows(5)).toBe(true);
     driver.break();
@@ -314,11 +315,12 @@ describe("link: coming back", () => {
     driver.pass(0.5 * kSecond);
     expect(shows(6)).toBe(true);
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    expect(shows(7)).toBe(true);
     driver.pass(kSecond);
-    expect(shows(7)).toBe(false);
+    expect(shows(8)).toBe(false);
     driver.break();
     driver.rejoin({ session: 79n });
-    expect(shows(8)).toBe(false);
+    expect(shows(9)).toBe(false);
   });
 
   it("tells of members that have left meanwhile", () => {
