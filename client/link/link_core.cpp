@@ -17,6 +17,8 @@ constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kAskAgain_ns = 1'000'000'000;
+// Of a pose that was captured before the connection. The server refuses poses of more than a second.
+constexpr std::int64_t kPoseAgeMax_ns = 500'000'000;
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
@@ -137,6 +139,7 @@ void LinkCore::request_groom(const wire::GroomHash& hash) {
 }
 
 void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
+  requested_.store(poses);
   if (active())
     queue_.push_poses(std::move(poses));
   else
@@ -377,17 +380,19 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
     for (const wire::GroomHash& file : members_.bases().clear()) fetch_.refuse(file);
     for (const wire::GroomHash& file : members_.learnt().clear()) fetch_.refuse(file);
   }
-  resend_all(resumed);
+  resend_all(resumed, now_ns);
   if (const wire::SetWind* wind = wind_.on_welcome(welcome.may_set_wind || !again)) enqueue(*wind);
 }
 
-void LinkCore::resend_all(bool resumed) {
+void LinkCore::resend_all(bool resumed, std::int64_t now_ns) {
   RequestedState::Resend resend = requested_.take_resend(resumed);
   for (auto& [hash, bytes] : resend.offers) {
     if (const auto offer = uploads_.offer(hash, std::move(bytes))) enqueue(*offer);
   }
   for (wire::ClientMessage& message : resend.messages) enqueue(std::move(message));
   for (const wire::GroomRequest& request : fetch_.request_again()) enqueue(request);
+  std::erase_if(resend.poses, [now_ns](const auto& pose) { return now_ns - pose.capture_time_ns > kPoseAgeMax_ns; });
+  queue_.push_poses(std::move(resend.poses));
   if (resumed)
     importance_.resend_all();
   else

@@ -171,7 +171,7 @@ class LinkCore {
   void on(wire::Goodbye& goodbye, std::int64_t now_ns);
 
   void enqueue(wire::ClientMessage message);
-  void resend_all(bool resumed);
+  void resend_all(bool resumed, std::int64_t now_ns);
   void dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns);
   void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);

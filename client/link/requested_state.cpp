@@ -32,6 +32,12 @@ void RequestedState::store(const wire::ClientMessage& message) {
   std::visit(store_setting, message);
 }
 
+void RequestedState::store(std::span<const wire::PoseSample> poses) {
+  for (const wire::PoseSample& sample : poses) {
+    if (Character* character = find(sample.character)) character->pose = sample;
+  }
+}
+
 RequestedState::Character* RequestedState::find(std::uint32_t character) {
   const auto found = characters_.find(character);
   return found == characters_.end() ? nullptr : &found->second;
@@ -39,7 +45,7 @@ RequestedState::Character* RequestedState::find(std::uint32_t character) {
 
 void RequestedState::add(const wire::AddCharacter& added) {
   sent_twice_.erase(added.character);
-  characters_[added.character] = {added, {}, false};
+  characters_[added.character] = {added, {}, false, {}};
 }
 
 void RequestedState::remove(std::uint32_t character) {
@@ -96,6 +102,7 @@ RequestedState::Resend RequestedState::take_resend(bool resumed) {
     // The server may have added it before the connection broke, with an older level.
     if (resumed) resend.messages.push_back(wire::SetLevel{number, character.added.level});
     for (const auto& [kind, message] : character.settings) resend.messages.push_back(message);
+    if (!resumed && character.pose) resend.poses.push_back(*character.pose);
   }
   for (const auto& [kind, message] : settings_) resend.messages.push_back(message);
   return resend;

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -21,11 +23,14 @@ class RequestedState {
     wire::AddCharacter added;  // with its newest level, and the state from which a new server continues its hair
     Settings settings;         // those of Resent::per_character
     bool confirmed = false;    // CharacterAdded has come
+    std::optional<wire::PoseSample> pose = {};  // the newest
   };
 
   void offer(const wire::GroomHash& hash, Bytes bytes);  // kept until the groom is refused
   // Stores what the message changes: the characters and their levels, and every message that has a kResent.
   void store(const wire::ClientMessage& message);
+  // Stores the newest pose of each character: a new server shows the character before its next one.
+  void store(std::span<const wire::PoseSample> poses);
   // Stores the state from which a new server continues the hair of the character.
   void remember(std::uint32_t character, wire::HairState state);
   void forget_state(std::uint32_t character);
@@ -43,6 +48,7 @@ class RequestedState {
   struct Resend {
     std::vector<std::pair<wire::GroomHash, Bytes>> offers;  // first
     std::vector<wire::ClientMessage> messages;
+    std::vector<wire::PoseSample> poses;  // last
   };
   Resend take_resend(bool resumed);
 

@@ -599,6 +599,38 @@ TEST_F(Settled, a_teleport_that_was_lost_passes_to_the_next_pose_sent) {
   EXPECT_FALSE(d.expect<wire::PoseBatch>().poses[0].teleport);
 }
 
+TEST_F(Settled, another_server_gets_the_newest_pose_with_the_character) {
+  d.core.send(wire::AddCharacter{9, hash_of(1)});
+  const auto pose_at = [&](std::uint32_t sequence) {
+    return wire::PoseSample{9, sequence, d.now_ns, false, rigid_pose({})};
+  };
+  d.core.push_poses({pose_at(1)});
+  d.core.push_poses({pose_at(2)});
+  break_off();
+  come_back(welcome_to(6, false));
+  const auto sent = d.take_all();
+  const auto is_of_nine = [](const wire::Message& message) {
+    const auto* added = std::get_if<wire::AddCharacter>(&message);
+    return added && added->character == 9;
+  };
+  ASSERT_TRUE(std::ranges::any_of(sent, is_of_nine));
+  ASSERT_TRUE(std::holds_alternative<wire::PoseBatch>(sent.back())) << "after its character";
+  const auto& poses = std::get<wire::PoseBatch>(sent.back()).poses;
+  ASSERT_EQ(poses.size(), 1u);
+  EXPECT_EQ(poses[0].sequence, 2u);
+  d.core.push_poses({pose_at(3)});
+  const auto no_pose = [](const wire::Message& message) { return !std::holds_alternative<wire::PoseBatch>(message); };
+  d.take_all();
+  break_off();
+  come_back(welcome_to(6, true));
+  EXPECT_TRUE(std::ranges::all_of(d.take_all(), no_pose)) << "the same server has it";
+  d.core.push_poses({pose_at(4)});
+  d.pass(600 * kMs);
+  break_off();
+  come_back(welcome_to(7, false));
+  EXPECT_TRUE(std::ranges::all_of(d.take_all(), no_pose)) << "it is too old";
+}
+
 TEST_F(Settled, another_servers_clock_estimate_starts_over) {
   break_off();
   d.open();

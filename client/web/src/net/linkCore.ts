@@ -30,6 +30,8 @@ import { UploadQueue } from "./uploadQueue";
 // A pose waits for at most one chunk of a groom: it is kept small.
 const kChunkBytes = 16 << 10;
 const kAskAgainNs = 1e9;
+// Of a pose that was captured before the connection. The server refuses poses of more than a second.
+const kPoseAgeMaxNs = 500_000_000;
 const kGoodbyeWaitNs = 400_000_000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 const kStableNs = 5_000_000_000;
@@ -156,6 +158,7 @@ export class LinkCore {
   pushPoses(poses: readonly m.PoseSample[]): void {
     poses.forEach(validatePoseSample);
     const copied = poses.map((sample) => ({ ...sample, pose: sample.pose.slice() }));
+    this.#requested.storePoses(copied);
     if (this.isActive) this.#queue.pushPoses(copied);
     else this.#queue.dropPoses(copied);
   }
@@ -568,7 +571,7 @@ export class LinkCore {
       const { bases, learnt } = this.#members;
       for (const file of [...bases.clear(), ...learnt.clear()]) this.#fetch.refuse(file);
     }
-    this.#resendAll(resumed);
+    this.#resendAll(resumed, nowNs);
     const wind = this.#wind.onWelcome(welcome.maySetWind || !again);
     if (wind) this.#enqueue(wind);
   }
@@ -579,7 +582,7 @@ export class LinkCore {
     if (ours) this.#enqueue(ours);
   }
 
-  #resendAll(resumed: boolean): void {
+  #resendAll(resumed: boolean, nowNs: number): void {
     const resend = this.#requested.takeResend(resumed);
     for (const [hash, bytes] of resend.offers) {
       const offer = this.#uploads.offer(hash, bytes);
@@ -587,6 +590,7 @@ export class LinkCore {
     }
     for (const message of resend.messages) this.#enqueue(message);
     for (const request of this.#fetch.requestAgain()) this.#enqueue(request);
+    this.#queue.pushPoses(resend.poses.filter((pose) => nowNs - pose.captureTimeNs <= kPoseAgeMaxNs));
     if (resumed) this.#importance.resendAll();
     else this.#importance.forgetAll();
   }

@@ -1,7 +1,7 @@
 import { LevelIndex } from "../hair/level";
 import { clientCodecs, codecOf } from "./clientMessages";
 import type { GroomHash } from "./groomHash";
-import type { AddCharacter, ClientMessage, ErrorMessage, HairState } from "./messages";
+import type { AddCharacter, ClientMessage, ErrorMessage, HairState, PoseSample } from "./messages";
 import { ErrorReason } from "./messages";
 
 interface OfferedGroom {
@@ -19,12 +19,15 @@ interface RequestedCharacter {
   readonly settings: Settings;
   /** CharacterAdded has come */
   confirmed: boolean;
+  /** the newest */
+  pose: PoseSample | null;
 }
 
-/** What is to be sent over a new connection; offers first. */
+/** What is to be sent over a new connection: offers first, poses last. */
 export interface Resend {
   readonly offers: (readonly [GroomHash, Uint8Array])[];
   readonly messages: ClientMessage[];
+  readonly poses: PoseSample[];
 }
 
 /**
@@ -60,7 +63,12 @@ export class RequestedState {
     switch (message.type) {
       case "addCharacter":
         this.#sentTwice.delete(message.character);
-        this.#characters.set(message.character, { added: message, settings: new Map(), confirmed: false });
+        this.#characters.set(message.character, {
+          added: message,
+          settings: new Map(),
+          confirmed: false,
+          pose: null,
+        });
         return;
       case "removeCharacter":
         this.#characters.delete(message.character);
@@ -78,6 +86,14 @@ export class RequestedState {
     if (resent === "session") this.#settings.set(message.type, message);
     else if (resent === "character" && "character" in message)
       this.#characters.get(message.character)?.settings.set(message.type, message);
+  }
+
+  /** The newest pose of each character: a new server shows the character before its next one. */
+  storePoses(poses: readonly PoseSample[]): void {
+    for (const sample of poses) {
+      const known = this.#characters.get(sample.character);
+      if (known) known.pose = sample;
+    }
   }
 
   /** The hair of a character is to go on from there, should the server have forgotten it. */
@@ -118,7 +134,7 @@ export class RequestedState {
 
   /** A new connection has its welcome. `resumed`: the server still has what it confirmed. */
   takeResend(resumed: boolean): Resend {
-    const resend: Resend = { offers: [], messages: [] };
+    const resend: Resend = { offers: [], messages: [], poses: [] };
     this.#sentTwice.clear();
     for (const [hash, groom] of this.#grooms) {
       groom.ready &&= resumed;
@@ -126,7 +142,10 @@ export class RequestedState {
     }
     if (!resumed) this.#leaving.clear();
     for (const character of this.#leaving) resend.messages.push({ type: "removeCharacter", character });
-    for (const character of this.#characters.values()) this.#resendCharacter(character, resumed, resend.messages);
+    for (const character of this.#characters.values()) {
+      this.#resendCharacter(character, resumed, resend.messages);
+      if (!resumed && character.pose) resend.poses.push(character.pose);
+    }
     resend.messages.push(...inOrder(this.#settings));
     return resend;
   }

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { LevelIndex } from "../../src/hair/level";
+import { rigidPose } from "../../src/hair/pose";
 import type * as m from "../../src/net/messages";
 import { ErrorReason, GoodbyeReason, GroomState, ModerateAction, ObserveMode } from "../../src/net/messages";
 import { kObserveAll } from "../../src/net/roomMessages";
@@ -251,6 +252,27 @@ describe("link: coming back", () => {
     expect(driver.sent().map((message) => message.type)).toContain("moderate");
     driver.break();
     expect(driver.rejoin().map((message) => message.type)).not.toContain("moderate");
+  });
+
+  it("brings another server the newest pose with the character", () => {
+    const { driver } = withCharacter();
+    const push = (number: number) =>
+      driver.core.pushPoses([
+        { character: 7, sequence: number, captureTimeNs: driver.nowNs, teleport: false, pose: rigidPose() },
+      ]);
+    const goOn = (waitNs: number) => {
+      driver.tell({ type: "redirect", to: { host: "hair-2", port: 7421 } });
+      driver.break();
+      driver.pass(waitNs);
+      return driver.join({ session: 78n }).filter((message) => message.type === "poseBatch");
+    };
+    push(1);
+    push(2);
+    driver.sent();
+    expect(goOn(0.1 * kSecond)).toMatchObject([{ poses: [{ character: 7, sequence: 2 }] }]);
+    push(3);
+    driver.sent();
+    expect(goOn(kSecond), "it is too old").toEqual([]);
   });
 
   it("shows the kept hair while the new server has none of it, and no longer", () => {
