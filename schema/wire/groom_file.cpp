@@ -233,7 +233,7 @@ Result<Groom> read_table(std::span<const std::uint8_t> table, const GroomLimits&
 }  // namespace
 
 std::vector<std::uint8_t> encode_groom(const Groom& groom) {
-  return pack(write_table(groom), kPackedGroom);
+  return pack(write_table(groom), kPackedGroom, PackEffort::most);
 }
 
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits) {

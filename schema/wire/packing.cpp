@@ -16,10 +16,11 @@ constexpr std::size_t kDeflateRatioMax = 1032;  // a match of 258 bytes takes tw
 constexpr int kRawWindowBits = -15;             // a raw stream, without a header and a checksum
 constexpr int kMemoryLevel = 9;
 
-std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
+std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, PackEffort effort) {
   z_stream z{};
   // Z_FILTERED: most bytes are small numbers with random lower bits, in which longer matches are chance.
-  if (deflateInit2(&z, Z_BEST_COMPRESSION, Z_DEFLATED, kRawWindowBits, kMemoryLevel, Z_FILTERED) != Z_OK)
+  const int strategy = effort == PackEffort::quick ? Z_HUFFMAN_ONLY : Z_FILTERED;
+  if (deflateInit2(&z, Z_BEST_COMPRESSION, Z_DEFLATED, kRawWindowBits, kMemoryLevel, strategy) != Z_OK)
     throw std::bad_alloc();
   std::vector<std::uint8_t> out(deflateBound(&z, bytes.size()));
   z.next_in = const_cast<std::uint8_t*>(bytes.data());
@@ -51,8 +52,8 @@ std::string inflate_into(std::span<const std::uint8_t> stream, std::span<std::ui
 
 }  // namespace
 
-std::vector<std::uint8_t> pack(std::span<const std::uint8_t> table, const char* identifier) {
-  const std::vector<std::uint8_t> stream = deflated(table);
+std::vector<std::uint8_t> pack(std::span<const std::uint8_t> table, const char* identifier, PackEffort effort) {
+  const std::vector<std::uint8_t> stream = deflated(table, effort);
   FlatBufferBuilder to(stream.size() + 64);
   const auto flat_stream = to.CreateVector(stream);
   return finish(to, fb::CreatePackedTable(to, static_cast<std::uint32_t>(table.size()), flat_stream), identifier);
