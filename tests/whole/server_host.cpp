@@ -353,8 +353,15 @@ void ServerHost::check_bounds() {
 }
 
 void ServerHost::check_sessions(const server::SessionLimits& limits) {
+  // Those that have joined, and as many that have said no hello yet. One that is refused stays until its goodbye has
+  // left.
+  const auto is_in_use = [](const auto& one) {
+    return one.second->state() != server::Session::State::draining &&
+           one.second->state() != server::Session::State::closed;
+  };
+  const auto in_use = std::ranges::count_if(server_->sessions().all(), is_in_use);
   if (server_->context().session_count > limits.session_count_max ||
-      server_->session_count() > 2 * limits.session_count_max)
+      std::cmp_greater(in_use, 2 * limits.session_count_max))
     fault("more sessions than there may be");
   struct Count {
     std::size_t sessions = 0, characters = 0;
