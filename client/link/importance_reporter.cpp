@@ -9,6 +9,8 @@
 namespace hairnet::link {
 namespace {
 
+constexpr float kUnreportedHeight = 0.25f;  // that the server takes for a member of which nothing was reported
+
 bool differs(const wire::MemberImportance& a, const wire::MemberImportance& b) {
   const float most = std::max(std::abs(a.screen_height), std::abs(b.screen_height));
   return a.in_view != b.in_view || std::abs(a.screen_height - b.screen_height) > ImportanceReporter::kChange * most;
@@ -21,9 +23,22 @@ void ImportanceReporter::report(std::span<const wire::MemberImportance> members)
     const auto [found, is_new] = members_.try_emplace(m.member);
     Reported& reported = found->second;
     reported.now = m;
+    reported.has_left = false;
     reported.due = reported.due || differs(reported.now, reported.sent);
     any_due_ = any_due_ || reported.due;
   }
+}
+
+void ImportanceReporter::forget(std::uint32_t member) {
+  const auto found = members_.find(member);
+  if (found == members_.end()) return;
+  Reported& reported = found->second;
+  if (!reported.is_sent) {
+    members_.erase(found);
+    return;
+  }
+  reported.now = {member, kUnreportedHeight, true};
+  reported.due = reported.has_left = any_due_ = true;
 }
 
 void ImportanceReporter::forget_all() {
@@ -40,7 +55,9 @@ std::optional<wire::ReportImportance> ImportanceReporter::take(std::int64_t now_
   if (now_ns < due_ns()) return std::nullopt;
   wire::ReportImportance message;
   any_due_ = false;
-  for (auto& [member, reported] : members_) {
+  for (auto next = members_.begin(); next != members_.end();) {
+    const auto found = next++;
+    Reported& reported = found->second;
     if (!reported.due) continue;
     if (message.members.size() == wire::kMembersPerMessageMax) {
       any_due_ = true;
@@ -49,6 +66,8 @@ std::optional<wire::ReportImportance> ImportanceReporter::take(std::int64_t now_
     message.members.push_back(reported.now);
     reported.sent = reported.now;
     reported.due = false;
+    reported.is_sent = true;
+    if (reported.has_left) members_.erase(found);
   }
   HAIRNET_ASSERT(message.members.size() <= wire::kMembersPerMessageMax);
   HAIRNET_VALIDATE(any_due_ || std::ranges::none_of(members_, [](const auto& m) { return m.second.due; }));

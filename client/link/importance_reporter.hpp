@@ -17,7 +17,9 @@ class ImportanceReporter {
   static constexpr float kChange = 0.1f;  // relative change of the screen height that is worth a report
 
   void report(std::span<const wire::MemberImportance> members);
-  void forget(std::uint32_t member) { members_.erase(member); }
+  // The member has left. A report that is on its way may come to the next one with its number: so what the server has
+  // of it is undone.
+  void forget(std::uint32_t member);
   void forget_all();
   void resend_all();  // after a reconnect: marks every member as due
 
@@ -28,7 +30,7 @@ class ImportanceReporter {
  private:
   struct Reported {
     wire::MemberImportance now, sent;
-    bool due = true;
+    bool due = true, is_sent = false, has_left = false;
   };
   std::map<std::uint32_t, Reported> members_;
   bool any_due_ = false;

@@ -328,6 +328,26 @@ TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
   EXPECT_EQ(chunk_bytes, groom_bytes);
 }
 
+// The next member with the number must not be out of view because of a report that was on its way.
+TEST(LinkCore, what_was_reported_of_a_member_is_undone_when_it_leaves) {
+  LinkCoreDriver d;
+  d.connect();
+  const std::vector<wire::MemberImportance> seen{{1, 0.5f, false}};
+  d.core.report_importance(seen);
+  d.core.poll(d.now_ns);
+  d.expect<wire::ReportImportance>();
+  d.send(wire::MemberLeft{1});
+  d.pass(250 * kMs);
+  const auto undone = d.expect<wire::ReportImportance>();
+  ASSERT_EQ(undone.members.size(), 1u);
+  EXPECT_EQ(undone.members[0].member, 1u);
+  EXPECT_TRUE(undone.members[0].in_view);
+  d.send(wire::MemberLeft{1});
+  d.send(wire::MemberLeft{2});
+  d.pass(250 * kMs);
+  EXPECT_FALSE(d.take()) << "nothing is left to undo";
+}
+
 TEST(LinkCore, importance_is_sent_a_few_times_a_second_and_only_when_it_changes) {
   LinkCoreDriver d;
   d.connect();

@@ -5,10 +5,15 @@ const kIntervalNs = 250_000_000;
 /** Relative change of the screen height that is worth a report. */
 const kChange = 0.1;
 
+/** That the server takes for a member of which nothing was reported. */
+const kUnreportedHeight = 0.25;
+
 interface Reported {
   now: MemberImportance;
-  sent: MemberImportance;
+  /** null: nothing was */
+  sent: MemberImportance | null;
   due: boolean;
+  hasLeft: boolean;
 }
 
 /** Reports how this client sees members: at most four times a second, relevant changes only. */
@@ -21,17 +26,28 @@ export class ImportanceReporter {
     for (const now of members) {
       let reported = this.#members.get(now.member);
       if (!reported) {
-        reported = { now, sent: now, due: true };
+        reported = { now, sent: null, due: true, hasLeft: false };
         this.#members.set(now.member, reported);
       }
       reported.now = { member: now.member, screenHeight: now.screenHeight, inView: now.inView };
-      reported.due ||= differs(reported.now, reported.sent);
+      reported.hasLeft = false;
+      reported.due ||= reported.sent === null || differs(reported.now, reported.sent);
       this.#anyDue ||= reported.due;
     }
   }
 
+  /**
+   * The member has left. A report that is on its way may come to the next one with its number: so what the server has
+   * of it is undone.
+   */
   forget(member: number): void {
-    this.#members.delete(member);
+    const reported = this.#members.get(member);
+    if (!reported?.sent) {
+      this.#members.delete(member);
+      return;
+    }
+    reported.now = { member, screenHeight: kUnreportedHeight, inView: true };
+    reported.due = reported.hasLeft = this.#anyDue = true;
   }
 
   forgetAll(): void {
@@ -59,6 +75,7 @@ export class ImportanceReporter {
       members.push(reported.now);
       reported.sent = reported.now;
       reported.due = false;
+      if (reported.hasLeft) this.#members.delete(reported.now.member);
     }
     this.#nextNs = nowNs + kIntervalNs;
     return members.length > 0 ? { type: "reportImportance", members } : null;

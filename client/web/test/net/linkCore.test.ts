@@ -438,6 +438,21 @@ describe("link: staying alive, importance, poses", () => {
     expect(driver.sent().length).toBe(1);
   });
 
+  it("undoes what was reported of a member when it leaves", () => {
+    const driver = new LinkCoreDriver();
+    driver.join();
+    driver.core.reportImportance([{ member: 1, screenHeight: 0.5, inView: false }]);
+    driver.pass(0);
+    driver.sent();
+    driver.tell({ type: "memberLeft", member: 1 });
+    driver.pass(0.25 * kSecond);
+    expect(driver.sent()).toMatchObject([{ type: "reportImportance", members: [{ member: 1, inView: true }] }]);
+    driver.tell({ type: "memberLeft", member: 1 });
+    driver.tell({ type: "memberLeft", member: 2 });
+    driver.pass(0.25 * kSecond);
+    expect(driver.sent()).toEqual([]);
+  });
+
   it("drops the oldest poses when the connection does not keep up, and passes their teleports on", () => {
     const driver = new LinkCoreDriver();
     driver.join();
