@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <memory>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/fleet/etcd_api.hpp"
-#include "tests/unit/server/transport_fixture.hpp"
+#include "tests/unit/server/answering_port.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -58,65 +58,29 @@ class Heard final : public EtcdSink {
   std::vector<std::string> all;
 };
 
-// A client, and a port at which the test answers by hand.
-class Client : public testing::Test {
+class Client : public AnsweringPort {
  protected:
   void SetUp() override {
-    listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
-    ASSERT_EQ(::listen(listener_, 8), 0);
-    socklen_t length = sizeof(address);
-    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &length);
+    AnsweringPort::SetUp();
     EtcdOptions options;
-    options.endpoints = {"http://127.0.0.1:" + std::to_string(ntohs(address.sin_port))};
+    options.endpoints = {"http://127.0.0.1:" + std::to_string(port_)};
     client_ = *EtcdClient::create(loop_, options);
     client_->set_sink(&heard_);
   }
   void TearDown() override {
     client_.reset();
-    hang_up();
-    ::close(listener_);
-  }
-  void hang_up() {
-    if (peer_ >= 0) ::close(peer_);
-    peer_ = -1;
+    AnsweringPort::TearDown();
   }
   void send(std::uint64_t id, bool is_stream = false) {
     client_->send({.id = id, .endpoint = 0, .path = "/v3/x", .body = "{}", .is_stream = is_stream});
   }
-  bool wait(const std::function<bool()>& done) {
-    for (int i = 0; i < 5000 && !done(); ++i) {
-      loop_.poll();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return done();
-  }
-  // Reads one request with the body {}; on a new connection if there is none.
-  std::string request() {
-    std::string text;
-    wait([&] {
-      if (peer_ < 0) peer_ = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK);
-      char piece[1024];
-      const ssize_t count = peer_ < 0 ? 0 : ::recv(peer_, piece, sizeof(piece), 0);
-      if (count > 0) text.append(piece, static_cast<std::size_t>(count));
-      return text.ends_with("\r\n\r\n{}");
-    });
-    return text;
-  }
-  void answer(const std::string& text) { ::send(peer_, text.data(), text.size(), MSG_NOSIGNAL); }
   std::vector<std::string> heard(std::size_t count = 1) {
     wait([&] { return heard_.all.size() >= count; });
     return std::exchange(heard_.all, {});
   }
 
-  static constexpr const char* kOk = "HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{}";
-  IoLoop loop_;
   Heard heard_;
   std::unique_ptr<EtcdClient> client_;
-  int listener_ = -1, peer_ = -1;
 };
 
 TEST_F(Client, posts_calls_and_keeps_the_connection) {

@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <memory>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
-#include "tests/unit/server/transport_fixture.hpp"
+#include "tests/unit/server/answering_port.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -29,60 +29,29 @@ class HeardOfSidecar final : public agones::SidecarSink {
   std::vector<std::string> all;
 };
 
-// A client, and a port at which the test answers by hand, a call at a time.
-class SidecarClientTest : public testing::Test {
+class SidecarClientTest : public AnsweringPort {
  protected:
   void SetUp() override {
-    listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
-    ASSERT_EQ(::listen(listener_, 8), 0);
-    socklen_t length = sizeof(address);
-    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &length);
-    client_ = std::make_unique<SidecarClient>(loop_, ntohs(address.sin_port));
+    AnsweringPort::SetUp();
+    client_ = std::make_unique<SidecarClient>(loop_, port_);
     client_->set_sink(&heard_);
   }
   void TearDown() override {
     client_.reset();
-    hang_up();
-    if (listener_ >= 0) ::close(listener_);
+    AnsweringPort::TearDown();
   }
-  void hang_up() {
-    if (peer_ >= 0) ::close(peer_);
-    peer_ = -1;
-  }
-  bool wait(const std::function<bool()>& done) {
-    for (int i = 0; i < 5000 && !done(); ++i) {
-      loop_.poll();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return done();
-  }
+  // Each call has a connection of its own.
   std::string request(const std::string& end = "\r\n\r\n{}") {
     hang_up();
-    std::string text;
-    wait([&] {
-      if (peer_ < 0) peer_ = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK);
-      char piece[1024];
-      const ssize_t count = peer_ < 0 ? 0 : ::recv(peer_, piece, sizeof(piece), 0);
-      if (count > 0) text.append(piece, static_cast<std::size_t>(count));
-      return text.ends_with(end);
-    });
-    return text;
+    return AnsweringPort::request(end);
   }
-  void answer(const std::string& text) { ::send(peer_, text.data(), text.size(), MSG_NOSIGNAL); }
   std::vector<std::string> heard(std::size_t count = 1) {
     wait([&] { return heard_.all.size() >= count; });
     return std::exchange(heard_.all, {});
   }
 
-  static constexpr const char* kOk = "HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{}";
-  IoLoop loop_;
   HeardOfSidecar heard_;
   std::unique_ptr<SidecarClient> client_;
-  int listener_ = -1, peer_ = -1;
 };
 
 TEST_F(SidecarClientTest, sends_each_method_with_its_path_and_body) {
