@@ -55,7 +55,9 @@ void Pipe::listen() {
   };
   sender_->on_datagram = [weak = weak_from_this()](std::span<const std::uint8_t> datagram) {
     const auto self = weak.lock();
-    if (self && !self->dead_ && !self->paused_ && self->on_datagram) self->on_datagram(datagram);
+    if (!self || self->dead_) return;
+    self->arrived_ns_ = self->timeline_->now_ns();
+    if (!self->paused_ && self->on_datagram) self->on_datagram(datagram);
   };
   sender_->on_room = [weak = weak_from_this()] {
     if (const auto self = weak.lock()) self->pump_soon();
@@ -174,6 +176,7 @@ void Pipe::arrive(std::vector<std::uint8_t> segment) {
     segment.resize(static_cast<std::size_t>(left));
   }
   arrived_bytes_ += segment.size();
+  arrived_ns_ = timeline_->now_ns();
   if (!segment.empty()) unread_.push_back(std::move(segment));
   read();
   if (!killed || dead_) return;

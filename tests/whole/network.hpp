@@ -69,6 +69,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   [[nodiscard]] std::size_t kept_bytes() const { return sender_ ? sender_->kept_bytes() : 0; }
   [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
+  [[nodiscard]] std::int64_t arrived_ns() const { return arrived_ns_; }  // when anything last arrived; 0: never
 
   std::function<void(std::span<const std::uint8_t>)> on_bytes, on_datagram;
   std::function<void()> on_end;
@@ -93,6 +94,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
   std::optional<std::int64_t> held_back_ns_;  // when the sender's window last held something back
   std::uint64_t arrived_bytes_ = 0;
+  std::int64_t arrived_ns_ = 0;
   std::optional<std::uint64_t> kill_at_bytes_;
   std::function<void()> on_killed_;
   bool ended_ = false, end_sent_ = false, end_arrived_ = false, dead_ = false, paused_ = false, pumping_ = false;
@@ -148,6 +150,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] bool takes_more() const { return open_ && !over_ && up_->unsent_bytes() < quality_.unsent_bytes_max; }
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
   [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
+  [[nodiscard]] std::int64_t heard_ns() const { return up_->arrived_ns(); }
   void half_close() { up_->end(); }
   void drop();  // the client is not called again; the server sees the end after the bytes written so far
   void pause_reading(bool paused);

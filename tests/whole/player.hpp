@@ -51,6 +51,8 @@ class Player final : public ClientEvents {
   void calm_down();  // requests everything, and sends no more garbage; its connection does not break any more
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
   [[nodiscard]] std::int64_t welcomed_ns() const { return welcomed_ns_; }  // last, with a new session; 0: never
+  // When anything from it last reached a server; its line may stall. 0: never over this connection.
+  [[nodiscard]] std::int64_t heard_ns() const { return connection_ ? connection_->heard_ns() : 0; }
   [[nodiscard]] bool has_all_arrived() const;  // nothing that it sent over an earlier connection is still to arrive
   void set_moving(bool moving);
   void send(wire::ClientMessage message);
