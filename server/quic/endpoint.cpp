@@ -81,8 +81,7 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
   const bool is_long = (packet[0] & 0x80) != 0;
   if (!is_long) return send_reset(path, packet, header, now_ns);
   ngtcp2_pkt_hd initial{};
-  if (ngtcp2_accept(&initial, packet.data(), packet.size()) != 0 || initial.type != NGTCP2_PKT_INITIAL ||
-      packet.size() < NGTCP2_MAX_UDP_PAYLOAD_SIZE)
+  if (ngtcp2_accept(&initial, packet.data(), packet.size()) != 0 || initial.type != NGTCP2_PKT_INITIAL)
     return counters_->dropped_unknown.add();
   if (is_closed_) return counters_->dropped_closed.add();
   if (!gate_->may_begin(now_ns)) return counters_->dropped_rate.add();

@@ -267,6 +267,26 @@ TEST_F(QuicAbuse, by_mutated_first_packets_leaves_no_connection_and_harms_none) 
   expect_carries(client, channel, 0);
 }
 
+TEST_F(QuicAbuse, by_first_packets_that_are_no_handshake_is_not_answered) {
+  Bytes packet = initial();
+  packet.back() ^= 1;
+  inject(spoofed(1), packet);
+  flush();
+  EXPECT_EQ(network_->counters.closed_quic_error.value(), 1u) << "was tried as a handshake";
+  EXPECT_EQ(network_->endpoint.connection_count(), 0u);
+  EXPECT_EQ(network_->server_bytes, 0u);
+}
+
+TEST_F(QuicAbuse, by_first_packets_in_short_datagrams_costs_no_handshake) {
+  Bytes packet = initial();
+  packet.resize(1199);
+  inject(spoofed(1), packet);
+  flush();
+  EXPECT_EQ(network_->counters.dropped_unknown.value(), 1u);
+  EXPECT_EQ(network_->counters.closed_quic_error.value(), 0u);
+  EXPECT_EQ(network_->server_bytes, 0u);
+}
+
 TEST_F(QuicAbuse, by_replayed_packets_of_a_client_changes_nothing_for_it) {
   std::vector<Bytes> overheard;
   QuicClient& client = network_->add_client();
