@@ -21,7 +21,7 @@ struct TransportOptions {
   std::uint16_t port = 7420;                           // 0: the system picks one
 
   // WebTransport on a UDP port: 0 is the number of the TCP port.
-  bool webtransport = false;
+  bool webtransport = true;
   std::uint16_t udp_port = 0;
 
   TlsFiles tls;

@@ -89,9 +89,7 @@ int perform(const Options& options) {
   run_options.stop = &stop_asked;
   std::unique_ptr<SpawnedServer> server;
   if (!options.spawn.empty()) {
-    std::vector<std::string> arguments = options.server_arguments;
-    if (options.transport == Transport::webtransport) arguments.insert(arguments.end(), {"--webtransport", "on"});
-    auto started = SpawnedServer::start(options.spawn, arguments, options.server_log);
+    auto started = SpawnedServer::start(options.spawn, options.server_arguments, options.server_log);
     if (!started) return fail(started.error());
     server = std::move(*started);
     run_options.server = {"127.0.0.1", server->port()};

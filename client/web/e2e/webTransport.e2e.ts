@@ -49,7 +49,7 @@ async function watch(server: HairnetServer, actor: Actor) {
 }
 
 test("hair moves over WebTransport, poses and frames as datagrams", async () => {
-  const server = new HairnetServer(["--webtransport", "on"]);
+  const server = new HairnetServer();
   await server.start();
   const actor = await Actor.join(server.address, "wt", groom);
   try {
@@ -92,7 +92,7 @@ test("falls back to a WebSocket where UDP is dropped", async () => {
   // A UDP port that swallows everything, as a network that drops UDP.
   const silent = createSocket("udp4");
   await new Promise<void>((done) => silent.bind(0, "127.0.0.1", done));
-  const server = new HairnetServer(["--webtransport", "on"]);
+  const server = new HairnetServer();
   await server.start();
   const actor = await Actor.join(server.address, "wt", groom);
   try {
@@ -115,7 +115,7 @@ test("falls back to a WebSocket where UDP is dropped", async () => {
 });
 
 test("uses a WebSocket at once where the server has no WebTransport", async () => {
-  const server = new HairnetServer();
+  const server = new HairnetServer(["--webtransport", "off"]);
   await server.start();
   const actor = await Actor.join(server.address, "wt", groom);
   try {
