@@ -34,7 +34,7 @@ namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
 // The most of a drain's time in which rooms are given up and their sessions sent on.
-constexpr std::int64_t kSendOnMax_ns = 1'000'000'000;
+constexpr std::int64_t kSendOnMax_ns = 2'000'000'000;
 constexpr int kExitBadConfiguration = 2;
 constexpr std::size_t kServiceConnectionsMax = 64;
 // More than the largest packet and all that the server makes of it, and what ticks need until sessions have been ended.
@@ -244,6 +244,7 @@ int run_program(const Config& config) {
     server.join_fleet(fleet->directory());
     fleet->on_event = [&server](const FleetEvent& event, std::int64_t now_ns) {
       if (event.kind == FleetEvent::Kind::room_claimed) server.on_room_claimed(event.room, event.kept, now_ns);
+      if (event.kind == FleetEvent::Kind::grooms_passed_on) server.prepare(event.grooms, now_ns);
       if (event.kind == FleetEvent::Kind::room_lost || event.kind == FleetEvent::Kind::room_handed_over)
         server.on_room_lost(event.room, now_ns);
     };

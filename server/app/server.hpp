@@ -53,6 +53,8 @@ class Server {
     sessions_.on_room_claimed(room, kept, now_ns);
   }
   void on_room_lost(const std::string& room, std::int64_t now_ns) { sessions_.on_room_lost(room, now_ns); }
+  // Rooms that use these grooms may come to this server soon.
+  void prepare(std::span<const wire::GroomHash> grooms, std::int64_t now_ns) { grooms_.prepare(grooms, now_ns); }
   void hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns) {
     sessions_.hand_over(room, to, now_ns);
   }

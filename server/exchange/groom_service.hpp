@@ -53,6 +53,8 @@ class GroomService {
   virtual bool fetch(SessionId session, const wire::GroomHash& groom) = 0;
   // Whether the cache has the groom's file, so that fetch() would return true.
   [[nodiscard]] virtual bool is_cached(const wire::GroomHash& groom) const = 0;
+  // The grooms that sessions use and that are ready, those of most sessions first.
+  [[nodiscard]] virtual std::vector<wire::GroomHash> in_use() const = 0;
   // The session has ended: its unfinished uploads stop, and it uses no groom any more.
   virtual void release(SessionId session, std::int64_t now_ns) = 0;
 };

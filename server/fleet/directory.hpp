@@ -38,6 +38,7 @@ struct FleetEvent {
     lease_paused,      // the fence has closed, frames stop; the rooms may still come back
     lease_resumed,     // the fence is open again, and no other server has had the rooms
     room_handed_over,  // this server has given the room up; who asks is sent to its next owner
+    grooms_passed_on,  // another server drains, and its rooms need `grooms`; may be told again
   };
   Kind kind = Kind::room_claimed;
   std::string room = {};  // of a room's event
@@ -45,6 +46,7 @@ struct FleetEvent {
   std::uint64_t owner = 0;
   std::string reason = {};
   std::string kept = {};  // of room_claimed: the text that an earlier owner has kept; empty: none
+  std::vector<ContentHash> grooms = {};
 };
 
 // Which server owns which room. I/O thread, except for fence(). Nothing blocks: answers come with later polls.
@@ -74,6 +76,9 @@ class Directory {
   virtual void tell(const ServerLoad& load) = 0;
   // The server takes no more rooms, and the fleet hears of it at once. It keeps those it has.
   virtual void drain(std::int64_t now_ns) = 0;
+  // Before drain(): the grooms that this server's rooms need elsewhere, the most important ones first. The first
+  // kPassedGroomsMax are told.
+  virtual void pass_on(std::vector<ContentHash>) {}
   // Gives all rooms back and leaves the fleet. The fence closes at once.
   virtual void stop(std::int64_t now_ns) = 0;
   // Nothing of this server is left in the directory.

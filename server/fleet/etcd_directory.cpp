@@ -103,6 +103,11 @@ void EtcdDirectory::drain(std::int64_t) {
   tell_at_ns_ = 0;
 }
 
+void EtcdDirectory::pass_on(std::vector<ContentHash> grooms) {
+  if (grooms.size() > kPassedGroomsMax) grooms.resize(kPassedGroomsMax);
+  status_.grooms = std::move(grooms);
+}
+
 void EtcdDirectory::stop(std::int64_t) {
   if (is_stopping_) return;
   is_stopping_ = true;

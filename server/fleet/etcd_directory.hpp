@@ -52,6 +52,7 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   void look_again(std::int64_t now_ns) override;
   void tell(const ServerLoad& load) override;
   void drain(std::int64_t now_ns) override;
+  void pass_on(std::vector<ContentHash> grooms) override;
   void stop(std::int64_t now_ns) override;
   [[nodiscard]] bool is_stopped() const override { return is_stopping_ && lease_ == 0 && calls_.empty(); }
   void poll(std::int64_t now_ns) override;

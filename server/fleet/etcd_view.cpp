@@ -80,10 +80,13 @@ void EtcdDirectory::take_watch(std::uint64_t id, const etcd::WatchAnswer& answer
     const std::int64_t revision = change.entry.mod_revision;
     if (revision <= before) continue;
     view_.revision = std::max(view_.revision, revision);
-    const auto room = view_.apply(change);
-    if (!room) continue;
-    check_room(*room, revision);
-    is_news = true;
+    if (const auto room = view_.apply(change)) {
+      check_room(*room, revision);
+      is_news = true;
+    } else if (const ServerStatus* server = view_.server_of(change.entry.key);
+               server && server->id != status_.id && !server->grooms.empty()) {
+      emit({.kind = FleetEvent::Kind::grooms_passed_on, .grooms = server->grooms});
+    }
   }
   if (is_news && on_news) on_news();
 }

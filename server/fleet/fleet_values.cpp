@@ -33,6 +33,40 @@ Json json_of(const ServerStatus& status) {
           {"draining", status.draining}};
 }
 
+std::string base64_of(const std::vector<std::uint8_t>& bytes) {
+  std::string text(sodium_base64_encoded_len(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
+  sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
+  text.pop_back();  // the terminating zero
+  return text;
+}
+
+bool read_base64(const std::string& text, std::vector<std::uint8_t>& bytes) {
+  bytes.resize(text.size());
+  std::size_t length = 0;
+  const char* end = nullptr;
+  const bool is_sound = sodium_base642bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &length, &end,
+                                          sodium_base64_VARIANT_ORIGINAL) == 0;
+  bytes.resize(length);
+  return is_sound && end == text.data() + text.size();
+}
+
+Json json_of(const std::vector<ContentHash>& grooms) {
+  std::vector<std::uint8_t> bytes;
+  for (const ContentHash& groom : grooms) bytes.insert(bytes.end(), groom.begin(), groom.end());
+  return base64_of(bytes);
+}
+
+bool read_grooms(const Json& json, std::vector<ContentHash>& grooms) {
+  std::vector<std::uint8_t> bytes;
+  if (!json.is_string() || !read_base64(json.get_ref<const std::string&>(), bytes)) return false;
+  if (bytes.size() % sizeof(ContentHash) != 0 || bytes.size() > kPassedGroomsMax * sizeof(ContentHash)) return false;
+  grooms.resize(bytes.size() / sizeof(ContentHash));
+  for (std::size_t i = 0; i < grooms.size(); ++i)
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(i * sizeof(ContentHash)), sizeof(ContentHash),
+                grooms[i].begin());
+  return true;
+}
+
 bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
 }
@@ -64,23 +98,6 @@ bool read_names(const Json& json, const char* name, std::vector<std::string>& to
   return true;
 }
 
-std::string base64_of(const std::vector<std::uint8_t>& bytes) {
-  std::string text(sodium_base64_encoded_len(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
-  sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
-  text.pop_back();  // the terminating zero
-  return text;
-}
-
-bool read_base64(const std::string& text, std::vector<std::uint8_t>& bytes) {
-  bytes.resize(text.size());
-  std::size_t length = 0;
-  const char* end = nullptr;
-  const bool is_sound = sodium_base642bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &length, &end,
-                                          sodium_base64_VARIANT_ORIGINAL) == 0;
-  bytes.resize(length);
-  return is_sound && end == text.data() + text.size();
-}
-
 }  // namespace
 
 std::string id_text(std::uint64_t id) {
@@ -104,7 +121,9 @@ std::string validate(const ServerAddress& address) {
 }
 
 std::string to_value(const ServerStatus& status) {
-  return dump(json_of(status));
+  Json json = json_of(status);
+  if (!status.grooms.empty()) json["grooms"] = json_of(status.grooms);
+  return dump(json);
 }
 
 Result<ServerStatus> parse_status(std::string_view value) {
@@ -131,6 +150,8 @@ Result<ServerStatus> parse_status(std::string_view value) {
   if (std::string wrong = validate(status.address); !wrong.empty()) return Refusal(std::move(wrong));
   if (!(status.load.free_share >= 0 && status.load.free_share <= 1))
     return Refusal("a server's free share is not between 0 and 1");
+  if (const auto grooms = json.find("grooms"); grooms != json.end() && !read_grooms(*grooms, status.grooms))
+    return Refusal("the grooms of a server's status are not the hashes of at most 64");
   return status;
 }
 

@@ -65,6 +65,12 @@ const ServerStatus* FleetView::server(std::uint64_t id) const {
   return found == servers_.end() ? nullptr : &found->second;
 }
 
+const ServerStatus* FleetView::server_of(std::string_view key) const {
+  if (!key.starts_with(keys_->servers)) return nullptr;
+  const auto id = parse_id(key.substr(keys_->servers.size()));
+  return id ? server(*id) : nullptr;
+}
+
 const FleetView::Owner* FleetView::owner(std::string_view room) const {
   const auto found = rooms_.find(room);
   return found == rooms_.end() ? nullptr : &found->second;

@@ -43,6 +43,7 @@ class FleetView {
   // Returns the room that has changed; none for a server, or when nothing has.
   std::optional<std::string> apply(const etcd::Change& change);
   [[nodiscard]] const ServerStatus* server(std::uint64_t id) const;
+  [[nodiscard]] const ServerStatus* server_of(std::string_view key) const;
   [[nodiscard]] const Owner* owner(std::string_view room) const;
   [[nodiscard]] const std::map<std::uint64_t, ServerStatus>& servers() const { return servers_; }
   [[nodiscard]] const std::map<std::string, Owner, std::less<>>& rooms() const { return rooms_; }

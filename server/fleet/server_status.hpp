@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace hairnet::server {
 
@@ -26,12 +28,16 @@ struct ServerLoad {
   bool operator==(const ServerLoad&) const = default;
 };
 
+using ContentHash = std::array<std::uint8_t, 32>;
+inline constexpr std::size_t kPassedGroomsMax = 64;
+
 // One server of the fleet, as it tells the others.
 struct ServerStatus {
   std::uint64_t id = 0;  // random at its start; 0 is none
   ServerAddress address = {};
   ServerLoad load = {};
-  bool draining = false;  // takes no more rooms, and is about to end
+  bool draining = false;                 // takes no more rooms, and is about to end
+  std::vector<ContentHash> grooms = {};  // while it drains: that its rooms need at their next servers
   bool operator==(const ServerStatus&) const = default;
 };
 

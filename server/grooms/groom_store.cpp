@@ -277,6 +277,41 @@ void GroomStore::feed_builder() {
   builder_->put({jobs_, next->first, std::exchange(next->second.chunks, {}), next->second.bytes});
 }
 
+std::vector<wire::GroomHash> GroomStore::in_use() const {
+  std::vector<std::pair<std::size_t, wire::GroomHash>> used;
+  for (const auto& [hash, entry] : grooms_)
+    if (entry.state == State::ready && !entry.users.empty()) used.emplace_back(entry.users.size(), hash);
+  std::ranges::stable_sort(used, std::greater(), [](const auto& one) { return one.first; });
+  std::vector<wire::GroomHash> hashes;
+  for (const auto& [count, hash] : used) hashes.push_back(hash);
+  return hashes;
+}
+
+void GroomStore::prepare(std::span<const wire::GroomHash> grooms, std::int64_t now_ns) {
+  for (const wire::GroomHash& hash : grooms) {
+    const bool waits = std::ranges::find(to_prepare_, hash) != to_prepare_.end();
+    if (!waits && !grooms_.contains(hash) && to_prepare_.size() < limits_.groom_count_max) to_prepare_.push_back(hash);
+  }
+  queue_prepared(now_ns);
+}
+
+// One of them, when the builder has nothing else to do.
+void GroomStore::queue_prepared(std::int64_t now_ns) {
+  while (!to_prepare_.empty() && !is_builder_busy_ && next_to_build() == grooms_.end()) {
+    const wire::GroomHash hash = to_prepare_.front();
+    to_prepare_.pop_front();
+    if (grooms_.contains(hash)) continue;
+    if (grooms_.size() >= limits_.groom_count_max && !evict_one()) continue;
+    const auto groom = grooms_.try_emplace(hash).first;
+    groom->second.used = ++uses_;
+    if (builder_->is_cached(hash))
+      queue(groom->second, 0);
+    else if (!search(groom, now_ns))
+      erase(groom);
+    feed_builder();
+  }
+}
+
 GroomStore::Turn GroomStore::turn_of(const Entry& entry) const {
   const auto taken = build_ns_.find(sharer_of(entry.owner));
   return {!accounts_.contains(entry.owner), taken == build_ns_.end() ? 0 : taken->second, entry.order};
@@ -391,6 +426,7 @@ void GroomStore::poll(std::int64_t now_ns) {
   check_uploads(now_ns);
   end_turn(now_ns);
   feed_builder();
+  queue_prepared(now_ns);
   learn(now_ns);
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
   std::erase_if(made_, [](const auto& made) { return made.second.expired(); });

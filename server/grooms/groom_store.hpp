@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <limits>
 #include <map>
@@ -90,6 +91,10 @@ class GroomStore final : public GroomService {
   Bytes bytes(const wire::GroomHash& groom) override;
   bool fetch(SessionId session, const wire::GroomHash& groom) override;
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return builder_->is_cached(groom); }
+  [[nodiscard]] std::vector<wire::GroomHash> in_use() const override;
+  // Sessions will soon use these: makes those ready that the cache or the object store has, when no session's groom
+  // waits for the builder.
+  void prepare(std::span<const wire::GroomHash> grooms, std::int64_t now_ns);
   void release(SessionId session, std::int64_t now_ns) override;
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
   // Evicts a groom that nobody uses; if there is none, ends the upload that holds most.
@@ -124,16 +129,17 @@ class GroomStore final : public GroomService {
     std::map<SessionId, Upload> uploads;            // while uploading; of users
     std::int64_t asked_ns = 0;                      // when a user, or the object store, was last asked for the bytes
     std::vector<std::vector<std::uint8_t>> chunks;  // of the file, while queued; none: it is in the cache
-    SessionId owner = 0;                   // uploaded it, or asked for the cached one; its build counts as theirs
-    std::uint64_t order = 0;               // of coming into the queue
-    std::uint64_t job = 0;                 // the builder's number, while it has the groom; else 0
-    std::uint64_t byte_count = 0;          // of the file, from queued on; 0: not known yet
-    std::size_t upload_bytes = 0;          // that it holds before it is ready
-    std::size_t level_bytes = 0;           // once ready; including the bytes of the file
-    Bytes bytes;                           // of the file, from building on
-    Bytes basis, learnt;                   // of the files of its basis and learnt hair, once ready; null: none
-    std::weak_ptr<const LevelSet> levels;  // once ready
-    bool was_learnt = false;               // or refused, or is being learnt
+    SessionId owner =
+        0;  // uploaded it, or asked for the cached one; its build counts as theirs; 0: none, it is prepared
+    std::uint64_t order = 0;                       // of coming into the queue
+    std::uint64_t job = 0;                         // the builder's number, while it has the groom; else 0
+    std::uint64_t byte_count = 0;                  // of the file, from queued on; 0: not known yet
+    std::size_t upload_bytes = 0;                  // that it holds before it is ready
+    std::size_t level_bytes = 0;                   // once ready; including the bytes of the file
+    Bytes bytes;                                   // of the file, from building on
+    Bytes basis, learnt;                           // of the files of its basis and learnt hair, once ready; null: none
+    std::weak_ptr<const LevelSet> levels;          // once ready
+    bool was_learnt = false;                       // or refused, or is being learnt
     std::int64_t built_since_ns = 0, turn_ns = 0;  // while building: since when, and how long it need not give way
     std::int64_t charged_ns = 0;                   // of the build under way, to its owner
     bool gives_way = false;                        // while building: the builder was told to end it
@@ -186,6 +192,7 @@ class GroomStore final : public GroomService {
   void queue(Entry& entry, SessionId owner);
   Refused make_place_in_queue(SessionId session, std::int64_t now_ns);
   void feed_builder();
+  void queue_prepared(std::int64_t now_ns);
   void end_turn(std::int64_t now_ns);                // of the build under way, if it has lasted and another waits
   void charge(Entry& entry, std::int64_t build_ns);  // counts the build's time so far as its owner's
   // When a groom's turn to be built comes: owners that have left are last, then those whose builds have taken more
@@ -234,6 +241,7 @@ class GroomStore final : public GroomService {
   std::optional<wire::GroomHash> learning_;  // under way
   ObjectSync* objects_ = nullptr;
   std::set<wire::GroomHash> searches_;  // under way
+  std::deque<wire::GroomHash> to_prepare_;
 };
 
 }  // namespace hairnet::server

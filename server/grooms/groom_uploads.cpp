@@ -54,8 +54,8 @@ void GroomStore::take_found(const ObjectSync::Found& found, std::int64_t now_ns)
   const auto groom = grooms_.find(found.groom);
   if (groom == grooms_.end() || groom->second.state != State::searched) return;
   if (!found.is_cached) return go_on_without(groom, now_ns);
-  HAIRNET_ASSERT(!groom->second.users.empty());
-  queue(groom->second, groom->second.users.begin()->first);
+  const auto& users = groom->second.users;
+  queue(groom->second, users.empty() ? 0 : users.begin()->first);
   for (const auto& [session, user] : groom->second.users) {
     if (user.offered_bytes == 0) continue;
     counters_->grooms_shared.add();

@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens and of bans
 constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;  // between two looks for rooms without sessions
+// From the news that a server drains until it gives its rooms up: others make the grooms of these rooms ready.
+constexpr std::int64_t kPrepare_ns = 500'000'000;
 constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;  // by the end of a session that reads too slowly
 
 }  // namespace
@@ -159,16 +161,26 @@ void SessionRegistry::free_memory(std::int64_t now_ns) {
 void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
   draining_ = true;
   if (!context_->fleet || send_on_ns <= 0) return end_all(now_ns);
+  std::vector<wire::GroomHash> grooms = context_->grooms.in_use();
+  send_on_until_ns_ = now_ns + send_on_ns;
+  give_up_at_ns_ = grooms.empty() ? now_ns : now_ns + std::min(kPrepare_ns, send_on_ns / 2);
+  context_->fleet->pass_on(std::move(grooms));
   context_->fleet->drain(now_ns);
+  context_->fleet->poll(now_ns);
+  send_on(now_ns);
+}
+
+void SessionRegistry::give_up_rooms(std::int64_t now_ns) {
+  const std::vector<std::string> rooms = context_->fleet->own_rooms();
+  if (rooms.empty()) return;
   keeper_.keep_changed(now_ns);
-  for (const std::string& room : context_->fleet->own_rooms()) {
+  for (const std::string& room : rooms) {
     const auto known = empty_rooms_.find(room);
     const bool was_used =
         context_->rooms_left.contains(room) || (known != empty_rooms_.end() && known->second.was_used);
     if (was_used && context_->rooms.count(room).sessions == 0) keeper_.end(room, now_ns);
+    context_->fleet->release(room, now_ns);
   }
-  send_on_until_ns_ = now_ns + send_on_ns;
-  for (const std::string& room : context_->fleet->own_rooms()) context_->fleet->release(room, now_ns);
   context_->fleet->poll(now_ns);
 }
 
@@ -222,8 +234,7 @@ void SessionRegistry::send_on(std::int64_t now_ns) {
     send_on_until_ns_ = 0;
     return end_all(now_ns);
   }
-  // A claim that was under way when the drain began.
-  for (const std::string& room : context_->fleet->own_rooms()) context_->fleet->release(room, now_ns);
+  if (now_ns >= give_up_at_ns_) give_up_rooms(now_ns);  // again: a claim was under way when the drain began
   std::map<std::string, RoomRoute> routes;
   for (auto& [id, session] : sessions_) {
     if (session->state() != Session::State::active) continue;

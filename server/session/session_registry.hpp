@@ -30,8 +30,9 @@ class SessionRegistry final : public SessionDirectory {
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
-  // Ends all sessions, and refuses new ones. In a fleet each room is given up first, and its sessions are sent to the
-  // server that takes it, for `send_on_ns` at most: until then they go on, without frames.
+  // Ends all sessions, and refuses new ones. In a fleet other servers first get half a second to make the grooms in use
+  // ready. Then each room is given up, and its sessions are sent to the server that takes it, `send_on_ns` after the
+  // call at the latest: until then they go on, without frames.
   void drain(std::int64_t send_on_ns, std::int64_t now_ns);
   // `kept`: what its earlier owner has kept of it.
   void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
@@ -58,6 +59,7 @@ class SessionRegistry final : public SessionDirectory {
   void poll_fleet(std::int64_t now_ns);
   void release_empty_rooms(std::int64_t now_ns);
   void release(const std::string& room, std::int64_t now_ns);  // and forgets what was decided of it
+  void give_up_rooms(std::int64_t now_ns);
   void send_on(std::int64_t now_ns);     // while draining in a fleet: sessions whose rooms have been released
   void end_silent(std::int64_t now_ns);  // the one that has waited longest for a hello
   // Ends the one that has been detached longest of those for which `is_meant` holds. False when there is none.
@@ -72,6 +74,7 @@ class SessionRegistry final : public SessionDirectory {
   std::map<std::string, EmptyRoom> empty_rooms_;  // that this server holds and no session is in
   std::int64_t rooms_due_ns_ = 0;                 // when these are looked for next
   std::int64_t send_on_until_ns_ = 0;             // while draining in a fleet
+  std::int64_t give_up_at_ns_ = 0;                // the rooms, then
   bool draining_ = false;
 };
 

@@ -15,7 +15,7 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
-constexpr std::int64_t kSendOnMax_ns = kSecond_ns;  // as server/app/program.cpp has it
+constexpr std::int64_t kSendOnMax_ns = 2 * kSecond_ns;  // as server/app/program.cpp has it
 constexpr std::uint16_t kPort = 7420;
 constexpr std::int64_t kUnixStart_s = 1'800'000'000;
 constexpr double kFlush_ns_max =
@@ -124,6 +124,9 @@ void ServerHost::take(const server::FleetEvent& event, std::int64_t now_ns) {
     journal_->count("room lost");
     lost_ns_[event.room] = timeline_->now_ns();
     server_->on_room_lost(event.room, now_ns);
+  } else if (event.kind == Kind::grooms_passed_on) {
+    journal_->count("grooms passed on", event.grooms.size());
+    server_->prepare(event.grooms, now_ns);
   }
 }
 

@@ -139,7 +139,10 @@ ServerStatus some_status() {
 }
 
 TEST(FleetValues, a_status_comes_back_as_it_was) {
-  EXPECT_EQ(*parse_status(to_value(some_status())), some_status());
+  ServerStatus status = some_status();
+  EXPECT_EQ(*parse_status(to_value(status)), status);
+  status.grooms = {ContentHash{1}, ContentHash{2, 255}};
+  EXPECT_EQ(*parse_status(to_value(status)), status);
   EXPECT_EQ(parse_owner(owner_value(0xabcdef)), 0xabcdefu);
 }
 
@@ -163,6 +166,12 @@ TEST(FleetValues, refuses_a_status_that_is_not_sound) {
     EXPECT_FALSE(parse_status(status.dump())) << name << " " << wrong;
     status.erase(name);
     EXPECT_FALSE(parse_status(status.dump())) << name;
+  }
+  const std::string too_many((kPassedGroomsMax + 1) * sizeof(ContentHash) / 3 * 4 + 4, 'A');
+  for (const json& wrong : {json(7), json("AA"), json("no base64"), json(too_many)}) {
+    json status = json::parse(to_value(some_status()));
+    status["grooms"] = wrong;
+    EXPECT_FALSE(parse_status(status.dump())) << wrong;
   }
   EXPECT_FALSE(parse_owner("7"));
   EXPECT_FALSE(parse_owner("000000000000000g"));

@@ -197,6 +197,19 @@ TEST_F(FleetOfTwo, a_room_that_a_draining_server_gave_up_is_free_when_its_copy_s
   EXPECT_EQ(kind(first_), Kind::unowned);
 }
 
+TEST_F(FleetOfTwo, hears_of_the_grooms_of_a_server_that_drains) {
+  run(1);
+  std::vector<ContentHash> grooms(70);
+  for (std::size_t i = 0; i < grooms.size(); ++i) grooms[i][i % 32] = static_cast<std::uint8_t>(i);
+  second_.directory.pass_on(grooms);
+  second_.directory.drain(now_ns_);
+  run(0.2);
+  ASSERT_EQ(first_.count(FleetEvent::Kind::grooms_passed_on), 1u);
+  EXPECT_EQ(second_.count(FleetEvent::Kind::grooms_passed_on), 0u) << "they are its own";
+  grooms.resize(kPassedGroomsMax);
+  EXPECT_EQ(first_.events.back().grooms, grooms) << "the first ones";
+}
+
 TEST_F(FleetOfTwo, a_room_that_is_handed_over_is_at_its_next_server_once_the_copy_shows_its_release) {
   run(1);
   first_.directory.claim("hall", now_ns_);

@@ -56,6 +56,7 @@ class FakeDirectory final : public Directory {
     is_draining = true;
     all[0].draining = true;
   }
+  void pass_on(std::vector<ContentHash> grooms) override { passed_on = std::move(grooms); }
   void stop(std::int64_t) override {}
   [[nodiscard]] bool is_stopped() const override { return false; }
   void poll(std::int64_t) override {}
@@ -77,6 +78,7 @@ class FakeDirectory final : public Directory {
   std::map<std::string, std::uint64_t> handed_over;
   std::vector<ServerStatus> all{server_at(kOwnId, "hair-1", 7420)};
   std::vector<std::string> claimed, released;
+  std::vector<ContentHash> passed_on;
   bool is_draining = false, is_open = true;
 };
 

@@ -36,6 +36,39 @@ TEST_F(GroomStoreTest, a_character_may_have_a_groom_on_disk_that_no_session_has_
   EXPECT_EQ(states(kAnna).back(), GroomState::ready);
 }
 
+TEST_F(GroomStoreTest, a_prepared_groom_is_ready_before_anybody_asks_for_it) {
+  make_with_cache({&good_});
+  const std::array expected{wire::GroomHash{9}, good_.hash, good_.hash};
+  store_->prepare(expected, now_ns_);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+  EXPECT_EQ(store_->groom_count(), 1u) << "nobody has the other one's file";
+  EXPECT_EQ(store_->user_count(), 0u);
+  EXPECT_EQ(store_->retain(kAnna, good_.hash, now_ns_).reason, ErrorReason::none);
+  build();
+  EXPECT_EQ(counters_.grooms_ready.value(), 1u);
+  EXPECT_EQ(ready_commands(), 1u);
+}
+
+TEST_F(GroomStoreTest, grooms_that_sessions_wait_for_come_before_prepared_ones) {
+  const Upload other(wire::encode_groom(small_groom(2))), last(wire::encode_groom(small_groom(3)));
+  make_with_cache({&good_, &other, &last});
+  store_->prepare(std::array{good_.hash, other.hash}, now_ns_);
+  EXPECT_EQ(store_->retain(kAnna, last.hash, now_ns_).reason, ErrorReason::none);
+  while (!store_->ready(good_.hash)) {
+    builder_->poll();
+    store_->poll(now_ns_);
+  }
+  EXPECT_FALSE(store_->ready(last.hash));
+  while (!store_->ready(last.hash)) {
+    builder_->poll();
+    store_->poll(now_ns_);
+  }
+  EXPECT_FALSE(store_->ready(other.hash));
+  build();
+  EXPECT_TRUE(store_->ready(other.hash));
+}
+
 TEST_F(GroomStoreTest, an_uploaded_groom_is_kept_for_the_next_server) {
   make_with_cache({});
   offer(kAnna, good_);

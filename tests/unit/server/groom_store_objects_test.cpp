@@ -95,6 +95,15 @@ TEST_F(GroomObjectsTest, a_groom_that_one_server_got_is_not_uploaded_to_the_next
   EXPECT_EQ(objects_.puts.size(), 1u) << "what came from there is not put there";
 }
 
+TEST_F(GroomObjectsTest, a_prepared_groom_comes_from_the_store) {
+  objects_.objects[name()] = good_.bytes;
+  store_->prepare(std::array{good_.hash, wire::GroomHash{9}}, now_ns_);
+  run();
+  EXPECT_TRUE(store_->ready(good_.hash));
+  EXPECT_EQ(store_->groom_count(), 1u) << "the store lacks the other one";
+  EXPECT_THAT(sent_, IsEmpty());
+}
+
 TEST_F(GroomObjectsTest, wrong_bytes_are_refused_and_replaced_after_the_upload) {
   std::vector<std::uint8_t> flipped = good_.bytes, longer = good_.bytes;
   flipped[good_.bytes.size() / 2] ^= 1;

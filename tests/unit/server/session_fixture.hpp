@@ -42,8 +42,10 @@ class FakeGroomService final : public GroomService {
     return true;
   }
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return groom == kept; }
+  [[nodiscard]] std::vector<wire::GroomHash> in_use() const override { return used; }
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
+  std::vector<wire::GroomHash> used;
   wire::GroomHash known{1}, kept{2};                                                 // in memory, on disk
   std::map<wire::GroomHash, std::shared_ptr<const std::vector<std::uint8_t>>> more;  // in memory, too
   std::vector<SessionId> released, resent, fetched;

@@ -414,6 +414,17 @@ TEST_F(SessionInOwnRoom, a_draining_server_gives_its_rooms_up_and_then_sends_the
   EXPECT_THAT(redirects(client_), ElementsAre(sent_to("hair-2", 7421)));
 }
 
+TEST_F(SessionInOwnRoom, a_draining_server_leaves_others_time_to_prepare_the_grooms_of_its_rooms) {
+  groom_service_.used = {wire::GroomHash{7}, wire::GroomHash{8}};
+  registry_.drain(2 * kSecond_ns, now_ns_);
+  EXPECT_EQ(fleet_.passed_on, groom_service_.used);
+  EXPECT_TRUE(fleet_.is_draining);
+  pass(kSecond_ns / 4);
+  EXPECT_THAT(fleet_.released, IsEmpty()) << "the room goes on";
+  pass(kSecond_ns / 4);
+  EXPECT_THAT(fleet_.released, ElementsAre("hall"));
+}
+
 TEST_F(SessionInOwnRoom, a_draining_server_gives_up_a_room_that_it_wins_late) {
   fleet_.decide("hall", Placement::Kind::unowned);  // whatever becomes of the first client
   const Client late = join({.client_name = "", .room = "late", .redirects = 1});
