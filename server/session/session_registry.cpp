@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens and of bans
 constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;  // between two looks for rooms without sessions
-// From the news that a server drains until it gives its rooms up: others make the grooms of these rooms ready.
-constexpr std::int64_t kPrepare_ns = 500'000'000;
+// From the news that a server drains until it gives its rooms up: others make the grooms of these rooms ready, and none
+// sends a client back because it has not heard yet.
+constexpr std::int64_t kNotice_ns = 500'000'000;
 constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;  // by the end of a session that reads too slowly
 
 }  // namespace
@@ -161,10 +162,9 @@ void SessionRegistry::free_memory(std::int64_t now_ns) {
 void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
   draining_ = true;
   if (!context_->fleet || send_on_ns <= 0) return end_all(now_ns);
-  std::vector<wire::GroomHash> grooms = context_->grooms.in_use();
   send_on_until_ns_ = now_ns + send_on_ns;
-  give_up_at_ns_ = grooms.empty() ? now_ns : now_ns + std::min(kPrepare_ns, send_on_ns / 2);
-  context_->fleet->pass_on(std::move(grooms));
+  give_up_at_ns_ = now_ns + std::min(kNotice_ns, send_on_ns / 2);
+  context_->fleet->pass_on(context_->grooms.in_use());
   context_->fleet->drain(now_ns);
   context_->fleet->poll(now_ns);
   send_on(now_ns);

@@ -30,9 +30,9 @@ class SessionRegistry final : public SessionDirectory {
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
-  // Ends all sessions, and refuses new ones. In a fleet other servers first get half a second to make the grooms in use
-  // ready. Then each room is given up, and its sessions are sent to the server that takes it, `send_on_ns` after the
-  // call at the latest: until then they go on, without frames.
+  // Ends all sessions, and refuses new ones. In a fleet other servers first get half a second to hear of it and to make
+  // the grooms in use ready. Then each room is given up, and its sessions are sent to the server that takes it,
+  // `send_on_ns` after the call at the latest: until then they go on, without frames.
   void drain(std::int64_t send_on_ns, std::int64_t now_ns);
   // `kept`: what its earlier owner has kept of it.
   void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {

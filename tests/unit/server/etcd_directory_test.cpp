@@ -298,6 +298,22 @@ TEST_F(FleetOfTwo, a_watch_that_has_died_without_a_word_is_found_soon_where_some
   }
 }
 
+TEST_F(FleetOfTwo, keeps_a_watch_that_has_just_said_something_whoever_waits) {
+  run(5);
+  const std::uint64_t watches = second_.counters.watches.value();
+  for (int step = 0; step < 40; ++step) {
+    second_.directory.look_again(now_ns_);
+    if (step % 8 == 0) first_.directory.claim("room-" + std::to_string(step), now_ns_);
+    run(0.1);
+  }
+  EXPECT_EQ(second_.counters.watches.value(), watches);
+  for (int step = 0; step < 12; ++step) {
+    second_.directory.look_again(now_ns_);
+    run(0.1);
+  }
+  EXPECT_EQ(second_.counters.watches.value(), watches + 1) << "it may be dead";
+}
+
 TEST_F(FleetOfTwo, refuses_claims_with_wrong_names_beyond_its_bound_and_while_it_drains) {
   EXPECT_FALSE(first_.directory.claim("a/b", now_ns_));
   EXPECT_FALSE(first_.directory.claim(std::string(65, 'a'), now_ns_));

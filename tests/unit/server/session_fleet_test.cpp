@@ -306,6 +306,7 @@ TEST_F(SessionInMovedRoom, a_draining_server_keeps_what_has_just_changed) {
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Moderate{wire::ModerateAction::unlock, 0, "", 0, ""}}),
                        now_ns_);
   registry_.drain(kSecond_ns, now_ns_);
+  pass(kSecond_ns / 2);
   EXPECT_FALSE(parse_kept(fleet_.kept["hall"])->is_locked);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
 }
@@ -337,6 +338,7 @@ TEST_F(SessionInMovedRoom, a_draining_server_unlocks_a_room_that_all_have_just_l
   const Client boss = enter("boss", true);
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
   registry_.drain(kSecond_ns, now_ns_);
+  pass(kSecond_ns / 2);
   EXPECT_FALSE(parse_kept(fleet_.kept["hall"])->is_locked);
 }
 
@@ -406,6 +408,7 @@ TEST_F(SessionInOwnRoom, a_detached_session_ends_with_its_room) {
 
 TEST_F(SessionInOwnRoom, a_draining_server_gives_its_rooms_up_and_then_sends_their_sessions_on) {
   registry_.drain(kSecond_ns, now_ns_);
+  pass(kSecond_ns / 2);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
   pass(kSecond_ns / 50);
   EXPECT_THAT(redirects(client_), IsEmpty()) << "the room is still being released";
@@ -431,7 +434,7 @@ TEST_F(SessionInOwnRoom, a_draining_server_gives_up_a_room_that_it_wins_late) {
   EXPECT_THAT(fleet_.claimed, ElementsAre("late"));
   registry_.drain(kSecond_ns, now_ns_);
   fleet_.decide("late", Placement::Kind::here);
-  pass(kSecond_ns / 50);
+  pass(kSecond_ns / 2);
   EXPECT_THAT(fleet_.released, ElementsAre("late"));
   fleet_.decide("late", Placement::Kind::unowned);
   pass(kSecond_ns / 50);
