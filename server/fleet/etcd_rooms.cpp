@@ -170,7 +170,7 @@ void EtcdDirectory::win(const std::string& name, Room& room, std::int64_t claim,
   }
   // A room of ours whose text has vanished has it still: etcd has lost its data, or was away for longer than the lease.
   if (!kept_due_.contains(name) && (kept || !was_ours)) room.kept = kept ? kept->value : std::string();
-  room.is_kept = kept != nullptr;
+  room.is_kept = kept || !room.kept.empty();
   room.is_told = false;
   if (!room.kept.empty()) kept_due_.insert(name);  // under a lease of ours: that of its former owner may end
   spdlog::info("event=room_claimed room=\"{}\" claim={}", name, claim);

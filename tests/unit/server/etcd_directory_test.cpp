@@ -445,6 +445,10 @@ TEST_F(FleetOfTwo, what_is_kept_while_etcd_is_away_is_put_when_it_is_back) {
   EXPECT_EQ(kind(first_), Kind::here);
   EXPECT_EQ(kept_of(first_), "meanwhile");
   EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "meanwhile");
+  first_.directory.keep("hall", "", now_ns_);
+  first_.directory.release("hall", now_ns_);
+  run(0.2);
+  EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "") << "nothing is kept any more";
 }
 
 TEST_F(FleetOfTwo, nobody_is_let_into_a_room_before_what_was_kept_of_it_is_told) {
