@@ -445,10 +445,22 @@ TEST_F(FleetOfTwo, what_is_kept_while_etcd_is_away_is_put_when_it_is_back) {
   EXPECT_EQ(kind(first_), Kind::here);
   EXPECT_EQ(kept_of(first_), "meanwhile");
   EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "meanwhile");
+}
+
+TEST_F(FleetOfTwo, what_is_first_kept_after_a_lost_lease_is_removed_when_nothing_is_kept_any_more) {
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  etcd_.end_lease_of("/hairnet/test/rooms/hall");
+  etcd_.go_down();
+  run(3);
+  first_.directory.keep("hall", "meanwhile", now_ns_);
+  etcd_.come_up(now_ns_);
+  run(5);
+  EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "meanwhile");
   first_.directory.keep("hall", "", now_ns_);
   first_.directory.release("hall", now_ns_);
-  run(0.2);
-  EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "") << "nothing is kept any more";
+  run(1);
+  EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "");
 }
 
 TEST_F(FleetOfTwo, nobody_is_let_into_a_room_before_what_was_kept_of_it_is_told) {
