@@ -304,8 +304,8 @@ void GroomStore::queue_prepared(std::int64_t now_ns) {
     if (grooms_.size() >= limits_.groom_count_max && !evict_one()) continue;
     const auto groom = grooms_.try_emplace(hash).first;
     groom->second.used = ++uses_;
-    if (builder_->is_cached(hash))
-      queue(groom->second, 0);
+    if (!objects_ || builder_->is_cached(hash))
+      queue(groom->second, 0);  // another server may have put it into the folder since that was listed
     else if (!search(groom, now_ns))
       erase(groom);
     feed_builder();

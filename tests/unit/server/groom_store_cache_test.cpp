@@ -50,6 +50,15 @@ TEST_F(GroomStoreTest, a_prepared_groom_is_ready_before_anybody_asks_for_it) {
   EXPECT_EQ(ready_commands(), 1u);
 }
 
+TEST_F(GroomStoreTest, a_groom_that_another_server_has_just_put_into_the_folder_is_prepared) {
+  make_with_cache({});
+  GroomCache(folder_, std::uint64_t{1} << 30, cache_counters_).put(good_.hash, good_.bytes);
+  ASSERT_FALSE(store_->is_cached(good_.hash));
+  store_->prepare({&good_.hash, 1}, now_ns_);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+}
+
 TEST_F(GroomStoreTest, grooms_that_sessions_wait_for_come_before_prepared_ones) {
   const Upload other(wire::encode_groom(small_groom(2))), last(wire::encode_groom(small_groom(3)));
   make_with_cache({&good_, &other, &last});
