@@ -28,7 +28,7 @@ struct ServerLoad {
   bool operator==(const ServerLoad&) const = default;
 };
 
-using ContentHash = std::array<std::uint8_t, 32>;
+using ContentHash = std::array<std::uint8_t, 32>;  // of a groom's file
 inline constexpr std::size_t kPassedGroomsMax = 64;
 
 // One server of the fleet, as it tells the others.
