@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kRequestTimeoutMin_ns = 200 * kMs, kRequestTimeoutMax_ns = 2 * kSecond_ns;
-constexpr std::int64_t kListTimeout_ns = 5 * kSecond_ns;
+constexpr std::int64_t kListTimeout_ns = 2 * kSecond_ns;  // nobody is let in before the first list
 constexpr std::int64_t kBackoffMin_ns = 50 * kMs, kBackoffMax_ns = kSecond_ns;
 
 Counter& counter_of(FleetCounters& counters, EtcdFault fault) {

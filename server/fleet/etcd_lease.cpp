@@ -113,8 +113,9 @@ void EtcdDirectory::tell(const ServerLoad& load) {
   status_.load.free_share = std::round(share * kToldShareSteps) / kToldShareSteps;
 }
 
+// Who does not know yet what rooms have owners cannot take one.
 void EtcdDirectory::poll_status(std::int64_t now_ns) {
-  if (lease_ == 0 || now_ns < tell_at_ns_ || is_under_way(Purpose::publish)) return;
+  if (lease_ == 0 || !is_listed_ || now_ns < tell_at_ns_ || is_under_way(Purpose::publish)) return;
   std::string value = to_value(status_);
   if (value == told_) return;
   start(Purpose::publish, etcd::put(keys_.of_server(status_.id), value, lease_), now_ns);
