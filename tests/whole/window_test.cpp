@@ -85,6 +85,15 @@ TEST_F(WindowTest, a_window_shows_a_room_until_its_duration_is_over) {
   auto server = start_server();
   auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});
   finish(*view, 0);
+  EXPECT_EQ(view->err(), "hairnet-view: connected over webtransport\n");
+  drain(*server);
+}
+
+TEST_F(WindowTest, tells_why_it_is_not_connected_over_webtransport) {
+  SKIP_WITHOUT_DISPLAY();
+  auto server = start_server({"--webtransport", "off"});
+  auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});
+  finish(*view, 0);
   EXPECT_EQ(view->err(), "hairnet-view: connected over tcp (the server at 127.0.0.1:" + std::to_string(port()) +
                              " has no WebTransport)\n");
   drain(*server);
