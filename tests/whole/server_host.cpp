@@ -471,7 +471,8 @@ void ServerHost::check_empty() {
   check("rooms", server.scheduler().rooms().room_count());
   const server::Metrics& m = metrics(life());
   // In a fleet one may be prepared that nobody here uses.
-  if (!fleet_) check("grooms that wait to be built", static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value()));
+  const auto waiting = static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value());
+  check("grooms that wait to be built", fleet_ && waiting == 1 ? 0 : waiting);
   if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
     fault("opened " + std::to_string(m.session.sessions_opened.value()) + " sessions and closed " +
           std::to_string(m.session.sessions_closed.value()));

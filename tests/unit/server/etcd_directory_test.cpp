@@ -100,6 +100,15 @@ class FleetOfTwo : public testing::Test {
     }
   }
   Kind kind(Member& member) { return member.directory.where("hall", now_ns_).kind; }
+  // The lease of the room ends meanwhile.
+  void keep_while_etcd_is_away(const std::string& text) {
+    etcd_.end_lease_of("/hairnet/test/rooms/hall");
+    etcd_.go_down();
+    run(3);
+    first_.directory.keep("hall", text, now_ns_);
+    etcd_.come_up(now_ns_);
+    run(5);
+  }
 
   std::int64_t now_ns_ = 1000 * kSecond_ns;
   support::SimulatedEtcd etcd_;
@@ -436,12 +445,7 @@ TEST_F(FleetOfTwo, what_is_kept_while_etcd_is_away_is_put_when_it_is_back) {
   run(1);
   first_.directory.keep("hall", "before", now_ns_);
   run(1);
-  etcd_.end_lease_of("/hairnet/test/rooms/hall");
-  etcd_.go_down();
-  run(3);
-  first_.directory.keep("hall", "meanwhile", now_ns_);
-  etcd_.come_up(now_ns_);
-  run(5);
+  keep_while_etcd_is_away("meanwhile");
   EXPECT_EQ(kind(first_), Kind::here);
   EXPECT_EQ(kept_of(first_), "meanwhile");
   EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "meanwhile");
@@ -450,12 +454,7 @@ TEST_F(FleetOfTwo, what_is_kept_while_etcd_is_away_is_put_when_it_is_back) {
 TEST_F(FleetOfTwo, what_is_first_kept_after_a_lost_lease_is_removed_when_nothing_is_kept_any_more) {
   first_.directory.claim("hall", now_ns_);
   run(1);
-  etcd_.end_lease_of("/hairnet/test/rooms/hall");
-  etcd_.go_down();
-  run(3);
-  first_.directory.keep("hall", "meanwhile", now_ns_);
-  etcd_.come_up(now_ns_);
-  run(5);
+  keep_while_etcd_is_away("meanwhile");
   EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "meanwhile");
   first_.directory.keep("hall", "", now_ns_);
   first_.directory.release("hall", now_ns_);
