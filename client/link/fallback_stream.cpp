@@ -10,38 +10,41 @@ namespace {
 
 using boost::system::error_code;
 
-// So long after such an attempt, reconnects do without WebTransport.
-constexpr std::int64_t kBlocked_ns = 60'000'000'000;
-
 class FallbackStream final : public ServerStream {
  public:
   FallbackStream(asio::io_context& io, StreamOptions options, std::shared_ptr<FallbackMemory> memory)
-      : io_(&io), options_(std::move(options)), memory_(std::move(memory)) {}
+      : io_(&io), options_(std::move(options)), memory_(std::move(memory)), retry_(io) {}
 
   asio::awaitable<std::string> open() override {
-    if (channel::monotonic_ns() >= memory_->blocked_until_ns) {
+    if (!is_blocked()) {
       const auto attempt = make_web_transport_stream(*io_, options_);
       stream_ = attempt;
-      asio::steady_timer timer(*io_, kWebTransportWait);
-      timer.async_wait([weak = std::weak_ptr<ServerStream>(attempt)](const error_code& error) {
-        const auto stream = weak.lock();
-        if (!error && stream) stream->close();
-      });
-      std::string fault = co_await attempt->open();
-      const bool is_in_time = timer.cancel() > 0;
+      auto [failure, why] = co_await open_in_time(attempt);
       if (is_closed_) co_return "closed";
-      const WebTransportFailure failure = attempt->failure();
-      if (is_in_time && (fault.empty() || failure == WebTransportFailure::unreachable)) co_return fault;
-      if (failure != WebTransportFailure::absent && failure != WebTransportFailure::unreachable)
-        memory_->blocked_until_ns = channel::monotonic_ns() + kBlocked_ns;
-      memory_->why_blocked = is_in_time ? std::move(fault)
-                                        : "no WebTransport with " + options_.server.authority() + " within " +
-                                              std::to_string(kWebTransportWait / std::chrono::seconds(1)) + " s";
+      if (failure == WebTransportFailure::none || failure == WebTransportFailure::unreachable) co_return why;
       attempt->close();
+      if (failure == WebTransportFailure::blocked) block();
+      memory_->why_blocked = std::move(why);
     }
     fallback_reason_ = memory_->why_blocked;
     stream_ = make_server_stream(*io_, options_);
     co_return co_await stream_->open();
+  }
+  asio::awaitable<std::shared_ptr<ServerStream>> better() override {
+    while (is_blocked() && !is_closed_) {
+      retry_.expires_after(std::chrono::nanoseconds(memory_->blocked_until_ns - channel::monotonic_ns()));
+      error_code ignored;
+      co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+      if (is_closed_) break;
+      const auto attempt = make_web_transport_stream(*io_, options_);
+      better_ = attempt;
+      const Outcome outcome = co_await open_in_time(attempt);
+      better_.reset();
+      block();  // where sessions open but do not last, the next one waits, too
+      if (outcome.failure == WebTransportFailure::none && !is_closed_) co_return attempt;
+      attempt->close();
+    }
+    co_return nullptr;
   }
   asio::awaitable<Read> read() override { return stream_->read(); }
   asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool may_be_lost) override {
@@ -50,17 +53,44 @@ class FallbackStream final : public ServerStream {
   void half_close() override { stream_->half_close(); }
   void close() override {
     is_closed_ = true;
+    retry_.cancel();
     if (stream_) stream_->close();
+    if (better_) better_->close();
   }
   [[nodiscard]] bool has_messages() const override { return stream_->has_messages(); }
   [[nodiscard]] std::string_view transport() const override { return stream_->transport(); }
   [[nodiscard]] std::string_view fallback_reason() const override { return fallback_reason_; }
 
  private:
+  struct Outcome {
+    WebTransportFailure failure;
+    std::string why;  // one line, or empty
+  };
+
+  [[nodiscard]] bool is_blocked() const { return channel::monotonic_ns() < memory_->blocked_until_ns; }
+  void block() { memory_->blocked_until_ns = channel::monotonic_ns() + memory_->blocked_for.count(); }
+
+  // Within kWebTransportWait.
+  asio::awaitable<Outcome> open_in_time(std::shared_ptr<WebTransportAttempt> attempt) {
+    asio::steady_timer timer(*io_, kWebTransportWait);
+    timer.async_wait([weak = std::weak_ptr(attempt)](const error_code& error) {
+      const auto stream = weak.lock();
+      if (!error && stream) stream->close();
+    });
+    std::string why = co_await attempt->open();
+    WebTransportFailure failure = attempt->failure();
+    if (timer.cancel() > 0) co_return Outcome{failure, std::move(why)};
+    const bool was_offered = failure == WebTransportFailure::none || failure == WebTransportFailure::blocked;
+    co_return Outcome{was_offered ? WebTransportFailure::blocked : WebTransportFailure::absent,
+                      "no WebTransport with " + options_.server.authority() + " within " +
+                          std::to_string(kWebTransportWait / std::chrono::seconds(1)) + " s"};
+  }
+
   asio::io_context* io_;
   const StreamOptions options_;
   const std::shared_ptr<FallbackMemory> memory_;
-  std::shared_ptr<ServerStream> stream_;
+  asio::steady_timer retry_;
+  std::shared_ptr<ServerStream> stream_, better_;  // the latter while it opens
   std::string fallback_reason_;
   bool is_closed_ = false;
 };

@@ -46,7 +46,7 @@ struct Link::Impl {
   struct Connection {
     std::shared_ptr<ServerStream> stream;
     asio::steady_timer wake;  // its writer waits on it when there is nothing to write
-    bool open = false, half_closed = false;
+    bool half_closed = false;
     bool over = false;  // the core knows, or has dropped it
   };
 
@@ -104,7 +104,7 @@ struct Link::Impl {
     if (core.wants_connection()) {
       core.on_opening(now_ns);
       current = std::make_shared<Connection>(Connection{make_stream(), asio::steady_timer(io)});
-      asio::co_spawn(io, receive(current), asio::detached);
+      asio::co_spawn(io, connect(current), asio::detached);
     }
     if (core.welcome()) answer_with(*core.welcome());
     if (core.ended() && !std::exchange(ended, true)) {
@@ -136,28 +136,58 @@ struct Link::Impl {
     core.on_closed("", now_ns);
   }
 
-  asio::awaitable<void> receive(std::shared_ptr<Connection> c) {
+  asio::awaitable<void> connect(std::shared_ptr<Connection> c) {
     std::string fault = co_await c->stream->open();
     if (c->over) {
       c->stream->close();
       co_return;
     }
-    if (fault.empty()) {
-      c->open = true;
-      with_core([&](LinkCore& k) {
-        transport = c->stream->transport();
-        fallback_reason = c->stream->fallback_reason();
-        k.on_open(channel::monotonic_ns());
-      });
-      asio::co_spawn(io, transmit(c), asio::detached);
+    if (!fault.empty()) co_return end(c, std::move(fault));
+    talk_over(c);
+    while (options.core.reconnect) {
+      const std::shared_ptr<ServerStream> better = co_await c->stream->better();
+      if (!better) break;
+      move_to(better, c);
     }
-    while (fault.empty()) {
+  }
+
+  // Its stream is open.
+  void talk_over(const std::shared_ptr<Connection>& c) {
+    with_core([&](LinkCore& k) {
+      transport = c->stream->transport();
+      fallback_reason = c->stream->fallback_reason();
+      k.on_open(channel::monotonic_ns());
+    });
+    asio::co_spawn(io, receive(c), asio::detached);
+    asio::co_spawn(io, transmit(c), asio::detached);
+  }
+
+  // Goes on over a stream that is open, if the session can.
+  void move_to(std::shared_ptr<ServerStream> stream, const std::shared_ptr<Connection>& from) {
+    const std::int64_t now_ns = channel::monotonic_ns();
+    const bool moves = !from->over && with_core([&](LinkCore& k) {
+      if (!k.replace_connection("WebTransport is to be had now", now_ns)) return false;
+      drop(now_ns);
+      k.on_opening(now_ns);
+      return true;
+    });
+    if (!moves) return stream->close();
+    current = std::make_shared<Connection>(Connection{std::move(stream), asio::steady_timer(io)});
+    talk_over(current);
+  }
+
+  asio::awaitable<void> receive(std::shared_ptr<Connection> c) {
+    while (true) {
       ServerStream::Read read = co_await c->stream->read();
       if (c->over) co_return;
-      fault = std::move(read.fault);
-      if (fault.empty()) take(read.bytes, read.is_packet);
+      if (!read.fault.empty()) co_return end(c, std::move(read.fault));
+      take(read.bytes, read.is_packet);
       look_again();
     }
+  }
+
+  // The stream has ended, or was not to be opened.
+  void end(const std::shared_ptr<Connection>& c, std::string fault) {
     c->over = true;
     c->stream->close();
     c->wake.cancel();
@@ -225,7 +255,8 @@ struct Link::Impl {
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
   asio::steady_timer wake{io};
   std::shared_ptr<Connection> current;
-  const std::shared_ptr<FallbackMemory> fallback_memory = std::make_shared<FallbackMemory>();
+  const std::shared_ptr<FallbackMemory> fallback_memory =
+      std::make_shared<FallbackMemory>(FallbackMemory{options.blocked_for});
   bool answered = false, ended = false;
   std::promise<Result<wire::Welcome>> answer;
   std::promise<void> ended_promise;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,6 +21,8 @@ struct LinkOptions {
   Address server;
   TlsOptions tls;
   TransportChoice transport = TransportChoice::automatic;
+  // `automatic`: so long after a try that was blocked, WebTransport is tried again, and a session moves up to it.
+  std::chrono::nanoseconds blocked_for = std::chrono::seconds(60);
   LinkCoreOptions core;
 };
 

@@ -594,16 +594,25 @@ void LinkCore::on(wire::Redirect& redirect, std::int64_t now_ns) {
     redirected_to_.reset();
     return;
   }
-  put_down(now_ns);
   ++redirects_;
   ++counters_.redirects;
-  if (welcome_)
-    push(Reconnecting{GoodbyeReason::none,
-                      "the room is held by " + redirect.to->host + ", port " + std::to_string(redirect.to->port), 0});
+  go_on_elsewhere("the room is held by " + redirect.to->host + ", port " + std::to_string(redirect.to->port), now_ns);
   redirected_to_ = std::move(redirect.to);
+}
+
+void LinkCore::go_on_elsewhere(std::string why, std::int64_t now_ns) {
+  put_down(now_ns);
+  if (welcome_) push(Reconnecting{GoodbyeReason::none, std::move(why), 0});
+  if (ended()) return;
   state_ = State::wanting;
   deadline_ns_ = kNever_ns;
   check_invariants();
+}
+
+bool LinkCore::replace_connection(std::string why, std::int64_t now_ns) {
+  if (!active() || !options_.reconnect) return false;
+  go_on_elsewhere(std::move(why), now_ns);
+  return !ended();
 }
 
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {

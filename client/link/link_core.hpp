@@ -137,6 +137,9 @@ class LinkCore {
   [[nodiscard]] const std::optional<wire::ServerAt>& redirected_to() const { return redirected_to_; }
   [[nodiscard]] bool wants_half_close() const { return connection_ && state_ == State::leaving && goodbye_taken_; }
   [[nodiscard]] bool wants_close() const;
+  // Gives up a connection that works: wants_close(), then at once wants_connection() for a better one, over which the
+  // session goes on. Returns false, and does nothing, without a session or where the options say not to reconnect.
+  bool replace_connection(std::string why, std::int64_t now_ns);
   void on_opening(std::int64_t now_ns);
   void on_open(std::int64_t now_ns);
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
@@ -178,6 +181,7 @@ class LinkCore {
   void push(Event event);
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
   std::optional<wire::ServerAt> next_to_ask();
+  void go_on_elsewhere(std::string why, std::int64_t now_ns);
   void put_down(std::int64_t now_ns);  // what belongs to the connection; keeps the hair of the caller's characters
   void end(wire::GoodbyeReason reason, std::string detail);
   void check_invariants() const;

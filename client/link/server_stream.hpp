@@ -48,6 +48,9 @@ class ServerStream {
   [[nodiscard]] virtual std::string_view transport() const = 0;
   // Why it is not WebTransport, which was tried before, in one line. Empty: it is, or that was not tried.
   [[nodiscard]] virtual std::string_view fallback_reason() const { return {}; }
+  // Waits until WebTransport, which this open stream does without, is to be had after all. Returns an open session, or
+  // null: it is not waited for, or this stream was closed.
+  virtual asio::awaitable<std::shared_ptr<ServerStream>> better() { co_return nullptr; }
 };
 
 std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, StreamOptions options);
@@ -87,6 +90,7 @@ constexpr std::chrono::milliseconds kWebTransportWait{3000};
 
 // What one attempt learns for the next ones.
 struct FallbackMemory {
+  std::chrono::nanoseconds blocked_for;
   std::int64_t blocked_until_ns = 0;  // until then WebTransport is not tried
   std::string why_blocked = {};       // or why it was not to be had, in one line
 };

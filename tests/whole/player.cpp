@@ -311,6 +311,13 @@ void Player::on_download_packet(std::span<const std::uint8_t> packet) {
 
 void Player::on_closed(const std::string& why) {
   if (!core_) return;
+  note_break();
+  connection_.reset();
+  core_->on_closed(why, clock_ns());
+  turn();
+}
+
+void Player::note_break() {
   if (core_->active() && broken_ns_ < 0) {
     broken_ns_ = connection_ && connection_->broken_ns() >= 0 ? connection_->broken_ns() : timeline_->now_ns();
     broken_life_ = connection_ ? connection_->life() : -1;
@@ -319,9 +326,6 @@ void Player::on_closed(const std::string& why) {
       return m.second.own && !removing_.contains(server::number_of(m.second.key));
     });
   }
-  connection_.reset();
-  core_->on_closed(why, clock_ns());
-  turn();
 }
 
 std::set<server::CharacterKey> Player::keys() const {
@@ -415,7 +419,7 @@ void Player::act() {
   for (const auto& [number, character] : characters_) numbers.push_back(number);
   std::vector<std::uint32_t> seen;
   for (const auto& [member, m] : members_) seen.push_back(member);
-  const std::uint64_t pick = random_.next() % 16;
+  const std::uint64_t pick = random_.next() % 17;
   const bool plain = plan_.steady;  // its own first character lives on, seen and moving
   if (pick == 0) {
     add_character();
@@ -489,6 +493,9 @@ void Player::act() {
     change_appearance(character);
     core_->send(wire::SetAppearance{number, character.tag, character.appearance});
     journal_->count("appearance set");
+  } else if (pick == 16 && !plain) {
+    note_break();
+    if (core_->replace_connection("a better one", clock_ns())) journal_->count("connection replaced");
   }
   turn();
 }

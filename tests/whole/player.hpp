@@ -114,7 +114,8 @@ class Player final : public ClientEvents {
 
   [[nodiscard]] std::int64_t clock_ns() const;
   void make_core();
-  void turn();  // does the core's current work: connect, send, close
+  void note_break();  // of a connection that had a session
+  void turn();        // does the core's current work: connect, send, close
   void connect();
   void wake_at(std::int64_t local_ns);
   void hear();

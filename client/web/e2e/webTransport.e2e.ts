@@ -88,7 +88,7 @@ test("hair moves over WebTransport, poses and frames as datagrams", async () => 
   }
 });
 
-test("falls back to a WebSocket where UDP is dropped", async () => {
+test("falls back to a WebSocket where UDP is dropped, and goes up by itself once it is not", async () => {
   // A UDP port that swallows everything, as a network that drops UDP.
   const silent = createSocket("udp4");
   await new Promise<void>((done) => silent.bind(0, "127.0.0.1", done));
@@ -104,6 +104,29 @@ test("falls back to a WebSocket where UDP is dropped", async () => {
     expect(Math.abs(after.yaw - before.yaw)).toBeGreaterThan(0.1);
     expect(after.connectedMs).toBeGreaterThan(2900);
     expect(await page.locator("#figures").textContent()).toContain("WebSocket");
+    await browser.answer("**/wt.json", null);
+    const turning = actor.turnTo(0.6, 75); // its hair is sent while it moves
+    const gapMs = await page.evaluate(async (waitMs) => {
+      const room = (window as unknown as Globals).hairnet.room!;
+      const endMs = performance.now() + waitMs;
+      let [longestMs, received, receivedMs, datagramsFrom] = [0, 0, performance.now(), Infinity];
+      while (performance.now() < Math.min(endMs, datagramsFrom + 1000)) {
+        await new Promise((done) => setTimeout(done, 4));
+        if (room.link.transport === "webtransport") datagramsFrom = Math.min(datagramsFrom, performance.now());
+        if (room.counters.framesReceived === received) continue;
+        if (received > 0) longestMs = Math.max(longestMs, performance.now() - receivedMs);
+        [received, receivedMs] = [room.counters.framesReceived, performance.now()];
+      }
+      return longestMs;
+    }, 70_000);
+    console.log(`longest gap between frames, the change of transport included: ${gapMs.toFixed(0)} ms`);
+    const { transport, reconnects, resumes } = await page.evaluate(() => {
+      const room = (window as unknown as Globals).hairnet.room!;
+      return { transport: room.link.transport, reconnects: room.counters.reconnects, resumes: room.counters.resumes };
+    });
+    expect({ transport, reconnects, resumes }).toEqual({ transport: "webtransport", reconnects: 1, resumes: 1 });
+    await turning;
+    expect(await page.locator("#figures").textContent()).toContain("WebTransport");
   } finally {
     await browser.answer("**/wt.json", null);
     actor.leave();

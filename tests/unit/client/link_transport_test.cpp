@@ -273,7 +273,7 @@ void pass(boost::asio::ip::tcp::socket& from, boost::asio::ip::tcp::socket& to) 
   to.shutdown(boost::asio::ip::tcp::socket::shutdown_both, error);
 }
 
-// A page about WebTransport before a server's port; other connections reach the port behind. One connection at a time.
+// A page about WebTransport before a server's port; other connections reach the port behind.
 class PageInFront {
  public:
   PageInFront(std::string page, std::uint16_t behind) : page_(std::move(page)), behind_(behind) {
@@ -284,9 +284,12 @@ class PageInFront {
     error_code ignored;
     tcp::socket(io_).connect(acceptor_.local_endpoint(), ignored);
     thread_.join();
+    for (std::thread& each : conversations_) each.join();
   }
   [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
   [[nodiscard]] int pages_asked() const { return pages_asked_; }
+  // The page is the server's own from now on.
+  void step_aside() { steps_aside_ = true; }
 
  private:
   using tcp = boost::asio::ip::tcp;
@@ -296,33 +299,40 @@ class PageInFront {
     while (!is_stopping_) {
       error_code error;
       tcp::socket socket = acceptor_.accept(error);
-      std::array<char, 2048> buffer{};
-      const std::size_t count = error || is_stopping_ ? 0 : socket.read_some(boost::asio::buffer(buffer), error);
-      if (count == 0) continue;
-      const std::string_view first(buffer.data(), count);
-      if (first.starts_with("GET /wt.json ")) {
-        ++pages_asked_;
-        const std::string answer =
-            "HTTP/1.1 200 OK\r\nConnection: close\r\nContent-Length: " + std::to_string(page_.size()) + "\r\n\r\n" +
-            page_;
-        boost::asio::write(socket, boost::asio::buffer(answer), error);
-        continue;
-      }
-      tcp::socket behind(io_);
-      behind.connect({boost::asio::ip::address_v4::loopback(), behind_}, error);
-      boost::asio::write(behind, boost::asio::buffer(buffer.data(), count), error);
-      std::thread back([&] { pass(behind, socket); });
-      pass(socket, behind);
-      back.join();
+      if (error || is_stopping_) continue;
+      conversations_.emplace_back([this, socket = std::move(socket)]() mutable { answer(std::move(socket)); });
     }
+  }
+
+  void answer(tcp::socket socket) {
+    std::array<char, 2048> buffer{};
+    error_code error;
+    const std::size_t count = socket.read_some(boost::asio::buffer(buffer), error);
+    if (count == 0) return;
+    const bool is_page = std::string_view(buffer.data(), count).starts_with("GET /wt.json ");
+    pages_asked_ += is_page;
+    if (is_page && !steps_aside_) {
+      const std::string answer =
+          "HTTP/1.1 200 OK\r\nConnection: close\r\nContent-Length: " + std::to_string(page_.size()) + "\r\n\r\n" +
+          page_;
+      boost::asio::write(socket, boost::asio::buffer(answer), error);
+      return;
+    }
+    tcp::socket behind(io_);
+    behind.connect({boost::asio::ip::address_v4::loopback(), behind_}, error);
+    boost::asio::write(behind, boost::asio::buffer(buffer.data(), count), error);
+    std::thread back([&] { pass(behind, socket); });
+    pass(socket, behind);
+    back.join();
   }
 
   const std::string page_;
   const std::uint16_t behind_;
-  std::atomic<bool> is_stopping_{false};
+  std::atomic<bool> is_stopping_{false}, steps_aside_{false};
   std::atomic<int> pages_asked_{0};
   boost::asio::io_context io_;
   tcp::acceptor acceptor_{io_, {boost::asio::ip::address_v4::loopback(), 0}};
+  std::vector<std::thread> conversations_;  // the thread's, until it has ended
   std::thread thread_;
 };
 
@@ -362,6 +372,10 @@ class SilentAtFirst {
 std::string page_of(std::uint16_t port, const std::string& hashes) {
   return "{\"port\":" + std::to_string(port) + R"(,"path":"/wt","hashes":[)" + hashes + "]}";
 }
+std::uint16_t closed_udp_port() {
+  boost::asio::io_context io;
+  return boost::asio::ip::udp::socket(io, {boost::asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
+}
 const std::string kWrongHash = '"' + std::string(43, 'A') + "=\"";
 
 TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again_soon) {
@@ -383,6 +397,60 @@ TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again
   wait_for_end(link);
 }
 
+TEST_F(LinkChooses, webtransport_after_all_once_udp_is_answered_and_resumes_its_session_there) {
+  listen(false);
+  PageInFront front(page_of(closed_udp_port(), ""), listener_->port());
+  options_.server.port = front.port();
+  options_.blocked_for = std::chrono::milliseconds(20);
+  Link link(options_);
+  ASSERT_TRUE(link.connect());
+  while (front.pages_asked() < 4) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(link.transport(), "tcp");
+  EXPECT_EQ(link.counters().reconnects, 0u) << "tries that fail do not disturb it";
+  front.step_aside();
+  EXPECT_THAT(wait_for<Reconnecting>(link).detail, HasSubstr("WebTransport"));
+  const auto connected = wait_for<Connected>(link);
+  EXPECT_TRUE(connected.again && connected.welcome.resumed);
+  EXPECT_EQ(link.transport(), "webtransport");
+  EXPECT_EQ(link.fallback_reason(), "");
+  const int asked = front.pages_asked();
+  std::this_thread::sleep_for(3 * options_.blocked_for);
+  EXPECT_EQ(front.pages_asked(), asked) << "it has what it wanted";
+  EXPECT_EQ(link.counters().resumes, 1u);
+  link.close();
+  wait_for_end(link);
+}
+
+TEST_F(LinkChooses, to_stay_where_it_is_when_it_may_not_reconnect) {
+  listen(false);
+  PageInFront front(page_of(closed_udp_port(), ""), listener_->port());
+  options_.server.port = front.port();
+  options_.blocked_for = std::chrono::milliseconds(20);
+  options_.core.reconnect = false;
+  Link link(options_);
+  ASSERT_TRUE(link.connect());
+  std::this_thread::sleep_for(5 * options_.blocked_for);
+  EXPECT_EQ(front.pages_asked(), 1);
+  EXPECT_EQ(link.transport(), "tcp");
+  link.close();
+  wait_for_end(link);
+}
+
+TEST_F(LinkChooses, to_end_at_once_while_it_tries_webtransport_again) {
+  listen(false);
+  boost::asio::io_context io;
+  boost::asio::ip::udp::socket silent(io, {boost::asio::ip::address_v4::loopback(), 0});
+  const PageInFront front(page_of(silent.local_endpoint().port(), ""), listener_->port());
+  options_.server.port = front.port();
+  options_.blocked_for = std::chrono::milliseconds(20);
+  Link link(options_);
+  ASSERT_TRUE(link.connect());
+  while (front.pages_asked() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // its packets are on their way
+  link.close();
+  wait_for_end(link);
+}
+
 TEST_F(LinkChooses, the_address_where_the_page_takes_too_long_to_shake_hands) {
   listen(true);
   // It accepts the first connection, and says nothing there.
@@ -395,12 +463,7 @@ TEST_F(LinkChooses, the_address_where_the_page_takes_too_long_to_shake_hands) {
 
 TEST_F(LinkChooses, the_address_where_the_udp_port_is_closed) {
   listen(false);
-  std::uint16_t closed = 0;
-  {
-    boost::asio::io_context io;
-    closed = boost::asio::ip::udp::socket(io, {boost::asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
-  }
-  const PageInFront front(page_of(closed, ""), listener_->port());
+  const PageInFront front(page_of(closed_udp_port(), ""), listener_->port());
   options_.server.port = front.port();
   EXPECT_EQ(transport_after_connect(), "tcp");
   EXPECT_THAT(fallback_reason_, HasSubstr("nothing listens on its UDP port"));

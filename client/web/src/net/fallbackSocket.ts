@@ -4,8 +4,8 @@ import { readWebTransportPage, webTransportPageUrl, WebTransportSocket } from ".
 
 // Networks that drop UDP say nothing: after this time the WebSocket is tried.
 const kWebTransportMs = 3000;
-// So long after such an attempt, reconnects do without WebTransport.
-const kBlockedNs = 60e9;
+// So long after such an attempt, WebTransport is not tried again.
+const kBlockedMs = 60_000;
 
 /** "auto": WebTransport where browser, server and network have it, else a WebSocket. */
 export type TransportChoice = "auto" | "webtransport" | "websocket";
@@ -25,11 +25,11 @@ export class FallbackSocket implements WebSocketLike {
   onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
   onerror: ((event: never) => unknown) | null = null;
   onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
-  readonly #attempt = new AbortController();
+  onbetter: ((socket: WebSocketLike) => unknown) | null = null;
+  readonly #closing = new AbortController();
   #socket: WebSocketLike | null = null;
   #fallbackReason: string | null = null;
-  #isTooLate = false;
-  #isClosed = false;
+  #retryTimer: ReturnType<typeof setTimeout> | undefined;
 
   /** `makeWebSocket`: null: never. `nowNs`: a monotonic clock. */
   constructor(
@@ -62,37 +62,64 @@ export class FallbackSocket implements WebSocketLike {
   }
 
   close(): void {
-    this.#isClosed = true;
-    this.#attempt.abort();
+    this.#closing.abort();
+    clearTimeout(this.#retryTimer);
     this.#socket?.close();
   }
 
   async #start(): Promise<void> {
-    const timer = setTimeout(() => {
-      this.#isTooLate = true;
-      this.#attempt.abort();
-    }, kWebTransportMs);
     try {
-      if (this.nowNs() < this.memory.blockedUntilNs) throw new HairnetError("unreachable", this.memory.reason ?? "");
-      const socket = await this.#openWebTransport(this.#attempt.signal);
+      if (this.#isBlocked) throw new HairnetError("unreachable", this.memory.reason ?? "");
+      const socket = await this.#openWebTransport();
       if (this.#isClosed) return socket.close();
       this.#adopt(socket);
       this.onopen?.(undefined as never);
     } catch (error) {
       if (this.#isClosed) return;
-      const reason = this.#reasonOf(error);
+      const reason = error instanceof Error ? error.message : String(error);
       if (this.makeWebSocket) {
         this.#fallbackReason = this.memory.reason = reason;
         this.#adopt(this.makeWebSocket(this.url));
+        if (this.#isBlocked) this.#tryLater();
       } else {
         this.onclose?.({ code: 1006, reason: `no WebTransport: ${reason}` });
       }
-    } finally {
-      clearTimeout(timer);
     }
   }
 
-  async #openWebTransport(signal: AbortSignal): Promise<WebTransportSocket> {
+  #tryLater(): void {
+    this.#retryTimer = setTimeout(() => void this.#tryAgain(), (this.memory.blockedUntilNs - this.nowNs()) / 1e6);
+  }
+
+  async #tryAgain(): Promise<void> {
+    const socket = this.onbetter ? await this.#openWebTransport().catch(() => null) : null;
+    if (this.#isClosed) return socket?.close();
+    this.#block(); // where sessions open but do not last, the next one waits, too
+    this.#tryLater();
+    if (socket) this.onbetter?.(socket);
+  }
+
+  /** Within `kWebTransportMs`. */
+  async #openWebTransport(): Promise<WebTransportSocket> {
+    const attempt = new AbortController();
+    const stop = () => attempt.abort();
+    let isTooLate = false;
+    const timer = setTimeout(() => {
+      isTooLate = true;
+      stop();
+    }, kWebTransportMs);
+    this.#closing.signal.addEventListener("abort", stop);
+    try {
+      return await this.#openSession(attempt.signal);
+    } catch (error) {
+      throw isTooLate ? new HairnetError("unreachable", `no session opened within ${kWebTransportMs / 1000} s`) : error;
+    } finally {
+      clearTimeout(timer);
+      this.#closing.signal.removeEventListener("abort", stop);
+    }
+  }
+
+  async #openSession(signal: AbortSignal): Promise<WebTransportSocket> {
     const options: RequestInit = { cache: "no-store", credentials: "omit", signal };
     const response = await fetch(webTransportPageUrl(this.url), options);
     if (!response.ok) throw new HairnetError("unsupported", "the server does not know it");
@@ -101,14 +128,19 @@ export class FallbackSocket implements WebSocketLike {
     try {
       return await WebTransportSocket.open(this.url, page, signal);
     } catch (error) {
-      if (!this.#isClosed) this.memory.blockedUntilNs = this.nowNs() + kBlockedNs;
+      if (!this.#isClosed) this.#block();
       throw error;
     }
   }
 
-  #reasonOf(error: unknown): string {
-    if (this.#isTooLate) return `no session opened within ${kWebTransportMs / 1000} s`;
-    return error instanceof Error ? error.message : String(error);
+  get #isClosed(): boolean {
+    return this.#closing.signal.aborted;
+  }
+  get #isBlocked(): boolean {
+    return this.nowNs() < this.memory.blockedUntilNs;
+  }
+  #block(): void {
+    this.memory.blockedUntilNs = this.nowNs() + 1e6 * kBlockedMs;
   }
 
   #adopt(socket: WebSocketLike): void {

@@ -33,6 +33,8 @@ export interface WebSocketLike {
   readonly fallbackReason?: string | null;
   /** Sends a packet that may get lost or overtake others. False: it was not taken; absent: there are no datagrams. */
   sendDatagram?(bytes: Uint8Array): boolean;
+  /** Told of an open socket that is better than this open one; who is told uses or closes it. Absent: there never is. */
+  onbetter?: ((socket: WebSocketLike) => unknown) | null;
 }
 
 export interface LinkOptions extends Partial<LinkCoreOptions> {
@@ -77,6 +79,7 @@ export class Link {
   readonly #url: string;
   readonly #makeSocket: (url: string) => WebSocketLike;
   readonly #isPlatforms: boolean;
+  readonly #mayReconnect: boolean;
   readonly #memory: TransportMemory = { blockedUntilNs: -Infinity, reason: null };
   readonly #now: () => number;
   #socket: WebSocketLike | null = null;
@@ -93,6 +96,7 @@ export class Link {
     this.#url = webSocketUrl(server);
     this.#makeSocket = makeSocket ?? ((url) => makePlatformSocket(url, transport, this.#memory, this.#now));
     this.#isPlatforms = !makeSocket;
+    this.#mayReconnect = linkOptions.reconnect ?? true;
     this.#now = nowNs ?? monotonicNs;
     this.core = new LinkCore({ trace: drawTrace(), ...linkOptions });
   }
@@ -200,13 +204,29 @@ export class Link {
       this.core.onClosed(`no socket for ${url}: ${String(error)}`, this.#now());
       return;
     }
+    this.#listenTo(socket, url);
+    socket.onopen = () => this.#onOpen();
+    if (this.#mayReconnect) socket.onbetter = (better) => this.#moveTo(better, url);
+  }
+
+  #onOpen(): void {
+    this.#isOpen = true;
+    this.core.onOpen();
+    this.#turn();
+  }
+
+  /** Goes on over a socket that is open, if the session can. */
+  #moveTo(socket: WebSocketLike, url: string): void {
+    if (!this.core.replaceConnection("WebTransport is to be had now", this.#now())) return socket.close();
+    this.#drop();
+    this.core.onOpening(this.#now());
+    this.#listenTo(socket, url);
+    this.#onOpen();
+  }
+
+  #listenTo(socket: WebSocketLike, url: string): void {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      this.#isOpen = true;
-      this.core.onOpen();
-      this.#turn();
-    };
     socket.onmessage = ({ data }) => {
       if (data instanceof ArrayBuffer) this.core.onPacket(new Uint8Array(data), this.#now());
       else this.#end("the server sent text");
@@ -244,7 +264,8 @@ export class Link {
   }
 
   #forget(): void {
-    if (this.#socket) this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
+    const socket = this.#socket;
+    if (socket) socket.onopen = socket.onmessage = socket.onclose = socket.onbetter = null;
     this.#socket = null;
     this.#isOpen = false;
   }

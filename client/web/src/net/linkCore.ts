@@ -289,6 +289,16 @@ export class LinkCore {
     return this.#connection && (done || (this.#state === "leaving" && this.#goodbyeTaken));
   }
 
+  /**
+   * Gives up a connection that works: `wantsClose`, then at once `wantsConnection` for a better one, over which the
+   * session goes on. False, and nothing happens, without a session or where the options say not to reconnect.
+   */
+  replaceConnection(why: string, nowNs: number): boolean {
+    if (!this.isActive || !this.#options.reconnect) return false;
+    this.#goOnElsewhere(why, nowNs);
+    return !this.hasEnded;
+  }
+
   onOpening(nowNs: number): void {
     if (!this.wantsConnection) return;
     this.#connection = true;
@@ -527,12 +537,16 @@ export class LinkCore {
       this.#redirectedTo = null;
       return;
     }
-    this.#putDown(nowNs);
     ++this.#redirects;
     ++this.#counters.redirects;
-    const detail = `the room is held by ${to.host}, port ${to.port}`;
-    if (this.#welcome) this.#push({ type: "reconnecting", reason: GoodbyeReason.none, detail, waitS: 0 });
+    this.#goOnElsewhere(`the room is held by ${to.host}, port ${to.port}`, nowNs);
     this.#redirectedTo = to;
+  }
+
+  #goOnElsewhere(detail: string, nowNs: number): void {
+    this.#putDown(nowNs);
+    if (this.#welcome) this.#push({ type: "reconnecting", reason: GoodbyeReason.none, detail, waitS: 0 });
+    if (this.hasEnded) return;
     this.#state = "wanting";
     this.#deadlineNs = Infinity;
   }

@@ -71,6 +71,26 @@ describe("link: coming back", () => {
     expect(driver.core.counters).toMatchObject({ redirects: 1 });
   });
 
+  it("goes on over a better connection at once, with its session", () => {
+    const { driver } = withCharacter();
+    expect(driver.core.replaceConnection("a better one", driver.nowNs)).toBe(true);
+    expect(driver.events()).toMatchObject([{ type: "reconnecting", detail: "a better one", waitS: 0 }]);
+    expect(driver.core.replaceConnection("one more", driver.nowNs)).toBe(false);
+    expect(driver.core.wantsClose).toBe(true);
+    driver.break();
+    expect(driver.open()).toMatchObject({ type: "hello", session: 77n, redirects: 0 });
+    driver.tell(driver.welcome({ resumed: true }));
+    expect(driver.sent().map((message) => message.type)).toEqual(["setLevel", "observe"]);
+    expect(driver.core.isActive).toBe(true);
+  });
+
+  it("keeps a connection that works when it may not reconnect", () => {
+    const driver = new LinkCoreDriver({ reconnect: false });
+    driver.join();
+    expect(driver.core.replaceConnection("a better one", driver.nowNs)).toBe(false);
+    expect(driver.core.isActive).toBe(true);
+  });
+
   it("asks the first server again where the named one does not answer", () => {
     const { driver } = withCharacter();
     driver.tell({ type: "redirect", to: { host: "hair-2", port: 7421 } });

@@ -249,6 +249,77 @@ describe("link over WebTransport", () => {
     link.close();
   });
 
+  describe("that had to fall back", () => {
+    const events = (link: Link) => link.poll().map((event) => event.type);
+    async function fallenBack(options: object): Promise<Link> {
+      vi.useFakeTimers();
+      FakeWebTransport.fate = "fail";
+      const link = new Link("localhost:7420", options);
+      const answer = link.connect();
+      await vi.advanceTimersByTimeAsync(10);
+      sockets[0].open();
+      sockets[0].tell(welcome);
+      await answer;
+      expect(link.transport).toBe("websocket");
+      return link;
+    }
+
+    it("moves up when sessions open after all, and resumes there", async () => {
+      const link = await fallenBack({});
+      await vi.advanceTimersByTimeAsync(60_100);
+      expect(FakeWebTransport.made.length).toBe(2);
+      expect(sockets[0].closed).toBe(false);
+      expect(link.counters.reconnects).toBe(0);
+      FakeWebTransport.fate = "open";
+      expect(events(link)).toEqual(["connected"]);
+      await vi.advanceTimersByTimeAsync(60_100);
+      const session = FakeWebTransport.made[2];
+      expect(sockets[0].closed).toBe(true);
+      expect(decodePacket(session.sent[0]).message).toMatchObject({ type: "hello", session: 77n });
+      session.tell(serverPacket(2, { ...new LinkCoreDriver().welcome(), resumed: true }));
+      await vi.advanceTimersByTimeAsync(10);
+      expect(events(link)).toEqual(["reconnecting", "connected"]);
+      expect([link.transport, link.fallbackReason]).toEqual(["webtransport", null]);
+      expect(link.counters.resumes).toBe(1);
+      await vi.advanceTimersByTimeAsync(120_000);
+      expect([FakeWebTransport.made.length, sockets.length]).toEqual([3, 1]);
+      link.close();
+    });
+
+    it("closes a session that it cannot use, and tries again a minute later", async () => {
+      const link = await fallenBack({ connectTimeoutS: 100 });
+      FakeWebTransport.fate = "open";
+      sockets[0].onclose?.({ code: 1006, reason: "" });
+      await vi.advanceTimersByTimeAsync(2000);
+      expect(sockets.length).toBe(2);
+      sockets[1].open(); // and no welcome, for which it waits longer than usual
+      await vi.advanceTimersByTimeAsync(58_200);
+      expect(FakeWebTransport.made[1].isClosed).toBe(true);
+      sockets[1].tell(welcome);
+      await vi.advanceTimersByTimeAsync(60_100);
+      expect(FakeWebTransport.made[2].sent.length).toBeGreaterThan(0);
+      link.close();
+    });
+
+    it("stays where it is when it may not reconnect", async () => {
+      const link = await fallenBack({ reconnect: false });
+      await vi.advanceTimersByTimeAsync(120_000);
+      expect(FakeWebTransport.made.length).toBe(1);
+      link.close();
+    });
+
+    it("tries no more once it is closed, and drops a session that opens late", async () => {
+      const link = await fallenBack({});
+      FakeWebTransport.fate = "silence";
+      await vi.advanceTimersByTimeAsync(61_000);
+      expect(FakeWebTransport.made.length).toBe(2);
+      link.close();
+      await vi.advanceTimersByTimeAsync(120_000);
+      expect(FakeWebTransport.made.length).toBe(2);
+      expect(FakeWebTransport.made[1].isClosed).toBe(true);
+    });
+  });
+
   it("falls back within 3 s where nothing answers", async () => {
     vi.useFakeTimers();
     FakeWebTransport.fate = "silence";

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "tests/unit/client/link_core_driver.hpp"
+
+namespace hairnet::link {
+
+inline RequestedState::Bytes ten_bytes() {
+  return std::make_shared<const std::vector<std::uint8_t>>(10);
+}
+
+// A client with one groom and one character, both confirmed, at low level.
+class Settled : public ::testing::Test {
+ protected:
+  explicit Settled(LinkCoreOptions options = {}) : d(std::move(options)) {
+    d.connect(welcome_to(5));
+    d.core.offer_groom(hash_of(1), ten_bytes());
+    d.core.send(wire::AddCharacter{7, hash_of(1), LevelIndex::low});
+    d.take_all();
+    d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+    d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});
+    d.core.take_events();
+  }
+  void break_off() { d.core.on_closed("the cable", d.now_ns); }
+  void come_back(const wire::Welcome& welcome) {
+    d.open();
+    hello = d.expect<wire::Hello>();
+    d.send(welcome);
+  }
+
+  LinkCoreDriver d;
+  wire::Hello hello;
+};
+
+}  // namespace hairnet::link
