@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "client/assets/made/made.hpp"
+#include "client/link/link.hpp"
 #include "tests/whole/lossy_relay.hpp"
 #include "tests/whole/whole_test.hpp"
 
@@ -112,6 +114,83 @@ TEST_F(Datagrams, that_never_arrive_are_replaced_by_the_plain_connection) {
   EXPECT_GT(relay_->lost(LossyRelay::to_server), 0u);
   EXPECT_EQ(relay_->passed(LossyRelay::to_client), 0u);
   drain(*server_);
+}
+
+// A client whose character turns its head and never rests; it notes the frames that it gets of itself.
+class Turning {
+ public:
+  Turning(link::LinkOptions options, const Groom& groom) : link_(std::move(options)) {
+    const auto welcome = link_.connect();
+    EXPECT_TRUE(welcome) << welcome.error();
+    link_.add_character(1, link_.upload(groom), LevelIndex::low);
+  }
+  // One thirtieth of a second.
+  void pass() {
+    const double t_s = ++poses_ / 30.0;
+    wire::PoseSample sample;
+    sample.character = 1;
+    sample.sequence = static_cast<std::uint32_t>(poses_);
+    sample.capture_time_ns = link_.now_ns();
+    sample.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.6 * std::sin(5 * t_s), Vec3::UnitY())), Vec3::Zero()});
+    link_.push_poses({sample});
+    const std::int64_t until_ns = link_.now_ns() + 33'333'333;
+    while (link_.now_ns() < until_ns) {
+      for (const link::Event& event : link_.poll()) note(event);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+  template <class Condition>
+  void pass_until(Condition condition) {
+    while (!condition() && !has_ended_) pass();
+    EXPECT_FALSE(has_ended_);
+  }
+  void forget_gaps() { gap_ns_max_ = 0; }
+  [[nodiscard]] double gap_ms_max() const { return 1e-6 * static_cast<double>(gap_ns_max_); }
+  [[nodiscard]] int frames_with_hair() const { return with_hair_; }
+  [[nodiscard]] int frames_that_lost_it() const { return lost_; }
+  [[nodiscard]] const link::Link& link() const { return link_; }
+
+ private:
+  void note(const link::Event& event) {
+    has_ended_ |= std::holds_alternative<link::Disconnected>(event);
+    const auto* batch = std::get_if<link::FrameBatch>(&event);
+    if (!batch) return;
+    if (frame_ns_) gap_ns_max_ = std::max(gap_ns_max_, link_.now_ns() - *frame_ns_);
+    frame_ns_ = link_.now_ns();
+    for (const link::Frame& frame : batch->frames) {
+      const bool has_hair = frame.basis && frame.level != LevelIndex::rigid;
+      with_hair_ += has_hair;
+      lost_ += with_hair_ > 0 && !has_hair;
+    }
+  }
+
+  link::Link link_;
+  int poses_ = 0, with_hair_ = 0, lost_ = 0;
+  bool has_ended_ = false;
+  std::optional<std::int64_t> frame_ns_;
+  std::int64_t gap_ns_max_ = 0;
+};
+
+TEST_F(Datagrams, that_arrive_at_last_are_used_by_a_session_that_had_to_do_without) {
+  begin({.lines = {Line{.lost = 1}, Line{.lost = 1}}});
+  link::LinkOptions options;
+  options.server = *link::parse_address(address_);
+  options.blocked_for = std::chrono::milliseconds(500);
+  const auto groom = make_hairstyle("bob", {.strand_count = 100});
+  ASSERT_TRUE(groom) << groom.error();
+  Turning client(options, *groom);
+  client.pass_until([&] { return client.frames_with_hair() > 90; });
+  EXPECT_EQ(client.link().transport(), "tcp");
+  EXPECT_EQ(client.link().counters().reconnects, 0u);
+  client.forget_gaps();
+  relay_->repair();
+  client.pass_until([&] { return client.link().transport() == "webtransport"; });
+  const int frames = client.frames_with_hair();
+  client.pass_until([&] { return client.frames_with_hair() > frames + 30; });
+  EXPECT_EQ(client.link().counters().resumes, 1u);
+  EXPECT_EQ(client.frames_that_lost_it(), 0);
+  RecordProperty("gap_ms_max", std::to_string(client.gap_ms_max()));
+  std::cout << "longest gap between frames: " << client.gap_ms_max() << " ms\n";
 }
 
 }  // namespace

@@ -159,4 +159,8 @@ void LossyRelay::change_network() {
   });
 }
 
+void LossyRelay::repair() {
+  asio::post(impl_->io, [impl = impl_.get()] { impl->lines = {}; });
+}
+
 }  // namespace hairnet::whole
