@@ -16,6 +16,7 @@ namespace {
 constexpr double kStillShift_m = 3e-4;
 constexpr double kStillTurn_rad = 1e-3;
 constexpr float kStillSpeed_m_per_s = 1e-3f;
+constexpr double kSettleHalf_s = 1.0 / 15;  // in which hair that settles loses half its velocity
 
 // Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. No head
 // moves faster than 25 m/s and 2500 deg/s (is_teleport), so hair within a metre of it is hardly faster.
@@ -82,18 +83,20 @@ void count_stillness(double elapsed_s, Character& c) {
 }
 
 // Springs that turn far in one linearised step can keep a lattice in a cycle that never ends, or, scaled back by the
-// limit of its energy before each step, with a velocity that leads nowhere. Long after all else is at rest, each turn
-// therefore goes half its way, which ends cycles and changes no state of rest, and the speed is that of the way.
+// limit of its energy before each step, with a velocity that leads nowhere; light nodes may swing on and on. Long after
+// all else is at rest, each turn therefore goes half its way and velocities are damped, which ends all of it and
+// changes no state of rest, and the speed is that of the way.
 void settle(const TickContext& terms, Character& c) {
   if (still_s(terms, c) < kSettleAfter_s) return;
   constexpr float kShare = 0.5f;
+  const auto damping = static_cast<float>(std::exp2(-terms.plan(c).interval_s / kSettleHalf_s));
   HAIRNET_ASSERT(c.unsettled.displacement.size() == c.state.displacement.size());
   float farthest2_m2 = 0;
   for (std::size_t i = 0; i < c.state.displacement.size(); ++i) {
     Vec3f &d = c.state.displacement[i], &v = c.state.velocity[i];
     const Vec3f way = d - c.unsettled.displacement[i];
     d = c.unsettled.displacement[i] + kShare * way;
-    v = c.unsettled.velocity[i] + kShare * (v - c.unsettled.velocity[i]);
+    v *= damping;
     farthest2_m2 = std::max(farthest2_m2, way.squaredNorm());
   }
   c.state.speed_max_m_per_s = std::sqrt(farthest2_m2) / static_cast<float>(terms.plan(c).interval_s);

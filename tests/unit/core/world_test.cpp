@@ -240,6 +240,30 @@ TEST(World, hair_comes_to_rest_where_linearised_steps_alone_would_go_in_a_cycle)
   for (const CharacterId id : ids) EXPECT_TRUE(world.lattice(id).asleep);
 }
 
+// Nothing damps it but the length of the step, which is short.
+TEST(World, hair_that_swings_undamped_comes_to_rest_where_damped_hair_does) {
+  auto damped = std::make_shared<LevelSet>(), undamped = std::make_shared<LevelSet>();
+  damped->levels[0] =
+      support::make_random_level({.spring_count = 0, .attachment_count = 0, .drag = false, .contacts = false});
+  undamped->levels[0] = damped->levels[0];
+  std::ranges::fill(undamped->levels[0].ether_damping, 0.0f);
+  WorldDef def;
+  def.tick_s = 1.0 / 240;
+  World world(def);
+  const Pose tilted = rigid_pose(support::turned(0.4, {0, 0, 1}, {0, 1.5, 0}));
+  const CharacterId at_rest = world.add({damped, LevelIndex::high, tilted});
+  const CharacterId id = world.add({undamped, LevelIndex::high, tilted});
+  const auto pass = [&](double time_s) {
+    for (int tick = 0; tick < 240 * time_s; ++tick) world.step();
+  };
+  pass(kSettleAfter_s - 0.5);
+  EXPECT_GT(world.state(id).speed_max_m_per_s, 0.1f) << "this test needs a lattice that swings";
+  pass(0.5 + 4 + kSleepAfter_s);
+  ASSERT_TRUE(world.lattice(id).asleep);
+  for (std::size_t i = 0; i < world.state(id).displacement.size(); ++i)
+    EXPECT_NEAR((world.state(id).displacement[i] - world.state(at_rest).displacement[i]).norm(), 0, 1e-3);
+}
+
 TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_level_or_material) {
   const auto levels = make_levels();
   World world({});
