@@ -27,11 +27,12 @@ class FallbackStream final : public ServerStream {
       memory_->why_blocked = std::move(why);
     }
     fallback_reason_ = memory_->why_blocked;
+    may_get_better_ = is_blocked();
     stream_ = make_server_stream(*io_, options_);
     co_return co_await stream_->open();
   }
   asio::awaitable<std::shared_ptr<ServerStream>> better() override {
-    while (is_blocked() && !is_closed_) {
+    while (may_get_better_ && !is_closed_) {
       retry_.expires_after(std::chrono::nanoseconds(memory_->blocked_until_ns - channel::monotonic_ns()));
       error_code ignored;
       co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
@@ -92,7 +93,7 @@ class FallbackStream final : public ServerStream {
   asio::steady_timer retry_;
   std::shared_ptr<ServerStream> stream_, better_;  // the latter while it opens
   std::string fallback_reason_;
-  bool is_closed_ = false;
+  bool is_closed_ = false, may_get_better_ = false;
 };
 
 }  // namespace
