@@ -63,9 +63,8 @@ struct Player::EventHandler {
     if (resumed) p.haired_.clear();
     const bool must_be_resumed = p.must_be_resumed();
     const std::int64_t broken_ns = std::exchange(p.broken_ns_, -1);
-    // Its line may have lost the goodbye.
-    const bool may_be_slow =
-        p.plan_.quality.lossy && p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
+    // A client that takes too little may not take the goodbye either.
+    const bool may_be_slow = p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
     if (e.again && must_be_resumed && !e.welcome.resumed && !may_be_slow)
       p.fault("is not resumed " + std::to_string((p.timeline_->now_ns() - broken_ns) / kMs) +
               " ms after its connection broke");
