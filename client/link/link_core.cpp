@@ -187,7 +187,7 @@ void LinkCore::poll(std::int64_t now_ns) {
       break;
     case State::opening:
     case State::greeting:
-      lose(GoodbyeReason::none, "no welcome from the server within the time-out", now_ns);
+      lose(GoodbyeReason::none, "no welcome from the server within the time-out", now_ns, true);
       break;
     case State::leaving:
       end(GoodbyeReason::client_leaves, "closed by this client");
@@ -242,10 +242,10 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
   if (!std::exchange(connection_, false)) return;
   if (state_ == State::leaving) return end(GoodbyeReason::client_leaves, "closed by this client");
   if (state_ == State::opening || state_ == State::greeting || state_ == State::active)
-    lose(GoodbyeReason::none, std::move(detail), now_ns);
+    lose(GoodbyeReason::none, std::move(detail), now_ns, !active());
 }
 
-void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
+void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered) {
   HAIRNET_ASSERT(state_ == State::opening || state_ == State::greeting || state_ == State::active);
   const bool was_active = active(), is_patient = sent_on_ns_ && now_ns - *sent_on_ns_ < kRoomPatience_ns;
   const bool is_refused = is_final(reason) || (!welcome_ && reason == GoodbyeReason::room_refused);
@@ -255,7 +255,9 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
   redirects_ = std::min<std::uint8_t>(redirects_, 1);
   state_ = State::waiting;
   const std::int64_t since_ns = away_since_ns_.value_or(sent_on_ns_.value_or(now_ns));
-  const std::int64_t wait_ns = backoff_.next_ns(now_ns - since_ns);
+  // A server that does not answer costs no wait while there are others to ask.
+  const bool asks_on = is_unanswered && redirected_to_;
+  const std::int64_t wait_ns = asks_on ? 0 : backoff_.next_ns(now_ns - since_ns);
   deadline_ns_ = now_ns + wait_ns;
   if (welcome_) push(Reconnecting{reason, std::move(detail), 1e-9 * static_cast<double>(wait_ns)});
   check_invariants();

@@ -179,7 +179,7 @@ class LinkCore {
   void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
-  void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
+  void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered = false);
   std::optional<wire::ServerAt> next_to_ask();
   void go_on_elsewhere(std::string why, std::int64_t now_ns);
   void put_down(std::int64_t now_ns);  // what belongs to the connection; keeps the hair of the caller's characters

@@ -1,4 +1,4 @@
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "tests/unit/client/settled_client.hpp"
 
@@ -72,13 +72,17 @@ TEST_F(Settled, where_the_first_server_does_not_answer_either_those_it_has_named
   d.take_all();
   break_off();
   std::vector<std::string> asked;
+  std::vector<bool> waited;
   for (int i = 0; i < 5; ++i) {
+    const std::int64_t before_ns = d.now_ns;
     while (!d.core.wants_connection()) d.pass_to_deadline();
     asked.push_back(d.core.redirected_to() ? d.core.redirected_to()->host : "first");
+    waited.push_back(d.now_ns > before_ns);
     d.core.on_opening(d.now_ns);
     d.core.on_closed("nobody listens", d.now_ns);
   }
   EXPECT_THAT(asked, ::testing::ElementsAre("first", "first", "hair-2", "hair-3", "first"));
+  EXPECT_THAT(waited, ::testing::ElementsAre(true, true, false, false, true)) << "a round has one wait";
   come_back(welcome_to(9));
   EXPECT_EQ(hello.session, 0u) << "another server does not know the session";
 }

@@ -257,7 +257,7 @@ export class LinkCore {
         break;
       case "opening":
       case "greeting":
-        this.#lose(GoodbyeReason.none, "no welcome from the server within the time-out", nowNs);
+        this.#lose(GoodbyeReason.none, "no welcome from the server within the time-out", nowNs, true);
         break;
       case "leaving":
         this.#end(GoodbyeReason.clientLeaves, kClosedHere);
@@ -319,7 +319,7 @@ export class LinkCore {
     this.#connection = false;
     if (this.#state === "leaving") return this.#end(GoodbyeReason.clientLeaves, kClosedHere);
     if (this.#state === "opening" || this.#state === "greeting" || this.isActive)
-      this.#lose(GoodbyeReason.none, detail, nowNs);
+      this.#lose(GoodbyeReason.none, detail, nowNs, !this.isActive);
   }
 
   /** The next packet to send, stamped with the time; null when there is none. */
@@ -480,7 +480,7 @@ export class LinkCore {
     if (!this.#events.push(event)) this.#end(GoodbyeReason.none, "this client does not poll its events");
   }
 
-  #lose(reason: GoodbyeReason, detail: string, nowNs: number): void {
+  #lose(reason: GoodbyeReason, detail: string, nowNs: number, isUnanswered = false): void {
     const wasActive = this.isActive;
     const isPatient = this.#sentOnNs !== null && nowNs - this.#sentOnNs < kRoomPatienceNs;
     const mayTryAgain = this.#welcome ? this.#options.reconnect : isPatient;
@@ -491,7 +491,9 @@ export class LinkCore {
     this.#redirects = Math.min(this.#redirects, 1);
     this.#state = "waiting";
     const sinceNs = this.#awaySinceNs ?? this.#sentOnNs ?? nowNs;
-    const waitNs = backoffNs(nowNs - sinceNs, this.#options.random);
+    // A server that does not answer costs no wait while there are others to ask.
+    const asksOn = isUnanswered && this.#redirectedTo !== null;
+    const waitNs = asksOn ? 0 : backoffNs(nowNs - sinceNs, this.#options.random);
     this.#deadlineNs = nowNs + waitNs;
     if (this.#welcome) this.#push({ type: "reconnecting", reason, detail, waitS: 1e-9 * waitNs });
   }

@@ -106,14 +106,15 @@ describe("link: coming back", () => {
     const driver = new LinkCoreDriver();
     driver.join({ others: [{ host: "hair-2", port: 7421 }] });
     driver.break();
-    const asked: (string | undefined)[] = [];
+    const asked: string[] = [];
     for (let i = 0; i < 4; ++i) {
+      driver.pass(1);
+      asked.push(`${driver.core.redirectedTo?.host ?? "first"}, ${driver.core.wantsConnection ? "at once" : "later"}`);
       driver.pass(12 * kSecond);
-      asked.push(driver.core.redirectedTo?.host);
       driver.core.onOpening(driver.nowNs);
       driver.break();
     }
-    expect(asked).toEqual([undefined, undefined, "hair-2", undefined]);
+    expect(asked).toEqual(["first, later", "first, later", "hair-2, at once", "first, later"]);
   });
 
   it("leaves servers that send it on and on", () => {
