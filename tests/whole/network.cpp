@@ -372,8 +372,9 @@ void SimulatedConnection::pause_reading(bool paused) {
   for (const auto& pipe : pipes) pipe->pause(paused);
 }
 
-void SimulatedConnection::close(std::string_view) {
+void SimulatedConnection::close(std::string_view reason) {
   if (server_closed_) return;
+  was_drained_ = reason.starts_with("drain");
   kill_downloads();
   end_at_server();
   down_->end();

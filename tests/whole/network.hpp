@@ -193,6 +193,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
 
   [[nodiscard]] int life() const { return life_; }  // of the server that answered
   void set_life(int life) { life_ = life; }
+  [[nodiscard]] bool was_drained() const { return was_drained_; }      // the server ended the session, with a goodbye
   [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: not broken, as far as this end knows
 
  private:
@@ -231,6 +232,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   std::int64_t broken_ns_ = -1;
   bool open_ = false, over_ = false;  // for the client
   bool answered_ = false, server_closed_ = false, broken_stream_ = false, is_reading_paused_ = false;
+  bool was_drained_ = false;
 };
 
 }  // namespace hairnet::whole

@@ -322,6 +322,7 @@ void Player::note_break() {
     broken_ns_ = connection_ && connection_->broken_ns() >= 0 ? connection_->broken_ns() : timeline_->now_ns();
     broken_life_ = connection_ ? connection_->life() : -1;
     broken_host_ = host_;
+    broken_connection_ = connection_;
     had_character_ = std::ranges::any_of(members_, [this](const auto& m) {
       return m.second.own && !removing_.contains(server::number_of(m.second.key));
     });

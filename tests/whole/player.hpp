@@ -168,6 +168,7 @@ class Player final : public ClientEvents {
   std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
   bool had_character_ = false;   // then; a session without one gives way when the server is full
   int broken_life_ = -1;
+  std::shared_ptr<SimulatedConnection> broken_connection_;  // that one, until the next welcome
   const ServerHost* broken_host_ = nullptr;
   bool has_session_ = false;        // from a welcome to the loss of its connection
   std::set<std::uint32_t> haired_;  // own characters that had hair when the session before this one ended

@@ -63,8 +63,10 @@ struct Player::EventHandler {
     if (resumed) p.haired_.clear();
     const bool must_be_resumed = p.must_be_resumed();
     const std::int64_t broken_ns = std::exchange(p.broken_ns_, -1);
-    // A client that takes too little may not take the goodbye either.
-    const bool may_be_slow = p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
+    // Its line may have lost the goodbye, or a client that takes too little has not taken it either.
+    const auto broken = std::exchange(p.broken_connection_, nullptr);
+    const bool may_be_slow = (p.plan_.quality.lossy || (broken && broken->was_drained())) &&
+                             p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
     if (e.again && must_be_resumed && !e.welcome.resumed && !may_be_slow)
       p.fault("is not resumed " + std::to_string((p.timeline_->now_ns() - broken_ns) / kMs) +
               " ms after its connection broke");

@@ -19,8 +19,8 @@ constexpr std::int64_t kSettle_ns_max =
     20 *
     kSecond_ns;  // after the disturbances, beside what lines have buffered: the longest wait between attempts is 5 s
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
-constexpr std::size_t kBases_bytes = 40'000;            // that a client may be sent when grooms are ready
-constexpr std::int64_t kRest_ns_max = 30 * kSecond_ns;  // hair that swings on and on is damped after 8 s
+constexpr std::size_t kBases_bytes = 40'000;  // that a client may be sent when grooms are ready
+constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
 std::string described(const NetworkQuality& quality) {
   if (!quality.lossy) return "";
