@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -9,11 +7,6 @@
 
 // The builds of GroomStore: which groom is next, and for how long.
 namespace hairnet::server {
-namespace {
-
-using wire::ErrorReason;
-
-}  // namespace
 
 void GroomStore::queue(Entry& entry, SessionId owner) {
   entry.state = State::queued;
@@ -100,7 +93,7 @@ Refused GroomStore::make_place_in_queue(SessionId session, std::int64_t now_ns) 
     ++count;
   }
   if (count < limits_.build_queue_max) return {};
-  const Refused refused{ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
+  const Refused refused{wire::ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
   counters_->grooms_refused_queue_full.add();
   const auto most = std::ranges::max_element(waiting, {}, [](const auto& w) { return w.second; });
   if (most == waiting.end() || most->second <= waiting[sharer_of(session)] + 1) return refused;

@@ -1,8 +1,10 @@
 #include "server/grooms/groom_store.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
 #include <tuple>
 #include <utility>
 
