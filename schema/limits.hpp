@@ -18,6 +18,7 @@ inline constexpr std::size_t kDatagramBytesMax = 1024;        // some browsers t
 inline constexpr std::size_t kGroomChunkBytesMax = 262'144;
 inline constexpr std::size_t kGroomBytesMax = 268'435'456;
 inline constexpr std::size_t kPosesPerBatchMax = 4096;
+inline constexpr std::size_t kEarlierPosesMax = 16;            // of a batch
 inline constexpr std::size_t kMembersPerMessageMax = 4096;     // of Observe, ReportImportance
 inline constexpr std::size_t kHairStateIntegersMax = 786'432;  // of the largest lattice
 inline constexpr std::size_t kRoomNameBytesMax = 64;

@@ -59,6 +59,7 @@ class FallbackStream final : public ServerStream {
     if (better_) better_->close();
   }
   [[nodiscard]] bool has_messages() const override { return stream_->has_messages(); }
+  [[nodiscard]] bool has_datagrams() const override { return stream_->has_datagrams(); }
   [[nodiscard]] std::string_view transport() const override { return stream_->transport(); }
   [[nodiscard]] std::string_view fallback_reason() const override { return fallback_reason_; }
 

@@ -156,7 +156,7 @@ struct Link::Impl {
     with_core([&](LinkCore& k) {
       transport = c->stream->transport();
       fallback_reason = c->stream->fallback_reason();
-      k.on_open(channel::monotonic_ns());
+      k.on_open(channel::monotonic_ns(), c->stream->has_datagrams());
     });
     asio::co_spawn(io, receive(c), asio::detached);
     asio::co_spawn(io, transmit(c), asio::detached);

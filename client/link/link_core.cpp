@@ -15,6 +15,10 @@ using wire::GoodbyeReason;
 // A pose waits for at most one chunk of a groom: it is kept small.
 constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
+// With those before them they fit kDatagramBytesMax.
+constexpr std::size_t kPosesPerDatagram = 3;
+// So many at once are a crowd's: as datagrams they would be too many, and travel in order.
+constexpr std::size_t kPosesInDatagramsMax = 32;
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kAskAgain_ns = 1'000'000'000;
 // Of a pose that was captured before the connection. The server refuses poses of more than a second.
@@ -140,8 +144,9 @@ void LinkCore::request_groom(const wire::GroomHash& hash) {
 
 void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
   requested_.store(poses);
+  const bool as_datagrams = has_datagrams_ && poses.size() <= kPosesInDatagramsMax;
   if (active())
-    queue_.push_poses(std::move(poses));
+    queue_.push_poses(std::move(poses), as_datagrams ? kPosesPerDatagram : wire::kPosesPerBatchMax);
   else
     queue_.drop_poses(poses);
 }
@@ -219,9 +224,11 @@ void LinkCore::on_opening(std::int64_t now_ns) {
   splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
 }
 
-void LinkCore::on_open(std::int64_t) {
+void LinkCore::on_open(std::int64_t, bool has_datagrams) {
   if (state_ != State::opening) return;
   state_ = State::greeting;
+  has_datagrams_ = has_datagrams;
+  sent_poses_.clear();
   wire::Hello hello;
   hello.client_name = options_.client_name;
   hello.room = options_.room;
@@ -308,6 +315,11 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
   taken_may_be_lost_ = may_be_lost(*message);
+  if (taken_may_be_lost_ && has_datagrams_) {
+    auto& batch = std::get<wire::PoseBatch>(*message);
+    if (batch.poses.size() <= kPosesPerDatagram) sent_poses_.repeat_in(batch);
+  }
+  if (const auto* removed = std::get_if<wire::RemoveCharacter>(&*message)) sent_poses_.forget(removed->character);
   sent_ns_ = now_ns;
   const auto to_message = [](auto& m) { return wire::Message(std::move(m)); };
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::visit(to_message, *message)});

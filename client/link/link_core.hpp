@@ -19,6 +19,7 @@
 #include "client/link/requested_state.hpp"
 #include "client/link/requested_wind.hpp"
 #include "client/link/send_queue.hpp"
+#include "client/link/sent_poses.hpp"
 #include "client/link/upload_queue.hpp"
 #include "schema/channel/bulk_scheduler.hpp"
 #include "schema/channel/clock_estimate.hpp"
@@ -141,7 +142,8 @@ class LinkCore {
   // session goes on. Returns false, and does nothing, without a session or where the options say not to reconnect.
   bool replace_connection(std::string why, std::int64_t now_ns);
   void on_opening(std::int64_t now_ns);
-  void on_open(std::int64_t now_ns);
+  // `has_datagrams`: packets that may be lost travel as such.
+  void on_open(std::int64_t now_ns, bool has_datagrams = false);
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
   // Exactly one, size prefix included, or a frame datagram.
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
@@ -189,6 +191,7 @@ class LinkCore {
   const LinkCoreOptions options_;
   State state_ = State::idle;
   bool connection_ = false;  // from on_opening() to on_closed()
+  bool has_datagrams_ = false;
   bool goodbye_taken_ = false, taken_may_be_lost_ = false;
   std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
   std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
@@ -205,6 +208,7 @@ class LinkCore {
   UploadQueue uploads_;
   channel::BulkScheduler upload_scheduler_;
   SendQueue queue_;
+  SentPoses sent_poses_;  // over this connection, if it has datagrams
   Members members_;
   std::vector<Members::DecodedFrame> decoded_;  // of the batch in hand
   LastKnownHair last_known_;

@@ -43,15 +43,16 @@ bool SendQueue::push(wire::ClientMessage message) {
   return true;
 }
 
-void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
+void SendQueue::push_poses(std::vector<wire::PoseSample> poses, std::size_t most) {
+  while (pose_batch_count_ >= kPoseBatchesMax) drop_oldest_poses();
   if (!teleport_pending_.empty()) {
     for (wire::PoseSample& pose : poses) pose.teleport |= teleport_pending_.erase(pose.character) != 0;
   }
-  for (std::size_t begin = 0; begin < poses.size(); begin += wire::kPosesPerBatchMax) {
-    const std::size_t end = std::min(poses.size(), begin + wire::kPosesPerBatchMax);
+  for (std::size_t begin = 0; begin < poses.size(); begin += most) {
+    const std::size_t end = std::min(poses.size(), begin + most);
     messages_.push_back(wire::PoseBatch{
         {poses.begin() + static_cast<std::ptrdiff_t>(begin), poses.begin() + static_cast<std::ptrdiff_t>(end)}});
-    if (++pose_batch_count_ > kPoseBatchesMax) drop_oldest_poses();
+    ++pose_batch_count_;
   }
   check_invariants();
 }

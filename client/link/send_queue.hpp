@@ -14,13 +14,14 @@ namespace hairnet::link {
 // the queue drops the oldest pose batches, which newer poses replace anyway. No I/O; one thread.
 class SendQueue {
  public:
-  static constexpr std::size_t kPoseBatchesMax = 64;
+  static constexpr std::size_t kPoseBatchesMax = 64;  // beside those pushed last
   static constexpr std::size_t kOthersMax = 65'536;
 
   // False when full: the caller has sent more requests than any server accepts.
   [[nodiscard]] bool push(wire::ClientMessage message);
-  // In batches of at most kPosesPerBatchMax. A dropped pose's teleport passes to the character's next pose.
-  void push_poses(std::vector<wire::PoseSample> poses);
+  // In batches of at most `most` poses. All are queued: where there are too many with them, those pushed before are
+  // dropped. A dropped pose's teleport passes to the character's next pose.
+  void push_poses(std::vector<wire::PoseSample> poses, std::size_t most = wire::kPosesPerBatchMax);
   std::optional<wire::ClientMessage> pop();
   // Drops everything, since the connection is lost. A teleport among the dropped poses passes to the character's next
   // pose.

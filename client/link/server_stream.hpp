@@ -44,6 +44,7 @@ class ServerStream {
   virtual void half_close() = 0;  // nothing more will be written
   virtual void close() = 0;       // pending operations end soon
   [[nodiscard]] virtual bool has_messages() const = 0;
+  [[nodiscard]] virtual bool has_datagrams() const { return false; }  // else what may be lost is not
   // "webtransport", or the scheme of an address.
   [[nodiscard]] virtual std::string_view transport() const = 0;
   // Why it is not WebTransport, which was tried before, in one line. Empty: it is, or that was not tried.

@@ -109,6 +109,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   }
 
   [[nodiscard]] bool has_messages() const override { return true; }
+  [[nodiscard]] bool has_datagrams() const override { return true; }
   [[nodiscard]] std::string_view transport() const override { return "webtransport"; }
   [[nodiscard]] WebTransportFailure failure() const override { return failure_; }
   asio::awaitable<bool> rest() override {

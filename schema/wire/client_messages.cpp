@@ -1,6 +1,34 @@
+#include "schema/wire/earlier_pose.hpp"
 #include "schema/wire/message_codec.hpp"
 
 namespace hairnet::wire {
+namespace {
+
+// Null: it has none.
+const PoseSample* first_of(const std::vector<PoseSample>& poses, std::uint32_t character) {
+  const auto found = std::ranges::find(poses, character, &PoseSample::character);
+  return found == poses.end() ? nullptr : &*found;
+}
+
+Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBatch& out) {
+  if (in.size() > kEarlierPosesMax)
+    return "pose batch: " + std::to_string(in.size()) + " earlier poses, more than " + std::to_string(kEarlierPosesMax);
+  if (!is_aligned(in)) return "pose batch: earlier poses not aligned";
+  out.earlier.reserve(in.size());
+  for (const fb::EarlierPose* p : in) {
+    const PoseSample* later = first_of(out.poses, p->character());
+    if (!later)
+      return "pose batch: an earlier pose of character " + std::to_string(p->character()) + ", which has no pose";
+    if (p->sequence_before() == 0) return "pose batch: an earlier pose with the sequence of the pose";
+    PoseSample& sample = out.earlier.emplace_back(from_earlier(*p, *later));
+    if (Fault fault = read_time(sample.capture_time_ns, "earlier pose's capture time", sample.capture_time_ns);
+        !fault.empty())
+      return fault;
+  }
+  return {};
+}
+
+}  // namespace
 
 Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
   const fb::Secret secret = to_flatbuffer(m.secret);
@@ -137,7 +165,15 @@ Offset<fb::PoseBatch> write(FlatBufferBuilder& to, const PoseBatch& m) {
   poses.reserve(m.poses.size());
   for (const PoseSample& p : m.poses)
     poses.emplace_back(p.capture_time_ns, p.character, p.sequence, to_flatbuffer(p.pose), p.teleport);
-  return fb::CreatePoseBatch(to, to.CreateVectorOfStructs(poses));
+  const auto poses_at = to.CreateVectorOfStructs(poses);
+  std::vector<fb::EarlierPose> earlier;
+  for (const PoseSample& p : m.earlier) {
+    const PoseSample* later = first_of(m.poses, p.character);
+    HAIRNET_ASSERT(later);
+    if (const auto fitting = to_earlier(p, *later)) earlier.push_back(*fitting);
+  }
+  if (earlier.empty()) return fb::CreatePoseBatch(to, poses_at);
+  return fb::CreatePoseBatch(to, poses_at, to.CreateVectorOfStructs(earlier));
 }
 
 Fault read(const fb::PoseBatch& in, PoseBatch& out) {
@@ -155,7 +191,7 @@ Fault read(const fb::PoseBatch& in, PoseBatch& out) {
     if (Fault fault = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns); !fault.empty())
       return fault;
   }
-  return {};
+  return in.earlier() ? read_earlier(*in.earlier(), out) : Fault();
 }
 
 Offset<fb::SetMaterial> write(FlatBufferBuilder& to, const SetMaterial& m) {

@@ -94,8 +94,16 @@ struct PoseSample {
   bool teleport = false;
   Pose pose;
 };
+// Whether sequence `a` is newer than `b`: they wrap.
+[[nodiscard]] constexpr bool is_newer_sequence(std::uint32_t a, std::uint32_t b) {
+  return static_cast<std::int32_t>(a - b) > 0;
+}
 struct PoseBatch {
   std::vector<PoseSample> poses;
+  // Poses of the same characters that were sent before, each character's in order, since datagrams get lost. They
+  // travel as what they differ by from its first one in `poses`, rounded (see earlier_pose.hpp), and without what does
+  // not fit.
+  std::vector<PoseSample> earlier = {};
 };
 // The decoder does not check these values: the session validates them, as it does poses.
 struct SetMaterial {

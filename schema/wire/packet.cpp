@@ -18,7 +18,8 @@ std::size_t bulk_bytes(const Message& message) {
   if (const auto* hello = std::get_if<Hello>(&message)) return hello->token.size();
   if (const auto* add = std::get_if<AddCharacter>(&message))
     return add->state ? 2 * (add->state->displacements.size() + add->state->velocities.size()) : 0;
-  if (const auto* batch = std::get_if<PoseBatch>(&message)) return batch->poses.size() * sizeof(fb::PoseSample);
+  if (const auto* batch = std::get_if<PoseBatch>(&message))
+    return batch->poses.size() * sizeof(fb::PoseSample) + batch->earlier.size() * sizeof(fb::EarlierPose);
   std::size_t bytes = 0;
   if (const auto* batch = std::get_if<FrameBatch>(&message)) {
     for (const Frame& f : batch->frames) bytes += frame_bytes(f);

@@ -18,18 +18,13 @@ double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
   return static_cast<double>(at_ns - from_ns) / static_cast<double>(to_ns - from_ns);
 }
 
-// Sequences wrap.
-bool is_newer(std::uint32_t a, std::uint32_t b) {
-  return static_cast<std::int32_t>(a - b) > 0;
-}
-
 }  // namespace
 
 void PoseInbox::check_invariants() const {
   HAIRNET_ASSERT(poses_.size() <= kPosesMax);
   for (std::size_t i = 1; i < poses_.size(); ++i) {
     HAIRNET_VALIDATE(poses_[i].sample.capture_time_ns > poses_[i - 1].sample.capture_time_ns);
-    HAIRNET_VALIDATE(is_newer(poses_[i].sample.sequence, poses_[i - 1].sample.sequence));
+    HAIRNET_VALIDATE(wire::is_newer_sequence(poses_[i].sample.sequence, poses_[i - 1].sample.sequence));
     HAIRNET_VALIDATE(poses_[i - 1].teleport_reported || !poses_[i].teleport_reported);
   }
 }
@@ -39,9 +34,10 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
   if (sample.capture_time_ns < now_ns - kAgeMax_ns) return Put::stale;
   if (!poses_.empty()) {
     const wire::PoseSample& newest = poses_.back().sample;
-    if (!is_newer(sample.sequence, newest.sequence) || sample.capture_time_ns <= newest.capture_time_ns) {
+    if (!wire::is_newer_sequence(sample.sequence, newest.sequence) ||
+        sample.capture_time_ns <= newest.capture_time_ns) {
       // A newer pose has overtaken it on the way.
-      if (sample.teleport && is_newer(newest.sequence, sample.sequence)) has_late_teleport_ = true;
+      if (sample.teleport && wire::is_newer_sequence(newest.sequence, sample.sequence)) has_late_teleport_ = true;
       return Put::out_of_order;
     }
   }

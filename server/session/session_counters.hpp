@@ -90,6 +90,8 @@ struct SessionCounters : CounterSet {
   Counter downloads_given_up_stalled{*this, "downloads_given_up", "reason", "stalled"};  // it did not read them
   Counter downloads_delayed{*this, "downloads_delayed"};  // a piece waited, as the session had its share of bytes
   Counter poses_received{*this, "poses_received"};
+  // Sent again with later ones, though they had come. Not among those received.
+  Counter poses_repeated{*this, "poses_repeated"};
   Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate"};
   Counter poses_dropped_busy{*this, "poses_dropped", "reason", "busy"};
   // The character's last pose was captured less than 4 ms before or after.

@@ -21,8 +21,9 @@ class Session;
 // A character as its session knows it.
 struct OwnCharacter {
   wire::GroomHash groom{};
-  std::optional<std::int64_t> pose_ns;  // server time at which the last pose that reached the tick was captured
-  bool teleport_pending = false;        // of a pose that was left out
+  std::optional<std::uint32_t> pose_sequence = {};  // the newest one of a valid pose
+  std::optional<std::int64_t> pose_ns = {};  // server time at which the last pose that reached the tick was captured
+  bool teleport_pending = false;             // of a pose that was left out
 };
 
 // The part of a session that survives its connection and moves to the session that resumes it.

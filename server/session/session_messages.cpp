@@ -426,7 +426,7 @@ struct Session::MessageHandler {
     const std::uint32_t character = add.character;
     const wire::GroomHash groom = add.groom;
     if (Refused refused = put(std::move(add))) return refused;
-    identity.characters.emplace(character, OwnCharacter{groom, {}, false});
+    identity.characters.emplace(character, OwnCharacter{groom});
     ++context.character_count;
     context.rooms.add_character(identity.room);
     context.subjects.add_character(identity.subject.name);
@@ -527,6 +527,7 @@ struct Session::MessageHandler {
   }
 
   Refused operator()(wire::PoseBatch& batch) {
+    take_earlier(batch);
     const std::size_t received = batch.poses.size();
     counters.poses_received.add(received);
     if (!identity.poses.take(static_cast<double>(received), now_ns)) {
@@ -555,6 +556,16 @@ struct Session::MessageHandler {
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
     return {};
   }
+  // Clients send a pose again with the next ones, since one may get lost. That costs them nothing of their rate.
+  void take_earlier(wire::PoseBatch& batch) {
+    const auto has_come = [this](const wire::PoseSample& sample) {
+      const auto own = identity.characters.find(sample.character);
+      return own != identity.characters.end() && own->second.pose_sequence &&
+             !wire::is_newer_sequence(sample.sequence, *own->second.pose_sequence);
+    };
+    counters.poses_repeated.add(std::erase_if(batch.earlier, has_come));
+    batch.poses.insert(batch.poses.begin(), batch.earlier.begin(), batch.earlier.end());
+  }
   // True when the pose is left out because it is too close to the character's last one. The next pose then has its
   // teleport.
   bool is_thinned(wire::PoseSample& sample) {
@@ -567,7 +578,8 @@ struct Session::MessageHandler {
     sample.teleport = std::exchange(character.teleport_pending, false) || sample.teleport;
     return false;
   }
-  // Returns why the pose is refused, and counts that; otherwise converts its capture time to the server's clock.
+  // Returns why the pose is refused, and counts that; otherwise converts its capture time to the server's clock, and
+  // takes note of its sequence.
   Refused check_pose(wire::PoseSample& sample) {
     if (Refused refused = check_own(sample.character, "pose")) {
       counters.poses_rejected_character.add();
@@ -595,6 +607,8 @@ struct Session::MessageHandler {
     }
     HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
     sample.capture_time_ns = *captured_ns;
+    std::optional<std::uint32_t>& newest = identity.characters.at(sample.character).pose_sequence;
+    if (!newest || wire::is_newer_sequence(sample.sequence, *newest)) newest = sample.sequence;
     return {};
   }
 };

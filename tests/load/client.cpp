@@ -99,7 +99,7 @@ void Client::drive(std::int64_t now_ns) {
 }
 
 void Client::on_open(std::int64_t now_ns) {
-  protocol_->on_open(now_ns);
+  protocol_->on_open(now_ns, connection_->has_datagrams());
   drive(now_ns);
 }
 

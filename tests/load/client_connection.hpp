@@ -29,7 +29,8 @@ class ClientConnection {
  public:
   virtual ~ClientConnection() = default;
   virtual void send(std::span<const std::uint8_t> bytes) = 0;  // a packet, or the bad bytes of a BadClient
-  // A packet that may get lost or overtake others, where the transport has such ones.
+  [[nodiscard]] virtual bool has_datagrams() const { return false; }
+  // A packet that may get lost or overtake others, where the transport has datagrams.
   virtual void send_unreliably(std::span<const std::uint8_t> packet) { send(packet); }
   virtual void close_sending() = 0;  // after what waits
   // Only so many more bytes are read, until allowed more.

@@ -104,7 +104,7 @@ class FakeServer final : public Connector {
     [[nodiscard]] bool wants_half_close() const override { return false; }
     [[nodiscard]] bool wants_close() const override { return connected && state == State::ended; }
     void on_opening(std::int64_t) override { connected = true; }
-    void on_open(std::int64_t) override {}
+    void on_open(std::int64_t, bool) override {}
     void on_packet(std::span<const std::uint8_t>, std::int64_t now_ns, ProtocolEvents& events) override {
       if (state != State::welcomed) {
         state = State::welcomed;

@@ -32,7 +32,7 @@ void GroomUploader::poll(std::int64_t now_ns) {
 }
 
 void GroomUploader::on_open(std::int64_t now_ns) {
-  protocol_->on_open(now_ns);
+  protocol_->on_open(now_ns, false);  // it sends no poses
   poll(now_ns);
 }
 

@@ -71,7 +71,7 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
   [[nodiscard]] bool wants_half_close() const override { return core_.wants_half_close(); }
   [[nodiscard]] bool wants_close() const override { return core_.wants_close(); }
   void on_opening(std::int64_t now_ns) override { core_.on_opening(now_ns); }
-  void on_open(std::int64_t now_ns) override { core_.on_open(now_ns); }
+  void on_open(std::int64_t now_ns, bool has_datagrams) override { core_.on_open(now_ns, has_datagrams); }
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, ProtocolEvents& events) override {
     events_ = &events;
     now_ns_ = now_ns;

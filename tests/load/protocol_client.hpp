@@ -71,7 +71,7 @@ class ProtocolClient {
   [[nodiscard]] virtual bool wants_half_close() const = 0;
   [[nodiscard]] virtual bool wants_close() const = 0;
   virtual void on_opening(std::int64_t now_ns) = 0;
-  virtual void on_open(std::int64_t now_ns) = 0;
+  virtual void on_open(std::int64_t now_ns, bool has_datagrams) = 0;
   virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, ProtocolEvents& events) = 0;
   virtual void on_closed(std::int64_t now_ns) = 0;
   // The next packet to send; empty: there is none.

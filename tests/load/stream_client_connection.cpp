@@ -54,6 +54,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
     may_read_.cancel();
   }
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
+  [[nodiscard]] bool has_datagrams() const { return stream_->has_datagrams(); }
 
  private:
   struct Unsent {
@@ -154,6 +155,7 @@ class StreamClientConnection final : public ClientConnection {
   StreamClientConnection(const StreamClientConnection&) = delete;
   StreamClientConnection& operator=(const StreamClientConnection&) = delete;
   void send(std::span<const std::uint8_t> bytes) override { connection_->send(bytes, false); }
+  [[nodiscard]] bool has_datagrams() const override { return connection_->has_datagrams(); }
   void send_unreliably(std::span<const std::uint8_t> bytes) override { connection_->send(bytes, true); }
   void close_sending() override { connection_->close_sending(); }
   void limit_reading(std::size_t bytes) override { connection_->limit_reading(bytes); }

@@ -27,6 +27,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kPacketsOfAKind = 12;
 constexpr std::size_t kSpoiltPackets = 6000;
 constexpr std::size_t kFrameDatagrams = 2000;
+constexpr std::uint32_t kEarlierPoses = 100;
 constexpr std::int64_t kExactTime_ns = std::int64_t{1} << 52;
 
 // Numbers that a double represents exactly, and values that a client's own checks accept.
@@ -64,6 +65,27 @@ Json packet_cases() {
   wire::RandomMessages random(7);
   for (std::size_t kind = 0; kind < wire::kMessageKinds; ++kind) {
     for (std::size_t n = 0; n < kPacketsOfAKind; ++n) cases.push_back(packet_case(random.envelope(kind), n % 2 == 0));
+  }
+  return cases;
+}
+
+// Poses that were sent before, as rounded: a reader's arithmetic may differ by the last digit.
+Json earlier_pose_cases() {
+  Json cases = Json::array();
+  wire::RandomMessages random(10);
+  for (std::uint32_t n = 0; n < kEarlierPoses; ++n) {
+    const wire::PoseSample later{1 + n, 2, 28'000'000, false, random.pose()};
+    wire::PoseSample earlier{1 + n, 1 - 300 * n, 28'000'000 - n, false, later.pose};
+    for (RigidTransform& bone : earlier.pose.bones) {
+      const Vec3 axis(random.real(-1, 1), random.real(-1, 1), random.real(0.1, 1));
+      bone.rotation = Quat(Eigen::AngleAxisd(random.real(-2, 2), axis.normalized())) * bone.rotation;
+      bone.position += Vec3(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1));
+    }
+    const std::vector<std::uint8_t> packet = wire::encode_packet({0, wire::PoseBatch{{later}, {earlier}}});
+    const wire::DecodedPacket decoded = wire::decode_packet(packet);
+    const auto& batch = std::get<wire::PoseBatch>(decoded.envelope.message);
+    cases.push_back(
+        {{"packet", hex(packet)}, {"earlier", to_json(wire::Message(wire::PoseBatch{batch.earlier}))["poses"]}});
   }
   return cases;
 }
@@ -134,8 +156,9 @@ int write_all(const std::filesystem::path& folder) {
   const bool done =
       write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
       write(folder, "frame_datagrams.json", frame_datagram_cases()) &&
-      write(folder, "sequence.json", sequence_case()) && write(folder, "ffd.json", ffd_cases()) &&
-      write(folder, "grooms.json", groom_cases()) && write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
+      write(folder, "earlier_poses.json", earlier_pose_cases()) && write(folder, "sequence.json", sequence_case()) &&
+      write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
+      write(folder, "spoilt_grooms.json", spoilt_groom_cases()) &&
       write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&
       write(folder, "drawing.json", drawing_cases()) && write(folder, "frame.json", frame_code_cases()) &&
       write(folder, "basis.json", basis_cases()) && write(folder, "skin.json", skin_case()) &&

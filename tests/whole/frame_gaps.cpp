@@ -20,8 +20,8 @@ constexpr std::int64_t kPose_ns = kSecond_ns / 72;
 class PlainClient final : public ClientEvents {
  public:
   PlainClient(Timeline& timeline, ServerHost& host, const NetworkQuality& quality, std::uint64_t address,
-              std::uint64_t seed)
-      : timeline_(&timeline), core_(options()) {
+              std::uint64_t seed, std::string room = {})
+      : timeline_(&timeline), core_(options(std::move(room))) {
     core_.start();
     core_.on_opening(timeline.now_ns());
     wire_ = std::make_shared<SimulatedConnection>(timeline, host, *this, quality, address, seed);
@@ -37,7 +37,11 @@ class PlainClient final : public ClientEvents {
     while (wire_->takes_more()) {
       const std::vector<std::uint8_t> packet = core_.take_packet(now_ns);
       if (packet.empty()) break;
-      wire_->write(packet);
+      const bool may_be_lost = core_.taken_may_be_lost() && packet.size() <= quic::kDatagramBytesMax;
+      if (wire_->has_datagrams() && may_be_lost)
+        wire_->write_datagram(packet);
+      else
+        wire_->write(packet);
     }
     for (const link::Event& event : core_.take_events()) {
       const auto* batch = std::get_if<link::FrameBatch>(&event);
@@ -45,7 +49,7 @@ class PlainClient final : public ClientEvents {
     }
   }
   void on_open() override {
-    core_.on_open(timeline_->now_ns());
+    core_.on_open(timeline_->now_ns(), wire_->has_datagrams());
     turn();
   }
   void on_bytes(std::span<const std::uint8_t> bytes) override {
@@ -61,8 +65,9 @@ class PlainClient final : public ClientEvents {
   void on_closed(const std::string&) override {}
 
  private:
-  static link::LinkCoreOptions options() {
+  static link::LinkCoreOptions options(std::string room) {
     link::LinkCoreOptions options;
+    options.room = std::move(room);
     options.evaluate_learnt = false;
     return options;
   }
@@ -108,6 +113,9 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
   owner.core().offer_groom(groom.hash, groom.bytes);
   for (std::uint32_t c = 1; c <= def.characters; ++c)
     owner.core().send(wire::AddCharacter{c, groom.hash, LevelIndex::high, {}});
+  PlainClient mover(timeline, host, lossy, 3, seed + 2'000'000, "next-door");
+  mover.core().offer_groom(groom.hash, groom.bytes);
+  mover.core().send(wire::AddCharacter{1, groom.hash, LevelIndex::high, {}});
   std::uint32_t sequence = 0;
   std::function<void()> pose = [&] {
     std::vector<wire::PoseSample> poses;
@@ -115,6 +123,8 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
     const std::int64_t now_ns = timeline.now_ns();
     for (std::uint32_t c = 1; c <= def.characters; ++c)
       poses.push_back({c, sequence, now_ns, false, lively_pose(1e-9 * static_cast<double>(now_ns), c)});
+    mover.core().push_poses({poses.front()});
+    mover.turn();
     owner.core().push_poses(std::move(poses));
     owner.turn();
     timeline.after(kPose_ns, pose);
@@ -134,6 +144,10 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
   };
   timeline.run(kWarmUp_ns);
   const std::uint64_t bytes = viewer.core().counters().frame_bytes_received;
+  // Poses of the others all come, and in time.
+  const server::RoomCounters& counters = host.metrics(0).room;
+  const auto late = [&] { return counters.poses_extrapolated.value() + counters.poses_stale.value(); };
+  const std::uint64_t first_sequence = sequence, came = counters.poses_accepted.value(), came_late = late();
   const std::int64_t end_ns = kWarmUp_ns + static_cast<std::int64_t>(1e9 * def.duration_s);
   std::size_t looks = 0, coarser = 0;
   while (timeline.now_ns() < end_ns) {
@@ -144,6 +158,10 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
       coarser += observer.throttle.coarser_octaves() > 0 ? 1 : 0;
     }
   }
+  const double pushed = (1.0 + def.characters) * static_cast<double>(sequence - first_sequence);
+  const double missing = pushed - static_cast<double>(counters.poses_accepted.value() - came);
+  gaps.poses_missing_share = missing / static_cast<double>(sequence - first_sequence);
+  gaps.poses_late_share = static_cast<double>(late() - came_late) / (config.tick_rate_hz * def.duration_s);
   gaps.frame_bytes_per_s = static_cast<double>(viewer.core().counters().frame_bytes_received - bytes) / def.duration_s;
   gaps.coarser_share = static_cast<double>(coarser) / static_cast<double>(std::max<std::size_t>(looks, 1));
   std::ranges::sort(gaps.ms);

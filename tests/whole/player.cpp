@@ -19,14 +19,6 @@ const T& one_of(const std::vector<T>& all, Random& random) {
   return all[static_cast<std::size_t>(random.next() % all.size())];
 }
 
-// Which packets a client sends in datagrams.
-bool may_be_lost(std::span<const std::uint8_t> packet) {
-  if (packet.size() > quic::kDatagramBytesMax) return false;
-  const wire::DecodedPacket decoded = wire::decode_packet(packet);
-  const auto* batch = std::get_if<wire::PoseBatch>(&decoded.envelope.message);
-  return batch && !batch->poses.empty() && std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
-}
-
 }  // namespace
 
 Player::Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed)
@@ -232,7 +224,8 @@ void Player::turn() {
     while (connection_ && connection_->takes_more()) {
       const std::vector<std::uint8_t> packet = core_->take_packet(clock_ns());
       if (packet.empty()) break;
-      if (connection_->has_datagrams() && may_be_lost(packet))
+      const bool may_be_lost = core_->taken_may_be_lost() && packet.size() <= quic::kDatagramBytesMax;
+      if (connection_->has_datagrams() && may_be_lost)
         connection_->write_datagram(packet);
       else
         connection_->write(packet);
@@ -277,7 +270,7 @@ void Player::wake_at(std::int64_t local_ns) {
 
 void Player::on_open() {
   if (!core_) return;
-  core_->on_open(clock_ns());
+  core_->on_open(clock_ns(), connection_->has_datagrams());
   turn();
 }
 

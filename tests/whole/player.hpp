@@ -75,8 +75,8 @@ class Player final : public ClientEvents {
     bool asleep = false, discontinuous = false;
     bool hair = false;  // in the last frame
     LevelIndex level = LevelIndex::rigid;
-    std::int64_t learnt_ns = -1;  // of the last frame of level learnt
-    std::int64_t like_ns = 0;     // when its hair was last as in the World, or could not be compared
+    std::optional<std::int64_t> learnt_ns;  // sample time of the last frame of level learnt
+    std::int64_t like_ns = 0;               // when its hair was last as in the World, or could not be compared
     Pose pose;
     std::string tag;
     std::optional<wire::Appearance> appearance;

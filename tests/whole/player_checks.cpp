@@ -282,8 +282,10 @@ void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame,
   constexpr std::int64_t kCalm_ns = 4 * kSecond_ns;
   constexpr float kLearntApart_m = 8e-3f;
   const std::int64_t now_ns = timeline_->now_ns();
-  if (frame.level == LevelIndex::learnt) member.learnt_ns = now_ns;
-  const bool is_learnt = member.learnt_ns >= 0 && now_ns - member.learnt_ns < kFade_ns;
+  const std::int64_t sampled_ns = batch.sample_time_ns;
+  if (frame.level == LevelIndex::learnt) member.learnt_ns = sampled_ns;
+  const bool is_learnt =
+      member.learnt_ns && sampled_ns >= *member.learnt_ns && sampled_ns < *member.learnt_ns + kFade_ns;
   const bool is_shown = frame.level != LevelIndex::rigid && frame.basis && !frame.last_known;
   const int life = connection_ ? connection_->life() : host_->life();
   const int octaves = host_->coarser_octaves(life, batch.tick, static_cast<server::SessionId>(session()));

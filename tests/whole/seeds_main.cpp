@@ -116,8 +116,8 @@ int print_gaps(const Options& options, const GapsOptions& line) {
   constexpr double kTick_ms = 1000.0 / 30;
   fmt::print("{} seeds of {} s, 30 Hz, {} characters at the finest level, {} % loss, {} ms round trip\n", options.count,
              line.seconds, line.characters, line.loss_percent, line.round_trip_ms);
-  fmt::print("{:>12} {:>8} {:>8} {:>8} {:>8} {:>11} {:>9}\n", "gap, ticks", "p50", "p99", "p99.9", "max", "bytes/s",
-             "coarser");
+  fmt::print("{:>12} {:>8} {:>8} {:>8} {:>8} {:>11} {:>9} {:>14} {:>11}\n", "gap, ticks", "p50", "p99", "p99.9", "max",
+             "bytes/s", "coarser", "poses missing", "poses late");
   for (const bool has_datagrams : {true, false}) {
     hairnet::whole::GapsDef def;
     def.has_datagrams = has_datagrams;
@@ -128,12 +128,14 @@ int print_gaps(const Options& options, const GapsOptions& line) {
     def.path.burst_ns = static_cast<std::int64_t>(1e6 * line.burst_ms);
     if (line.kbit_per_s > 0) def.path.bytes_per_s = 125 * line.kbit_per_s;
     std::vector<float> all;
-    double bytes_per_s = 0, coarser = 0;
+    double bytes_per_s = 0, coarser = 0, missing = 0, late = 0;
     for (std::uint64_t seed = options.first; seed < options.first + options.count; ++seed) {
       const hairnet::whole::Gaps gaps = hairnet::whole::measure_gaps(def, seed);
       all.insert(all.end(), gaps.ms.begin(), gaps.ms.end());
       bytes_per_s += gaps.frame_bytes_per_s / static_cast<double>(options.count);
       coarser += gaps.coarser_share / static_cast<double>(options.count);
+      missing += gaps.poses_missing_share / static_cast<double>(options.count);
+      late += gaps.poses_late_share / static_cast<double>(options.count);
     }
     if (all.empty()) {
       fmt::print("no frames came\n");
@@ -143,8 +145,9 @@ int print_gaps(const Options& options, const GapsOptions& line) {
     const auto at = [&](double share) {
       return all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))] / kTick_ms;
     };
-    fmt::print("{:>12} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>11.0f} {:>8.0f}%\n",
-               has_datagrams ? "WebTransport" : "TCP", at(0.5), at(0.99), at(0.999), at(1), bytes_per_s, 100 * coarser);
+    fmt::print("{:>12} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>11.0f} {:>8.0f}% {:>13.2f}% {:>10.1f}%\n",
+               has_datagrams ? "WebTransport" : "TCP", at(0.5), at(0.99), at(0.999), at(1), bytes_per_s, 100 * coarser,
+               100 * missing, 100 * late);
   }
   return 0;
 }

@@ -137,6 +137,19 @@ TEST(SendQueue, large_batches_are_cut_to_the_protocols_limit) {
   EXPECT_FALSE(queue.pop());
 }
 
+TEST(SendQueue, batches_that_were_pushed_together_do_not_push_each_other_out) {
+  SendQueue queue;
+  for (std::uint32_t i = 1; i <= 3; ++i) {
+    std::vector<wire::PoseSample> poses;
+    for (std::uint32_t c = 1; c <= 2 * SendQueue::kPoseBatchesMax; ++c) poses.push_back(pose_of(c, i)[0]);
+    queue.push_poses(std::move(poses), 1);
+  }
+  std::size_t newest = 0;
+  while (const auto message = queue.pop()) newest += std::get<wire::PoseBatch>(*message).poses.at(0).sequence == 3;
+  EXPECT_EQ(newest, 2 * SendQueue::kPoseBatchesMax);
+  EXPECT_EQ(queue.poses_dropped(), 2 * SendQueue::kPoseBatchesMax + SendQueue::kPoseBatchesMax + 1);
+}
+
 TEST(SendQueue, refuses_more_messages_than_its_bound) {
   SendQueue queue;
   for (std::size_t i = 0; i < SendQueue::kOthersMax; ++i) ASSERT_TRUE(queue.push(wire::RemoveCharacter{1}));

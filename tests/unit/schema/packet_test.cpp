@@ -250,6 +250,79 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
   EXPECT_FALSE(equal(received, pose));
 }
 
+TEST(Packet, carries_earlier_poses_rounded) {
+  RandomMessages random(12);
+  for (int i = 0; i < 200; ++i) {
+    const PoseSample later{7, 2, 50'000'000, false, random.pose()};
+    PoseSample earlier{7, 0xffffffff, 20'000'000, false, later.pose};
+    for (RigidTransform& bone : earlier.pose.bones) {
+      const Vec3 axis(random.real(-1, 1), random.real(-1, 1), random.real(0.1, 1));
+      bone.rotation = Quat(Eigen::AngleAxisd(random.real(-2, 2), axis.normalized())) * bone.rotation;
+      bone.position += Vec3(random.real(-1.6, 1.6), random.real(-1.6, 1.6), random.real(-1.6, 1.6));
+    }
+    const DecodedPacket got = decode_packet(encode(PoseBatch{{later}, {earlier}}));
+    ASSERT_EQ(got.error, DecodeError::none) << got.detail;
+    const auto& batch = std::get<PoseBatch>(got.envelope.message);
+    ASSERT_EQ(batch.earlier.size(), 1u);
+    const PoseSample& sample = batch.earlier[0];
+    EXPECT_EQ(sample.character, 7u);
+    EXPECT_EQ(sample.sequence, 0xffffffffu);
+    EXPECT_EQ(sample.capture_time_ns, 20'000'000);
+    EXPECT_FALSE(sample.teleport);
+    EXPECT_TRUE(equal(sample.pose, rounded_to_wire(sample.pose)));
+    for (std::size_t b = 0; b < kBoneCount; ++b) {
+      const RigidTransform &is = sample.pose.bones[b], &was = earlier.pose.bones[b];
+      EXPECT_LE(2 * (is.rotation * was.rotation.conjugate()).vec().norm(), 1e-4);
+      const double rounding_m = 2.5e-5 + 1e-7 * was.position.cwiseAbs().maxCoeff() + 1e-9;
+      EXPECT_LE((is.position - was.position).cwiseAbs().maxCoeff(), rounding_m);
+    }
+  }
+}
+
+TEST(Packet, leaves_out_earlier_poses_that_differ_too_much) {
+  const PoseSample later{7, 100'000, 5'000'000'000, false, rigid_pose({})};
+  const auto earlier = [&](auto&& change) {
+    PoseSample sample = later;
+    --sample.sequence;
+    change(sample);
+    const DecodedPacket got = decode_packet(encode(PoseBatch{{later}, {sample}}));
+    EXPECT_EQ(got.error, DecodeError::none);
+    return std::get<PoseBatch>(got.envelope.message).earlier.size();
+  };
+  EXPECT_EQ(earlier([](PoseSample&) {}), 1u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.capture_time_ns += 1; }), 0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.capture_time_ns -= std::int64_t{1} << 32; }), 0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { ++p.sequence; }), 0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.sequence -= 65'535; }), 0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::neck].position.x() = 1.7; }), 0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::neck].position.x() = kNan; }), 0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::neck].rotation = Quat(0.49, 0, std::sqrt(1 - 0.49 * 0.49), 0); }),
+            0u);
+  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::head].rotation.coeffs() *= -1; }), 1u) << "the same rotation";
+}
+
+TEST(Packet, with_earlier_poses_of_no_pose_or_with_too_many_is_invalid) {
+  const auto pose = [](std::uint32_t character, std::uint32_t sequence) {
+    return PoseSample{character, sequence, 0, false, rigid_pose({})};
+  };
+  PoseBatch batch{{pose(7, 9), pose(8, 9)}, {pose(8, 8)}};
+  Bytes packet = encode(batch);
+  batch.earlier.assign(kEarlierPosesMax, pose(7, 8));
+  EXPECT_EQ(round_trip_error(batch), DecodeError::none);
+  batch.earlier.push_back(pose(7, 8));
+  EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
+
+  const Bytes earlier{1, 0, 0, 0, 0, 0, 0, 0, 8, 0, 0, 0, 1, 0};  // one; captured before, character, sequence before
+  const auto found = std::ranges::search(packet, earlier);
+  ASSERT_FALSE(found.empty());
+  found[8] = 9;
+  EXPECT_EQ(decode_packet(packet).error, DecodeError::invalid);
+  found[8] = 8;
+  EXPECT_EQ(decode_packet(packet).error, DecodeError::none);
+  found[12] = 0;
+  EXPECT_EQ(decode_packet(packet).error, DecodeError::invalid);
+}
+
 TEST(Packet, with_generations_of_some_frames_only_is_invalid) {
   FrameBatch batch;
   for (const std::uint32_t member : {5u, 6u}) batch.frames.emplace_back().member = member;

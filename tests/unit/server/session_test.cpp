@@ -111,6 +111,42 @@ TEST_F(SessionTest, refuses_frame_datagrams_which_only_servers_send) {
   EXPECT_THAT(goodbyes(), ElementsAre(wire::GoodbyeReason::protocol_error));
 }
 
+TEST_F(SessionTest, takes_a_pose_that_comes_again_once) {
+  hello();
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  const auto pose = [begin_ns = now_ns_](std::uint32_t sequence) {
+    const std::int64_t captured_ns = 14'000'000 * static_cast<std::int32_t>(sequence);
+    return wire::PoseSample{1, sequence, begin_ns + captured_ns, false, rigid_pose({})};
+  };
+  const auto datagram = [&](const wire::PoseSample& newest, std::vector<wire::PoseSample> earlier) {
+    now_ns_ += 14'000'000;
+    const wire::PoseBatch batch{{newest}, std::move(earlier)};
+    session_.on_datagram(wire::encode_packet({now_ns_, batch}), now_ns_);
+  };
+  datagram(pose(0xffffffff), {pose(0xfffffffd), pose(0xfffffffe)});
+  datagram(pose(0), {pose(0xfffffffe), pose(0xffffffff)});
+  // The one of 1 gets lost.
+  datagram(pose(2), {pose(0), pose(1)});
+  std::vector<std::uint32_t> taken;
+  for (const PutPoses& put : commands<PutPoses>())
+    for (const wire::PoseSample& sample : put.poses) taken.push_back(sample.sequence);
+  EXPECT_THAT(taken, ElementsAre(0xfffffffd, 0xfffffffe, 0xffffffff, 0, 1, 2));
+  EXPECT_EQ(counters_.poses_received.value(), 6u);
+  EXPECT_EQ(counters_.poses_repeated.value(), 3u);
+  EXPECT_TRUE(errors().empty());
+}
+
+TEST_F(SessionTest, poses_that_come_again_cost_nothing_of_the_rate_of_poses) {
+  hello();
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  wire::PoseBatch batch{{{1, 9, now_ns_, false, rigid_pose({})}}};
+  send(batch);
+  batch.earlier.assign(wire::kEarlierPosesMax, {1, 8, now_ns_, false, rigid_pose({})});
+  for (int i = 0; i < 25; ++i) send(batch);
+  EXPECT_EQ(counters_.poses_repeated.value(), 25 * wire::kEarlierPosesMax);
+  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
+}
+
 // It may come before the AddCharacter, or after the RemoveCharacter.
 TEST_F(SessionTest, does_not_answer_a_datagram_of_a_character_that_is_not_there) {
   hello();

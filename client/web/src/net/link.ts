@@ -211,7 +211,7 @@ export class Link {
 
   #onOpen(): void {
     this.#isOpen = true;
-    this.core.onOpen();
+    this.core.onOpen(this.transport === "webtransport");
     this.#turn();
   }
 

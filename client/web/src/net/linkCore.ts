@@ -25,10 +25,15 @@ import { decodePacket, encodePacket } from "./packet";
 import { RequestedState } from "./requestedState";
 import { RequestedWind } from "./requestedWind";
 import { SendQueue } from "./sendQueue";
+import { SentPoses } from "./sentPoses";
 import { UploadQueue } from "./uploadQueue";
 
 // A pose waits for at most one chunk of a groom: it is kept small.
 const kChunkBytes = 16 << 10;
+// With those before them they fit kDatagramBytesMax.
+const kPosesPerDatagram = 3;
+// So many at once are a crowd's: as datagrams they would be too many, and travel in order.
+const kPosesInDatagramsMax = 32;
 const kAskAgainNs = 1e9;
 // Of a pose that was captured before the connection. The server refuses poses of more than a second.
 const kPoseAgeMaxNs = 500_000_000;
@@ -65,6 +70,7 @@ export class LinkCore {
   #state: State = "idle";
   /** from onOpening() to onClosed() */
   #connection = false;
+  #hasDatagrams = false;
   #goodbyeTaken = false;
   #takenMayBeLost = false;
   /** of the state */
@@ -86,6 +92,8 @@ export class LinkCore {
   readonly #uploads = new UploadQueue(kChunkBytes);
   readonly #uploadScheduler = new BulkScheduler(kChunkBytes);
   readonly #queue = new SendQueue();
+  /** over this connection, if it has datagrams */
+  readonly #sentPoses = new SentPoses();
   readonly #members = new Members();
   readonly #lastKnown = new LastKnownHair();
   readonly #importance = new ImportanceReporter();
@@ -159,7 +167,8 @@ export class LinkCore {
     poses.forEach(validatePoseSample);
     const copied = poses.map((sample) => ({ ...sample, pose: sample.pose.slice() }));
     this.#requested.storePoses(copied);
-    if (this.isActive) this.#queue.pushPoses(copied);
+    const asDatagrams = this.#hasDatagrams && copied.length <= kPosesInDatagramsMax;
+    if (this.isActive) this.#queue.pushPoses(copied, asDatagrams ? kPosesPerDatagram : undefined);
     else this.#queue.dropPoses(copied);
   }
 
@@ -306,9 +315,12 @@ export class LinkCore {
     this.#deadlineNs = nowNs + 1e9 * this.#options.connectTimeoutS;
   }
 
-  onOpen(): void {
+  /** `hasDatagrams`: packets that may be lost travel as such. */
+  onOpen(hasDatagrams = false): void {
     if (this.#state !== "opening") return;
     this.#state = "greeting";
+    this.#hasDatagrams = hasDatagrams;
+    this.#sentPoses.clear();
     this.#queue.clear();
     this.#queue.push(this.#hello());
   }
@@ -327,10 +339,14 @@ export class LinkCore {
     if (!this.#connection || this.#goodbyeTaken) return null;
     if (this.#state !== "greeting" && !this.isActive && this.#state !== "leaving") return null;
     const isChunk = this.isActive && this.#uploads.isWaiting && (this.#queue.isEmpty || this.#uploadScheduler.isDue);
-    const message = isChunk ? this.#uploads.nextChunk() : this.#queue.pop();
+    let message = isChunk ? this.#uploads.nextChunk() : this.#queue.pop();
     if (!message) return null;
     this.#goodbyeTaken = message.type === "goodbye";
     this.#takenMayBeLost = mayBeLost(message);
+    const mayRepeat = this.#takenMayBeLost && this.#hasDatagrams;
+    if (mayRepeat && message.type === "poseBatch" && message.poses.length <= kPosesPerDatagram)
+      message = this.#sentPoses.repeatIn(message);
+    if (message.type === "removeCharacter") this.#sentPoses.forget(message.character);
     this.#sentNs = nowNs;
     const packet = encodePacket(nowNs, message);
     if (isChunk) this.#uploadScheduler.sentBulk();

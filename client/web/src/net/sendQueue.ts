@@ -1,6 +1,7 @@
 import type { ClientMessage, PoseBatch, PoseSample } from "./messages";
 import { kPosesPerBatchMax } from "./messages";
 
+// Beside those pushed last.
 const kPoseBatchesMax = 64;
 const kOthersMax = 65_536;
 
@@ -31,14 +32,18 @@ export class SendQueue {
     return true;
   }
 
-  /** In batches as large as may be. A dropped pose's teleport passes to the character's next pose. */
-  pushPoses(poses: readonly PoseSample[]): void {
+  /**
+   * In batches of at most `most` poses. All are queued: where there are too many with them, those pushed before are
+   * dropped. A dropped pose's teleport passes to the character's next pose.
+   */
+  pushPoses(poses: readonly PoseSample[], most = kPosesPerBatchMax): void {
+    while (this.#poseBatchCount >= kPoseBatchesMax) this.#dropOldestPoses();
     const fresh = poses.map((pose) =>
       this.#teleportPending.delete(pose.character) ? { ...pose, teleport: true } : pose,
     );
-    for (let begin = 0; begin < fresh.length; begin += kPosesPerBatchMax) {
-      this.#messages.push({ type: "poseBatch", poses: fresh.slice(begin, begin + kPosesPerBatchMax) });
-      if (++this.#poseBatchCount > kPoseBatchesMax) this.#dropOldestPoses();
+    for (let begin = 0; begin < fresh.length; begin += most) {
+      this.#messages.push({ type: "poseBatch", poses: fresh.slice(begin, begin + most) });
+      ++this.#poseBatchCount;
     }
   }
 

@@ -5,7 +5,7 @@ import { HairnetError } from "../../src/hair/hairnetError";
 import { clientCodecs } from "../../src/net/clientMessages";
 import { decodeFrameDatagram, isFrameDatagram } from "../../src/net/frameDatagram";
 import { toHex } from "../../src/net/groomHash";
-import type { ClientMessage, Envelope, Message } from "../../src/net/messages";
+import type { ClientMessage, Envelope, Message, PoseBatch, PoseSample } from "../../src/net/messages";
 import { decodePacket, encodePacket } from "../../src/net/packet";
 import { kObserveAll } from "../../src/net/roomMessages";
 import { serverReaders } from "../../src/net/serverMessages";
@@ -108,6 +108,24 @@ describe("packets of the C++ library", () => {
       const { message } = decodePacket(packet);
       packet.fill(0xff);
       expect(asJson(message)).toEqual(asJson(each.message));
+    }
+  });
+});
+
+describe("earlier poses", () => {
+  it("are read as C++ reads them, and written so that they are read again", () => {
+    const read = vectors<{ packet: string; earlier: PoseSample[] }[]>("earlier_poses.json");
+    expect(read.length).toBeGreaterThan(50);
+    for (const { packet, earlier } of read) {
+      const batch = decodePacket(fromHex(packet)).message as PoseBatch;
+      for (const { poses, earlier: ours = [] } of [batch, decodePacket(encodePacket(0, batch)).message as PoseBatch]) {
+        expect(poses).toEqual(batch.poses);
+        expect(ours).toHaveLength(1);
+        expect(ours[0]).toMatchObject({ character: earlier[0].character, sequence: earlier[0].sequence });
+        expect(ours[0].captureTimeNs).toBe(Number(earlier[0].captureTimeNs));
+        for (const [i, number] of ours[0].pose.entries())
+          expect(Math.abs(number - earlier[0].pose[i])).toBeLessThanOrEqual(2e-7 * Math.max(Math.abs(number), 1));
+      }
     }
   });
 });

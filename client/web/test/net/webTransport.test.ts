@@ -113,7 +113,7 @@ describe("link over WebTransport", () => {
     link.use((core) => core.pushPoses([pose(1, false)]));
     link.use((core) => core.pushPoses([pose(1, true)]));
     link.use((core) => core.pushPoses([]));
-    link.use((core) => core.pushPoses(Array.from({ length: 20 }, (_, c) => pose(c + 1, false))));
+    link.use((core) => core.pushPoses(Array.from({ length: 33 }, (_, c) => pose(c + 1, false))));
     await until("all have left", () => session.sent.length >= 4);
     expect(types(session.datagramsSent)).toEqual(["poseBatch"]);
     expect(types(session.sent).slice(0, 2)).toEqual(["hello", "addCharacter"]);

@@ -54,11 +54,11 @@ export class LinkCoreDriver {
   }
 
   /** Opens the requested connection; returns the hello. */
-  open(): Message {
+  open(hasDatagrams = false): Message {
     this.core.poll(this.nowNs);
     if (!this.core.wantsConnection) throw new Error("no connection is wanted");
     this.core.onOpening(this.nowNs);
-    this.core.onOpen();
+    this.core.onOpen(hasDatagrams);
     return this.sent()[0];
   }
 

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// The poses that were sent last, which the next datagrams bring again: a lost one then costs nothing. No I/O; one
+// thread.
+class SentPoses {
+ public:
+  static constexpr std::size_t kPosesMax = 2;              // of a character; still older ones would come too late
+  static constexpr std::int64_t kAgeMax_ns = 200'000'000;  // before the pose that they are sent with
+
+  // Sets the batch's earlier poses, and stores its own.
+  void repeat_in(wire::PoseBatch& batch);
+  void forget(std::uint32_t character) { sent_.erase(character); }
+  void clear() { sent_.clear(); }
+
+ private:
+  std::map<std::uint32_t, std::vector<wire::PoseSample>> sent_;  // oldest first
+};
+
+}  // namespace hairnet::link
