@@ -76,7 +76,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
 
   asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool may_be_lost) override {
     std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
-    if (!may_be_lost || !session_->send_datagram(copy)) {
+    if (!may_be_lost || !session_->send_datagram(copy, channel::monotonic_ns())) {
       while (!session_->is_writable()) {
         if (session_->is_over()) co_return false;
         error_code ignored;

@@ -58,14 +58,20 @@ void WebTransportSession::end_channel() {
   if (!is_over()) quic_->send(http3_.channel(), {}, true);
 }
 
-bool WebTransportSession::send_datagram(std::vector<std::uint8_t> bytes) {
+bool WebTransportSession::send_datagram(std::vector<std::uint8_t> bytes, std::int64_t now_ns) {
   HAIRNET_ASSERT(http3_.channel() >= 0);
   constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;  // a frame's type and length, and the session
   const std::size_t taken = quic_->datagram_frame_bytes_max();
   if (bytes.size() > quic::kDatagramBytesMax || bytes.size() + kFrame > taken) return false;
   if (is_over()) return true;
-  if (quic_->datagram_count() >= kDatagramsMax) quic_->drop_first_datagram();
+  while (datagram_ns_.size() > quic_->datagram_count()) datagram_ns_.pop_front();  // these have left
+  while (!datagram_ns_.empty() &&
+         (datagram_ns_.size() >= kDatagramsMax || now_ns - datagram_ns_.front() > kDatagramAge_ns)) {
+    quic_->drop_first_datagram();
+    datagram_ns_.pop_front();
+  }
   quic_->send_datagram(std::move(bytes));
+  datagram_ns_.push_back(now_ns);
   return true;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <span>
@@ -44,8 +45,10 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
   // The same for bytes that were sent and are not acknowledged.
   static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
-  // More poses than that are outdated before they leave.
+  // More poses than that, or poses that have waited so long, are outdated before they leave: the newest datagram brings
+  // the last ones again.
   static constexpr std::size_t kDatagramsMax = 16;
+  static constexpr std::int64_t kDatagramAge_ns = 30'000'000;
 
   // One line when the certificate's check cannot be set up. `events` must outlive it.
   static Result<std::unique_ptr<WebTransportSession>> create(WebTransportTarget target, WebTransportEvents& events,
@@ -67,8 +70,8 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   // The following assert that it has been open, and do nothing once it is over.
   void send(std::vector<std::uint8_t> bytes);  // on the channel
   void end_channel();                          // behind what was sent
-  // False: it is too large. It is dropped when too many wait.
-  [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes);
+  // False: it is too large. Those that wait for the window are dropped when they are outdated.
+  [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes, std::int64_t now_ns);
   void take(std::size_t bytes);  // that on_channel_bytes() has passed on: the server may send as many more
   void take_download(StreamId download, std::size_t bytes);  // the same of on_download_bytes()
   [[nodiscard]] bool is_writable() const;
@@ -102,6 +105,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   WebTransportEvents* events_;
   std::unique_ptr<QuicConnection> quic_;
   Http3Session http3_;
+  std::deque<std::int64_t> datagram_ns_;  // when those that wait were to be sent
   std::size_t passed_bytes_ = 0;  // of those in hand, what the events have and take later
   bool has_ended_ = false;        // the server has ended the channel
   std::int64_t now_ns_ = 0;       // of the current call

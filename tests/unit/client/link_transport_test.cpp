@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio.hpp>
 #include <chrono>
+#include <deque>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <thread>
 
@@ -104,27 +107,31 @@ class LinkAndPort : public ::testing::Test {
     loop_.stop();
     thread_.join();
   }
-  // Polls until an event of that kind arrives; drops the others.
+  // The link's next event. A test has one link.
+  Event next_event(Link& link) {
+    while (events_.empty()) {
+      std::ranges::move(link.poll(), std::back_inserter(events_));
+      if (events_.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    Event event = std::move(events_.front());
+    events_.pop_front();
+    return event;
+  }
+  // Waits until an event of that kind arrives; drops those before it.
   template <class T>
-  static T wait_for(Link& link) {
+  T wait_for(Link& link) {
     while (true) {
-      for (Event& event : link.poll()) {
-        if (auto* e = std::get_if<T>(&event)) return std::move(*e);
-        if (auto* end = std::get_if<Disconnected>(&event)) {
-          ADD_FAILURE() << end->detail;
-          return {};
-        }
+      Event event = next_event(link);
+      if (auto* e = std::get_if<T>(&event)) return std::move(*e);
+      if (auto* end = std::get_if<Disconnected>(&event)) {
+        ADD_FAILURE() << end->detail;
+        return {};
       }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
 
-  static void wait_for_end(Link& link) {
-    while (true) {
-      const std::vector<Event> events = link.poll();
-      if (!events.empty() && std::holds_alternative<Disconnected>(events.back())) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+  void wait_for_end(Link& link) {
+    while (!std::holds_alternative<Disconnected>(next_event(link))) continue;
   }
 
   Certificate certificate_;
@@ -134,6 +141,7 @@ class LinkAndPort : public ::testing::Test {
   std::vector<std::unique_ptr<Welcoming>> sinks_;
   std::size_t poses_ = 0;  // the loop's thread, until it has ended
   bool breaks_off_ = false;
+  std::deque<Event> events_;
   std::chrono::milliseconds ping_after_ = server::TransportOptions().ping_after;
   LinkOptions options_;
   std::thread thread_;

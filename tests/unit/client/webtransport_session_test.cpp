@@ -14,7 +14,7 @@ TEST(WebTransportSession, opens_with_a_pinned_certificate_and_carries_bytes_and_
   ClientEnd client(network, pinned(network));
   ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); })) << client.session->why();
   client.session->send({1, 2, 3});
-  EXPECT_TRUE(client.session->send_datagram({7, 8}));
+  EXPECT_TRUE(client.session->send_datagram({7, 8}, network.now_ns));
   network.run(0.01);
   ASSERT_EQ(network.requests.size(), 1u);
   EXPECT_EQ(network.requests[0].authority, "localhost:7420");
@@ -27,7 +27,7 @@ TEST(WebTransportSession, opens_with_a_pinned_certificate_and_carries_bytes_and_
   network.run(0.01);
   EXPECT_EQ(client.received, (Bytes{4, 5}));
   EXPECT_THAT(client.datagrams, ElementsAre(Bytes(quic::kDatagramBytesMax, 9)));
-  EXPECT_FALSE(client.session->send_datagram(Bytes(quic::kDatagramBytesMax + 1)));
+  EXPECT_FALSE(client.session->send_datagram(Bytes(quic::kDatagramBytesMax + 1), network.now_ns));
 }
 
 TEST(WebTransportSession, carries_a_megabyte_each_way_over_a_lossy_line_in_order) {
@@ -85,11 +85,25 @@ TEST(WebTransportSession, drops_the_oldest_poses_where_too_many_wait) {
   client.session->send({0});
   network.run(0.1);
   for (int n = 0; n < 1000; ++n)
-    EXPECT_TRUE(client.session->send_datagram(Bytes(1000, static_cast<std::uint8_t>(n / 4))));
+    EXPECT_TRUE(client.session->send_datagram(Bytes(1000, static_cast<std::uint8_t>(n / 4)), network.now_ns));
   EXPECT_LE(client.session->unsent_bytes(), WebTransportSession::kDatagramsMax * 1000);
   network.run(0.1);
   ASSERT_EQ(network.sinks[0]->datagrams.size(), WebTransportSession::kDatagramsMax);
   for (const Bytes& datagram : network.sinks[0]->datagrams) EXPECT_GE(datagram.back(), 245);
+}
+
+TEST(WebTransportSession, drops_poses_that_have_waited_for_long) {
+  quic::QuicNetwork network;
+  ClientEnd client(network, pinned(network));
+  ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); }));
+  client.session->send({0});
+  network.run(0.1);
+  for (std::uint8_t n = 1; n <= 3; ++n) {
+    EXPECT_TRUE(client.session->send_datagram({n}, network.now_ns));
+    network.now_ns += 2 * WebTransportSession::kDatagramAge_ns / 3;  // nothing is written meanwhile
+  }
+  network.run(0.1);
+  EXPECT_THAT(network.sinks[0]->datagrams, ElementsAre(Bytes{2}, Bytes{3}));
 }
 
 TEST(WebTransportSession, refuses_another_certificate_and_one_that_no_authority_has_signed) {
