@@ -17,7 +17,7 @@ constexpr double kLeastW = 0.5;            // a larger turn would make it imprec
 std::optional<fb::Short3> to_shorts(const Vec3& x, double step) {
   constexpr double kMost = std::numeric_limits<std::int16_t>::max();
   const Vec3 rounded = (x / step).array().round();
-  if (!(rounded.cwiseAbs().maxCoeff() <= kMost)) return std::nullopt;  // also what is not finite
+  if (!(rounded.array().abs() <= kMost).all()) return std::nullopt;  // also what is not finite
   const auto at = [&](Eigen::Index c) { return static_cast<std::int16_t>(rounded[c]); };
   return fb::Short3(at(0), at(1), at(2));
 }
