@@ -4,10 +4,32 @@
 namespace hairnet::wire {
 namespace {
 
-// Null: it has none.
-const PoseSample* first_of(const std::vector<PoseSample>& poses, std::uint32_t character) {
-  const auto found = std::ranges::find(poses, character, &PoseSample::character);
-  return found == poses.end() ? nullptr : &*found;
+fb::Short3 to_struct(const std::array<std::int16_t, 3>& shorts) {
+  return {shorts[0], shorts[1], shorts[2]};
+}
+
+std::array<std::int16_t, 3> from_struct(const fb::Short3& shorts) {
+  return {shorts.x(), shorts.y(), shorts.z()};
+}
+
+fb::EarlierPose to_struct(const EarlierPose& earlier) {
+  const auto bone = [&](Bone b) {
+    const EarlierPose::Bone& from = earlier.bones[static_cast<std::size_t>(b)];
+    return fb::BoneBefore(to_struct(from.turn), to_struct(from.move));
+  };
+  return {earlier.captured_before_ns, earlier.character,         earlier.sequence_before,    bone(Bone::head),
+          bone(Bone::neck),           bone(Bone::left_shoulder), bone(Bone::right_shoulder), bone(Bone::upper_trunk)};
+}
+
+EarlierPose from_struct(const fb::EarlierPose& earlier) {
+  const auto bone = [](const fb::BoneBefore& from) {
+    return EarlierPose::Bone{from_struct(from.turn()), from_struct(from.move())};
+  };
+  return {earlier.captured_before_ns(),
+          earlier.character(),
+          earlier.sequence_before(),
+          {bone(earlier.head()), bone(earlier.neck()), bone(earlier.left_shoulder()), bone(earlier.right_shoulder()),
+           bone(earlier.upper_trunk())}};
 }
 
 Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBatch& out) {
@@ -20,10 +42,9 @@ Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBa
     if (!later)
       return "pose batch: an earlier pose of character " + std::to_string(p->character()) + ", which has no pose";
     if (p->sequence_before() == 0) return "pose batch: an earlier pose with the sequence of the pose";
-    PoseSample& sample = out.earlier.emplace_back(from_earlier(*p, *later));
-    if (Fault fault = read_time(sample.capture_time_ns, "earlier pose's capture time", sample.capture_time_ns);
-        !fault.empty())
-      return fault;
+    std::int64_t captured_ns = later->capture_time_ns - p->captured_before_ns();
+    if (Fault fault = read_time(captured_ns, "earlier pose's capture time", captured_ns); !fault.empty()) return fault;
+    out.earlier.push_back(from_struct(*p));
   }
   return {};
 }
@@ -167,11 +188,7 @@ Offset<fb::PoseBatch> write(FlatBufferBuilder& to, const PoseBatch& m) {
     poses.emplace_back(p.capture_time_ns, p.character, p.sequence, to_flatbuffer(p.pose), p.teleport);
   const auto poses_at = to.CreateVectorOfStructs(poses);
   std::vector<fb::EarlierPose> earlier;
-  for (const PoseSample& p : m.earlier) {
-    const PoseSample* later = first_of(m.poses, p.character);
-    HAIRNET_ASSERT(later);
-    if (const auto fitting = to_earlier(p, *later)) earlier.push_back(*fitting);
-  }
+  for (const EarlierPose& p : m.earlier) earlier.push_back(to_struct(p));
   if (earlier.empty()) return fb::CreatePoseBatch(to, poses_at);
   return fb::CreatePoseBatch(to, poses_at, to.CreateVectorOfStructs(earlier));
 }

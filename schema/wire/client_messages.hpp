@@ -98,12 +98,18 @@ struct PoseSample {
 [[nodiscard]] constexpr bool is_newer_sequence(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::int32_t>(a - b) > 0;
 }
+// A pose that was sent before, as it differs from the first one of its character in the batch (earlier_pose.hpp).
+struct EarlierPose {
+  struct Bone {
+    std::array<std::int16_t, 3> turn{}, move{};
+  };
+  std::uint32_t captured_before_ns = 0, character = 0;
+  std::uint16_t sequence_before = 0;  // at least 1
+  std::array<Bone, kBoneCount> bones{};
+};
 struct PoseBatch {
   std::vector<PoseSample> poses;
-  // Poses of the same characters that were sent before, each character's in order, since datagrams get lost. They
-  // travel as what they differ by from its first one in `poses`, rounded (see earlier_pose.hpp), and without what does
-  // not fit.
-  std::vector<PoseSample> earlier = {};
+  std::vector<EarlierPose> earlier = {};  // since datagrams get lost; each character's in order
 };
 // The decoder does not check these values: the session validates them, as it does poses.
 struct SetMaterial {

@@ -14,64 +14,71 @@ constexpr double kMoveStep_m = 5e-5;
 constexpr double kTurnStep = 1.0 / 32767;  // of a component of a quaternion
 constexpr double kLeastW = 0.5;            // a larger turn would make it imprecise
 
-std::optional<fb::Short3> to_shorts(const Vec3& x, double step) {
+using Shorts = std::array<std::int16_t, 3>;
+
+std::optional<Shorts> to_shorts(const Vec3& x, double step) {
   constexpr double kMost = std::numeric_limits<std::int16_t>::max();
   const Vec3 rounded = (x / step).array().round();
   if (!(rounded.array().abs() <= kMost).all()) return std::nullopt;  // also what is not finite
   const auto at = [&](Eigen::Index c) { return static_cast<std::int16_t>(rounded[c]); };
-  return fb::Short3(at(0), at(1), at(2));
+  return Shorts{at(0), at(1), at(2)};
 }
 
-Vec3 from_shorts(const fb::Short3& shorts, double step) {
-  return step * Vec3(shorts.x(), shorts.y(), shorts.z());
+Vec3 from_shorts(const Shorts& shorts, double step) {
+  return step * Vec3(shorts[0], shorts[1], shorts[2]);
 }
 
-std::optional<fb::BoneBefore> to_before(const RigidTransform& earlier, const RigidTransform& later) {
+std::optional<EarlierPose::Bone> to_bone(const RigidTransform& earlier, const RigidTransform& later) {
   Quat turn = earlier.rotation * later.rotation.conjugate();
   if (turn.w() < 0) turn.coeffs() = -turn.coeffs();
   const auto turned = to_shorts(turn.vec(), kTurnStep);
   const auto moved = to_shorts(earlier.position - later.position, kMoveStep_m);
   if (!turned || !moved || turn.w() < kLeastW) return std::nullopt;
-  return fb::BoneBefore(*turned, *moved);
+  return EarlierPose::Bone{*turned, *moved};
 }
 
-RigidTransform from_before(const fb::BoneBefore& before, const RigidTransform& later) {
-  const Vec3 turn = from_shorts(before.turn(), kTurnStep);
+RigidTransform from_bone(const EarlierPose::Bone& bone, const RigidTransform& later) {
+  const Vec3 turn = from_shorts(bone.turn, kTurnStep);
   const double w = std::sqrt(std::max(1 - turn.squaredNorm(), 0.0));
   RigidTransform earlier;
   earlier.rotation = Quat(w, turn.x(), turn.y(), turn.z()).normalized() * later.rotation;
-  earlier.position = later.position + from_shorts(before.move(), kMoveStep_m);
+  earlier.position = later.position + from_shorts(bone.move, kMoveStep_m);
   return earlier;
 }
 
 }  // namespace
 
-std::optional<fb::EarlierPose> to_earlier(const PoseSample& earlier, const PoseSample& later) {
+std::optional<EarlierPose> to_earlier(const PoseSample& earlier, const PoseSample& later) {
   HAIRNET_ASSERT(earlier.character == later.character);
   const std::int64_t before_ns = later.capture_time_ns - earlier.capture_time_ns;
   const std::uint32_t sequence_before = later.sequence - earlier.sequence;
   if (before_ns < 0 || before_ns > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
   if (sequence_before == 0 || sequence_before > std::numeric_limits<std::uint16_t>::max()) return std::nullopt;
-  std::array<fb::BoneBefore, kBoneCount> bones;
+  EarlierPose out;
+  out.captured_before_ns = static_cast<std::uint32_t>(before_ns);
+  out.character = later.character;
+  out.sequence_before = static_cast<std::uint16_t>(sequence_before);
   for (std::size_t b = 0; b < kBoneCount; ++b) {
-    const auto bone = to_before(earlier.pose.bones[b], later.pose.bones[b]);
+    const auto bone = to_bone(earlier.pose.bones[b], later.pose.bones[b]);
     if (!bone) return std::nullopt;
-    bones[b] = *bone;
+    out.bones[b] = *bone;
   }
-  return fb::EarlierPose(static_cast<std::uint32_t>(before_ns), later.character,
-                         static_cast<std::uint16_t>(sequence_before), bones[0], bones[1], bones[2], bones[3], bones[4]);
+  return out;
 }
 
-PoseSample from_earlier(const fb::EarlierPose& earlier, const PoseSample& later) {
+PoseSample from_earlier(const EarlierPose& earlier, const PoseSample& later) {
   PoseSample sample;
   sample.character = later.character;
-  sample.sequence = later.sequence - earlier.sequence_before();
-  sample.capture_time_ns = later.capture_time_ns - earlier.captured_before_ns();
-  const std::array bones{&earlier.head(), &earlier.neck(), &earlier.left_shoulder(), &earlier.right_shoulder(),
-                         &earlier.upper_trunk()};
-  for (std::size_t b = 0; b < kBoneCount; ++b) sample.pose.bones[b] = from_before(*bones[b], later.pose.bones[b]);
+  sample.sequence = later.sequence - earlier.sequence_before;
+  sample.capture_time_ns = later.capture_time_ns - earlier.captured_before_ns;
+  for (std::size_t b = 0; b < kBoneCount; ++b) sample.pose.bones[b] = from_bone(earlier.bones[b], later.pose.bones[b]);
   sample.pose = rounded_to_wire(sample.pose);
   return sample;
+}
+
+const PoseSample* first_of(const std::vector<PoseSample>& poses, std::uint32_t character) {
+  const auto found = std::ranges::find(poses, character, &PoseSample::character);
+  return found == poses.end() ? nullptr : &*found;
 }
 
 }  // namespace hairnet::wire

@@ -8,6 +8,7 @@
 
 #include "core/assert.hpp"
 #include "schema/lobby.hpp"
+#include "schema/wire/earlier_pose.hpp"
 #include "server/session/message_price.hpp"
 #include "server/session/moderation.hpp"
 #include "server/session/room_route.hpp"
@@ -558,13 +559,19 @@ struct Session::MessageHandler {
   }
   // Clients send a pose again with the next ones, since one may get lost. That costs them nothing of their rate.
   void take_earlier(wire::PoseBatch& batch) {
-    const auto has_come = [this](const wire::PoseSample& sample) {
-      const auto own = identity.characters.find(sample.character);
-      return own != identity.characters.end() && own->second.pose_sequence &&
-             !wire::is_newer_sequence(sample.sequence, *own->second.pose_sequence);
-    };
-    counters.poses_repeated.add(std::erase_if(batch.earlier, has_come));
-    batch.poses.insert(batch.poses.begin(), batch.earlier.begin(), batch.earlier.end());
+    std::vector<wire::PoseSample> missing;
+    for (const wire::EarlierPose& earlier : batch.earlier) {
+      const wire::PoseSample* later = wire::first_of(batch.poses, earlier.character);
+      HAIRNET_ASSERT(later);  // the decoder has checked it
+      const auto own = identity.characters.find(earlier.character);
+      const std::uint32_t sequence = later->sequence - earlier.sequence_before;
+      if (own != identity.characters.end() && own->second.pose_sequence &&
+          !wire::is_newer_sequence(sequence, *own->second.pose_sequence))
+        counters.poses_repeated.add();
+      else
+        missing.push_back(wire::from_earlier(earlier, *later));
+    }
+    batch.poses.insert(batch.poses.begin(), missing.begin(), missing.end());
   }
   // True when the pose is left out because it is too close to the character's last one. The next pose then has its
   // teleport.

@@ -8,6 +8,7 @@
 #include "client/assets/made/made.hpp"
 #include "client/files/read_file.hpp"
 #include "client/files/write_file.hpp"
+#include "schema/wire/earlier_pose.hpp"
 #include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/random_messages.hpp"
@@ -81,11 +82,10 @@ Json earlier_pose_cases() {
       bone.rotation = Quat(Eigen::AngleAxisd(random.real(-2, 2), axis.normalized())) * bone.rotation;
       bone.position += Vec3(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1));
     }
-    const std::vector<std::uint8_t> packet = wire::encode_packet({0, wire::PoseBatch{{later}, {earlier}}});
-    const wire::DecodedPacket decoded = wire::decode_packet(packet);
-    const auto& batch = std::get<wire::PoseBatch>(decoded.envelope.message);
+    const wire::PoseBatch batch{{later}, {wire::to_earlier(earlier, later).value()}};
+    const wire::PoseBatch read{{wire::from_earlier(batch.earlier[0], later)}};
     cases.push_back(
-        {{"packet", hex(packet)}, {"earlier", to_json(wire::Message(wire::PoseBatch{batch.earlier}))["poses"]}});
+        {{"packet", hex(wire::encode_packet({0, batch}))}, {"earlier", to_json(wire::Message(read))["poses"]}});
   }
   return cases;
 }

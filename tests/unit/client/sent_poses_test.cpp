@@ -6,6 +6,7 @@
 #include <functional>
 #include <set>
 
+#include "schema/wire/earlier_pose.hpp"
 #include "tests/unit/client/link_core_driver.hpp"
 
 namespace hairnet::link {
@@ -24,7 +25,8 @@ using Poses = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // characte
 // Earlier ones first.
 Poses named(const wire::PoseBatch& batch) {
   Poses poses;
-  for (const wire::PoseSample& pose : batch.earlier) poses.emplace_back(pose.character, pose.sequence);
+  for (const wire::EarlierPose& pose : batch.earlier)
+    poses.emplace_back(pose.character, wire::first_of(batch.poses, pose.character)->sequence - pose.sequence_before);
   for (const wire::PoseSample& pose : batch.poses) poses.emplace_back(pose.character, pose.sequence);
   return poses;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "schema/wire/earlier_pose.hpp"
 #include "schema/wire/messages.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
@@ -260,11 +261,13 @@ TEST(Packet, carries_earlier_poses_rounded) {
       bone.rotation = Quat(Eigen::AngleAxisd(random.real(-2, 2), axis.normalized())) * bone.rotation;
       bone.position += Vec3(random.real(-1.6, 1.6), random.real(-1.6, 1.6), random.real(-1.6, 1.6));
     }
-    const DecodedPacket got = decode_packet(encode(PoseBatch{{later}, {earlier}}));
+    const auto fitting = to_earlier(earlier, later);
+    ASSERT_TRUE(fitting);
+    const DecodedPacket got = decode_packet(encode(PoseBatch{{later}, {*fitting}}));
     ASSERT_EQ(got.error, DecodeError::none) << got.detail;
     const auto& batch = std::get<PoseBatch>(got.envelope.message);
     ASSERT_EQ(batch.earlier.size(), 1u);
-    const PoseSample& sample = batch.earlier[0];
+    const PoseSample sample = from_earlier(batch.earlier[0], batch.poses.at(0));
     EXPECT_EQ(sample.character, 7u);
     EXPECT_EQ(sample.sequence, 0xffffffffu);
     EXPECT_EQ(sample.capture_time_ns, 20'000'000);
@@ -279,48 +282,49 @@ TEST(Packet, carries_earlier_poses_rounded) {
   }
 }
 
-TEST(Packet, leaves_out_earlier_poses_that_differ_too_much) {
+TEST(EarlierPose, is_none_of_a_pose_that_differs_too_much) {
   const PoseSample later{7, 100'000, 5'000'000'000, false, rigid_pose({})};
-  const auto earlier = [&](auto&& change) {
+  const auto fits = [&](auto&& change) {
     PoseSample sample = later;
     --sample.sequence;
     change(sample);
-    const DecodedPacket got = decode_packet(encode(PoseBatch{{later}, {sample}}));
-    EXPECT_EQ(got.error, DecodeError::none);
-    return std::get<PoseBatch>(got.envelope.message).earlier.size();
+    return to_earlier(sample, later).has_value();
   };
-  EXPECT_EQ(earlier([](PoseSample&) {}), 1u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.capture_time_ns += 1; }), 0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.capture_time_ns -= std::int64_t{1} << 32; }), 0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { ++p.sequence; }), 0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.sequence -= 65'535; }), 0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::neck].position.x() = 1.7; }), 0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::neck].position.x() = kNan; }), 0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::neck].rotation = Quat(0.49, 0, std::sqrt(1 - 0.49 * 0.49), 0); }),
-            0u);
-  EXPECT_EQ(earlier([](PoseSample& p) { p.pose[Bone::head].rotation.coeffs() *= -1; }), 1u) << "the same rotation";
+  EXPECT_TRUE(fits([](PoseSample&) {}));
+  EXPECT_FALSE(fits([](PoseSample& p) { p.capture_time_ns += 1; }));
+  EXPECT_FALSE(fits([](PoseSample& p) { p.capture_time_ns -= std::int64_t{1} << 32; }));
+  EXPECT_FALSE(fits([](PoseSample& p) { ++p.sequence; }));
+  EXPECT_FALSE(fits([](PoseSample& p) { p.sequence -= 65'535; }));
+  EXPECT_FALSE(fits([](PoseSample& p) { p.pose[Bone::neck].position.x() = 1.7; }));
+  EXPECT_FALSE(fits([](PoseSample& p) { p.pose[Bone::neck].position.x() = kNan; }));
+  EXPECT_FALSE(fits([](PoseSample& p) { p.pose[Bone::neck].rotation.coeffs().setConstant(kNan); }));
+  const Quat too_far(0.49, 0, std::sqrt(1 - 0.49 * 0.49), 0);
+  EXPECT_FALSE(fits([&](PoseSample& p) { p.pose[Bone::neck].rotation = too_far; }));
+  EXPECT_TRUE(fits([](PoseSample& p) { p.pose[Bone::head].rotation.coeffs() *= -1; })) << "the same rotation";
 }
 
 TEST(Packet, with_earlier_poses_of_no_pose_or_with_too_many_is_invalid) {
-  const auto pose = [](std::uint32_t character, std::uint32_t sequence) {
-    return PoseSample{character, sequence, 0, false, rigid_pose({})};
+  const auto pose = [](std::uint32_t character) { return PoseSample{character, 9, 0, false, rigid_pose({})}; };
+  const auto before = [](std::uint32_t character, std::uint16_t sequence_before) {
+    EarlierPose earlier;
+    earlier.character = character;
+    earlier.sequence_before = sequence_before;
+    return earlier;
   };
-  PoseBatch batch{{pose(7, 9), pose(8, 9)}, {pose(8, 8)}};
-  Bytes packet = encode(batch);
-  batch.earlier.assign(kEarlierPosesMax, pose(7, 8));
+  PoseBatch batch{{pose(7), pose(8)}, {before(8, 1)}};
   EXPECT_EQ(round_trip_error(batch), DecodeError::none);
-  batch.earlier.push_back(pose(7, 8));
+  batch.earlier = {before(9, 1)};
   EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
-
-  const Bytes earlier{1, 0, 0, 0, 0, 0, 0, 0, 8, 0, 0, 0, 1, 0};  // one; captured before, character, sequence before
-  const auto found = std::ranges::search(packet, earlier);
-  ASSERT_FALSE(found.empty());
-  found[8] = 9;
-  EXPECT_EQ(decode_packet(packet).error, DecodeError::invalid);
-  found[8] = 8;
-  EXPECT_EQ(decode_packet(packet).error, DecodeError::none);
-  found[12] = 0;
-  EXPECT_EQ(decode_packet(packet).error, DecodeError::invalid);
+  batch.earlier = {before(8, 0)};
+  EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
+  batch.earlier.assign(kEarlierPosesMax, before(7, 1));
+  EXPECT_EQ(round_trip_error(batch), DecodeError::none);
+  batch.earlier.push_back(before(7, 1));
+  EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
+  batch.earlier = {before(7, 1)};
+  batch.earlier[0].captured_before_ns = 1;
+  batch.poses[0].capture_time_ns = -kTimeMax_ns;
+  EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
 }
 
 TEST(Packet, with_generations_of_some_frames_only_is_invalid) {

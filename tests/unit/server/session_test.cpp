@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "schema/wire/earlier_pose.hpp"
 #include "tests/unit/server/session_fixture.hpp"
 
 namespace hairnet::server {
@@ -118,9 +119,10 @@ TEST_F(SessionTest, takes_a_pose_that_comes_again_once) {
     const std::int64_t captured_ns = 14'000'000 * static_cast<std::int32_t>(sequence);
     return wire::PoseSample{1, sequence, begin_ns + captured_ns, false, rigid_pose({})};
   };
-  const auto datagram = [&](const wire::PoseSample& newest, std::vector<wire::PoseSample> earlier) {
+  const auto datagram = [&](const wire::PoseSample& newest, const std::vector<wire::PoseSample>& earlier) {
     now_ns_ += 14'000'000;
-    const wire::PoseBatch batch{{newest}, std::move(earlier)};
+    wire::PoseBatch batch{{newest}};
+    for (const wire::PoseSample& sample : earlier) batch.earlier.push_back(*wire::to_earlier(sample, newest));
     session_.on_datagram(wire::encode_packet({now_ns_, batch}), now_ns_);
   };
   datagram(pose(0xffffffff), {pose(0xfffffffd), pose(0xfffffffe)});
@@ -139,9 +141,10 @@ TEST_F(SessionTest, takes_a_pose_that_comes_again_once) {
 TEST_F(SessionTest, poses_that_come_again_cost_nothing_of_the_rate_of_poses) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  wire::PoseBatch batch{{{1, 9, now_ns_, false, rigid_pose({})}}};
+  const wire::PoseSample before{1, 8, now_ns_, false, rigid_pose({})}, pose{1, 9, now_ns_, false, rigid_pose({})};
+  wire::PoseBatch batch{{pose}};
   send(batch);
-  batch.earlier.assign(wire::kEarlierPosesMax, {1, 8, now_ns_, false, rigid_pose({})});
+  batch.earlier.assign(wire::kEarlierPosesMax, *wire::to_earlier(before, pose));
   for (int i = 0; i < 25; ++i) send(batch);
   EXPECT_EQ(counters_.poses_repeated.value(), 25 * wire::kEarlierPosesMax);
   EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
