@@ -106,10 +106,10 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   std::unique_ptr<QuicConnection> quic_;
   Http3Session http3_;
   std::deque<std::int64_t> datagram_ns_;  // when those that wait were to be sent
-  std::size_t passed_bytes_ = 0;  // of those in hand, what the events have and take later
-  bool has_ended_ = false;        // the server has ended the channel
-  std::int64_t now_ns_ = 0;       // of the current call
-  std::int64_t deadline_ns_ = 0;  // of opening, and of the end; 0: none
+  std::size_t passed_bytes_ = 0;          // of those in hand, what the events have and take later
+  bool has_ended_ = false;                // the server has ended the channel
+  std::int64_t now_ns_ = 0;               // of the current call
+  std::int64_t deadline_ns_ = 0;          // of opening, and of the end; 0: none
   std::int64_t opening_ns_max_ = 0;
 };
 
