@@ -50,16 +50,16 @@ export class Focus {
     this.#isChosen = false;
   }
 
-  /** Call it before each picture, with everyone who has a pose. */
-  update(shown: readonly Shown[], dtS: number): void {
-    this.#move(shown, dtS);
+  /** Call it before each picture, with everyone who has a pose, and how many have none yet. */
+  update(shown: readonly Shown[], comingCount: number, dtS: number): void {
+    this.#move(shown, comingCount, dtS);
     this.#isDrawn = shown.some(({ character }) => character.isReady);
   }
 
-  #move(shown: readonly Shown[], dtS: number): void {
+  #move(shown: readonly Shown[], comingCount: number, dtS: number): void {
     const mayFrame = !this.stage.isMoved;
     let one = shown.find(({ member }) => member.member === this.person);
-    const hero = this.#hero.choose(shown, dtS);
+    const hero = this.#hero.choose(shown, comingCount, dtS);
     if (mayFrame && !this.#isChosen && !one?.character.isReady) one = hero ?? one;
     if ((one?.member.member ?? null) !== this.person) this.#set(one?.member.member ?? null);
     const { width, height } = this.stage.free;

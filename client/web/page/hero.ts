@@ -10,6 +10,8 @@ const kMovingM = 3;
 const kBetterM = 0.3;
 /** As long as somebody else could be drawn, the choice waits no longer for its own hair, s. */
 const kWaitS = 3;
+/** As long as somebody's first pose is on its way, the first choice waits for it, s. */
+const kComingS = 0.5;
 
 interface Head {
   readonly position: Vector3;
@@ -22,9 +24,13 @@ export class Hero {
   readonly #heads = new Map<number, Head>();
   #person: number | null = null;
   #waitedS = 0;
+  #gatheredS = 0;
 
-  /** Call it before each picture, with everyone who has a pose. Returns null when nobody is there. */
-  choose(shown: readonly Shown[], dtS: number): Shown | null {
+  /**
+   * Call it before each picture, with everyone who has a pose, and how many have none yet. Returns null when nobody is
+   * there, or who is there does not tell yet where the middle is.
+   */
+  choose(shown: readonly Shown[], comingCount: number, dtS: number): Shown | null {
     this.#watch(shown, dtS);
     const own = shown.find(({ member }) => member.own);
     if (own) return own;
@@ -34,6 +40,10 @@ export class Hero {
     this.#waitedS = ready.length > 0 ? this.#waitedS + dtS : 0;
     const candidates = this.#waitedS > kWaitS ? ready : shown.filter(({ member }) => !member.fault);
     if (candidates.length === 0) return null;
+    if (this.#person === null && comingCount > 0 && this.#gatheredS < kComingS) {
+      this.#gatheredS += dtS;
+      return null;
+    }
     const middle = middleOf(shown);
     const away = (one: Shown) => this.#distance(one, middle);
     const best = candidates.reduce((a, b) => (away(b) < away(a) ? b : a));

@@ -154,7 +154,7 @@ export class PageViewer implements PageHost {
     if (!isInVr && stage.orbit.enabled) {
       // Flights take their time, not their number of pictures.
       const spanS = Math.min(Math.max(dtMs / 1000, 0), kFlightStepMaxS);
-      this.focus.update(shown, spanS);
+      this.focus.update(shown, (room?.members.size ?? 0) - shown.length, spanS);
       stage.motion.update(spanS);
     }
     if (stage.isLost) return;

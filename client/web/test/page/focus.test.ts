@@ -37,24 +37,39 @@ function begin() {
 test("at first it shows the most central person, and waits a while for that person's hair", () => {
   const { stage, focus } = begin();
   const three = [person(1, -1, false), person(2, 0, false), person(3, 0.9, false)];
-  focus.update([], 0.1);
+  focus.update([], 0, 0.1);
   expect(focus.person).toBeNull();
-  focus.update(three, 0.1);
+  focus.update(three, 0, 0.1);
   expect(focus.person).toBe(2);
   const oneReady = [person(1, -1), three[1], three[2]];
-  for (let s = 0; s < 2.5; s += 0.1) focus.update(oneReady, 0.1);
+  for (let s = 0; s < 2.5; s += 0.1) focus.update(oneReady, 0, 0.1);
   expect(focus.person).toBe(2);
-  for (let s = 0; s < 1; s += 0.1) focus.update(oneReady, 0.1);
+  for (let s = 0; s < 1; s += 0.1) focus.update(oneReady, 0, 0.1);
   expect(focus.person).toBe(1);
-  focus.update([person(1, -1), person(2, 0), person(3, 0.9)], 0.1);
+  focus.update([person(1, -1), person(2, 0), person(3, 0.9)], 0, 0.1);
   expect(focus.person).toBe(1);
   expect(stage.orbits).toBe(2);
+});
+
+test("at first it waits a moment for those whose pose is on its way", () => {
+  const { focus } = begin();
+  const three = [person(1, -1.2, false), person(2, -0.6, false), person(3, 0, false)];
+  focus.update(three, 2, 0.1);
+  expect(focus.person).toBeNull();
+  focus.update([...three, person(4, 0.6, false), person(5, 1.2, false)], 0, 0.1);
+  expect(focus.person).toBe(3);
+});
+
+test("it does not wait for one who never has a pose", () => {
+  const { focus } = begin();
+  for (let s = 0; s < 0.7; s += 0.1) focus.update([person(1, 0, false)], 1, 0.1);
+  expect(focus.person).toBe(1);
 });
 
 test("it shows a calm person first rather than one who dances in the middle", () => {
   const { focus } = begin();
   const at = (s: number) => [person(1, 0.3 * Math.sin(6 * s), false), person(2, 0.7, false), person(3, -0.9, false)];
-  for (let s = 0; s < 1.5; s += 0.05) focus.update(at(s), 0.05);
+  for (let s = 0; s < 1.5; s += 0.05) focus.update(at(s), 0, 0.05);
   expect(focus.person).toBe(2);
 });
 
@@ -62,21 +77,21 @@ test("whose hair cannot be had is not the first", () => {
   const { focus } = begin();
   const faulty = person(1, 0, false);
   Object.assign(faulty.member, { fault: "its groom is damaged" });
-  focus.update([faulty, person(2, 0.8, false)], 0.1);
+  focus.update([faulty, person(2, 0.8, false)], 0, 0.1);
   expect(focus.person).toBe(2);
 });
 
 test("after the user's own move nothing moves the camera until the user chooses", () => {
   const { stage, focus } = begin();
   const two = [person(1, 0), person(2, 0.6)];
-  focus.update(two, 0.1);
+  focus.update(two, 0, 0.1);
   stage.isMoved = true;
   stage.flights.length = 0;
   stage.free = { width: 1280, height: 720 };
-  focus.update([...two, person(3, -0.6)], 0.1);
+  focus.update([...two, person(3, -0.6)], 0, 0.1);
   expect(stage.flights).toEqual([]);
   focus.show(3);
-  focus.update([...two, person(3, -0.6)], 0.1);
+  focus.update([...two, person(3, -0.6)], 0, 0.1);
   expect(focus.person).toBe(3);
   expect((stage.flights[0] as CameraView).target.x).toBeCloseTo(-0.6, 6);
 });
@@ -84,27 +99,27 @@ test("after the user's own move nothing moves the camera until the user chooses"
 test("it frames everyone on demand, and again when people come or the free part changes", () => {
   const { stage, focus, told } = begin();
   const two = [person(1, 0), person(2, 0.6)];
-  focus.update(two, 0.1);
+  focus.update(two, 0, 0.1);
   focus.showAll();
   stage.flights.length = 0;
-  for (let n = 0; n < 3; ++n) focus.update(two, 0.1);
+  for (let n = 0; n < 3; ++n) focus.update(two, 0, 0.1);
   expect(stage.flights).toEqual(["all"]);
-  focus.update([...two, person(3, -0.6)], 0.1);
+  focus.update([...two, person(3, -0.6)], 0, 0.1);
   stage.free = { width: 1280, height: 720 };
-  focus.update([...two, person(3, -0.6)], 0.1);
+  focus.update([...two, person(3, -0.6)], 0, 0.1);
   expect(stage.flights).toEqual(["all", "all", "all"]);
   expect(told.at(-1)).toBeNull();
   focus.restart();
-  focus.update(two, 0.1);
+  focus.update(two, 0, 0.1);
   expect(focus.person).not.toBeNull();
 });
 
 test("when the shown person leaves, it shows everyone who is left", () => {
   const { stage, focus } = begin();
   focus.show(2);
-  focus.update([person(1, 0), person(2, 0.6)], 0.1);
+  focus.update([person(1, 0), person(2, 0.6)], 0, 0.1);
   stage.flights.length = 0;
-  focus.update([person(1, 0)], 0.1);
+  focus.update([person(1, 0)], 0, 0.1);
   expect(focus.person).toBeNull();
   expect(stage.flights).toEqual(["all"]);
 });
@@ -113,9 +128,9 @@ test("it frames a head anew when an avatar makes it larger", () => {
   const { stage, focus } = begin();
   const one = person(1, 0);
   focus.show(1);
-  focus.update([one], 0.1);
+  focus.update([one], 0, 0.1);
   one.character.scale.setScalar(3);
-  focus.update([one], 0.1);
+  focus.update([one], 0, 0.1);
   const [before, after] = stage.flights as CameraView[];
   expect(stage.flights.length).toBe(2);
   expect(after.distance).toBeGreaterThan(1.5 * before.distance);
