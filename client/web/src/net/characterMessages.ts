@@ -4,7 +4,7 @@ import type { LevelIndex } from "../hair/level";
 import { kPoseNumbers, validatePose, type Pose } from "../hair/pose";
 import { appearanceOf, checkTag, tagOf, writeAppearance, writeTag } from "./appearanceCodec";
 import * as fb from "./generated/messages";
-import { fromEarlier, toEarlier, writeEarlier } from "./earlierPose";
+import { readEarlier, writeEarlier, type EarlierPose } from "./earlierPose";
 import { hashBytes, type GroomHash } from "./groomHash";
 import { checkState, readState, writeState, type HairState } from "./hairState";
 import { kEarlierPosesMax, kPosesPerBatchMax, kTimeMaxNs } from "../generated/limits";
@@ -165,28 +165,16 @@ export function validatePoseSample(sample: PoseSample): void {
 export interface PoseBatch {
   readonly type: "poseBatch";
   readonly poses: readonly PoseSample[];
-  /**
-   * Poses of the same characters that were sent before, each character's in order, since datagrams get lost; absent:
-   * none. They travel rounded, and without what differs too much from the character's first one in `poses`.
-   */
-  readonly earlier?: readonly PoseSample[];
+  /** since datagrams get lost, each character's in order; absent: none */
+  readonly earlier?: readonly EarlierPose[];
 }
 
-function firstOf(poses: readonly PoseSample[], character: number): PoseSample {
-  const first = poses.find((pose) => pose.character === character);
-  if (!first) throw invalid(`pose batch: an earlier pose of character ${character}, which has no pose`);
-  return first;
-}
-
-function readEarlier(from: fb.PoseBatch, poses: readonly PoseSample[]): PoseSample[] {
-  const count = from.earlierLength();
-  if (count > kEarlierPosesMax) throw invalid(`pose batch: ${count} earlier poses, more than ${kEarlierPosesMax}`);
-  return Array.from({ length: count }, (_, i) => {
-    const earlier = from.earlier(i)!;
-    const later = firstOf(poses, earlier.character());
-    if (earlier.sequenceBefore() === 0) throw invalid("pose batch: an earlier pose with the sequence of the pose");
-    return fromEarlier(earlier, later);
-  });
+function checkEarlier(earlier: readonly EarlierPose[], poses: readonly PoseSample[]): void {
+  for (const { character, sequenceBefore } of earlier) {
+    if (!poses.some((pose) => pose.character === character))
+      throw invalid(`pose batch: an earlier pose of character ${character}, which has no pose`);
+    if (sequenceBefore === 0) throw invalid("pose batch: an earlier pose with the sequence of the pose");
+  }
 }
 
 const poseBatch: ClientCodec<PoseBatch> = {
@@ -194,12 +182,10 @@ const poseBatch: ClientCodec<PoseBatch> = {
     fb.PoseBatch.startPosesVector(to, poses.length);
     for (let i = poses.length - 1; i >= 0; --i) writePose(to, poses[i]);
     const posesAt = to.endVector();
-    const fitting = earlier
-      .map((pose) => toEarlier(pose, firstOf(poses, pose.character)))
-      .filter((each) => each !== null);
-    if (fitting.length > 0) fb.PoseBatch.startEarlierVector(to, fitting.length);
-    for (let i = fitting.length - 1; i >= 0; --i) writeEarlier(to, fitting[i]);
-    return fb.PoseBatch.createPoseBatch(to, posesAt, fitting.length > 0 ? to.endVector() : 0);
+    if (earlier.length === 0) return fb.PoseBatch.createPoseBatch(to, posesAt, 0);
+    fb.PoseBatch.startEarlierVector(to, earlier.length);
+    for (let i = earlier.length - 1; i >= 0; --i) writeEarlier(to, earlier[i]);
+    return fb.PoseBatch.createPoseBatch(to, posesAt, to.endVector());
   },
   read(from) {
     const count = from.posesLength();
@@ -217,16 +203,19 @@ const poseBatch: ClientCodec<PoseBatch> = {
         pose: readBones(p.bones(bones)!),
       });
     }
-    return from.earlierLength() > 0 ? { poses, earlier: readEarlier(from, poses) } : { poses };
+    const earlierCount = from.earlierLength();
+    if (earlierCount === 0) return { poses };
+    if (earlierCount > kEarlierPosesMax)
+      throw invalid(`pose batch: ${earlierCount} earlier poses, more than ${kEarlierPosesMax}`);
+    const earlier = Array.from({ length: earlierCount }, (_, i) => readEarlier(from.earlier(i)!));
+    checkEarlier(earlier, poses);
+    return { poses, earlier };
   },
   check({ poses, earlier = [] }) {
     checkInteger(poses.length, 0, kPosesPerBatchMax, "poses of a batch");
     checkInteger(earlier.length, 0, kEarlierPosesMax, "earlier poses of a batch");
     poses.forEach(validatePoseSample);
-    for (const pose of earlier) {
-      validatePoseSample(pose);
-      firstOf(poses, pose.character);
-    }
+    checkEarlier(earlier, poses);
   },
 };
 

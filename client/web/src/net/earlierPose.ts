@@ -1,12 +1,12 @@
 import type { Builder } from "flatbuffers";
-import { addPoseStep, kNumbersPerBone, kPoseNumbers, poseStep, rigidPose } from "../hair/pose";
+import { kNumbersPerBone, kPoseNumbers, poseStep, rigidPose } from "../hair/pose";
 import * as fb from "./generated/messages";
 import type { PoseSample } from "./messages";
 
-// A pose that was sent before, as it differs from a later one of its character: a struct EarlierPose.
-
-const kMoveStepM = 5e-5;
-const kTurnStep = 1 / 32767;
+/** @internal */
+export const kMoveStepM = 5e-5;
+/** @internal */
+export const kTurnStep = 1 / 32767;
 // A larger turn would make it imprecise.
 const kLeastW = 0.5;
 const kShortMax = 32767;
@@ -19,11 +19,13 @@ const kShorts = (kPoseNumbers / kNumbersPerBone) * kShortsPerBone;
 const kBonesAt = 10;
 const step = rigidPose();
 
-/** What `writeEarlier` writes. */
+/** A pose that was sent before, as it differs from the first one of its character in the batch. */
 export interface EarlierPose {
   readonly character: number;
   readonly capturedBeforeNs: number;
+  /** at least 1 */
   readonly sequenceBefore: number;
+  /** of each bone three of its turn, then three of its move */
   readonly shorts: Int16Array;
 }
 
@@ -59,22 +61,11 @@ export function writeEarlier(to: Builder, earlier: EarlierPose): void {
   to.writeInt32(earlier.capturedBeforeNs);
 }
 
-/** The pose itself, rounded; `later` is the character's first pose of the batch. */
-export function fromEarlier(earlier: fb.EarlierPose, later: PoseSample): PoseSample {
-  const bones = earlier.bb_pos + kBonesAt;
-  for (let at = 0, from = 0; at < kPoseNumbers; at += kNumbersPerBone) {
-    const short = (): number => earlier.bb!.readInt16(bones + 2 * from++);
-    for (let c = 0; c < 3; ++c) step[at + c] = kTurnStep * short();
-    step[at + 3] = Math.sqrt(Math.max(1 - step[at] ** 2 - step[at + 1] ** 2 - step[at + 2] ** 2, 0));
-    for (let c = 4; c < 7; ++c) step[at + c] = kMoveStepM * short();
-  }
-  const pose = later.pose.slice();
-  addPoseStep(pose, step, 1);
+export function readEarlier(from: fb.EarlierPose): EarlierPose {
   return {
-    character: later.character,
-    sequence: (later.sequence - earlier.sequenceBefore()) >>> 0,
-    captureTimeNs: later.captureTimeNs - earlier.capturedBeforeNs(),
-    teleport: false,
-    pose: Float64Array.from(pose, Math.fround),
+    character: from.character(),
+    capturedBeforeNs: from.capturedBeforeNs(),
+    sequenceBefore: from.sequenceBefore(),
+    shorts: Int16Array.from({ length: kShorts }, (_, i) => from.bb!.readInt16(from.bb_pos + kBonesAt + 2 * i)),
   };
 }

@@ -1,3 +1,4 @@
+import { toEarlier, type EarlierPose } from "./earlierPose";
 import type { PoseBatch, PoseSample } from "./messages";
 
 // Of a character; still older ones would come too late.
@@ -12,13 +13,16 @@ export class SentPoses {
 
   /** Returns the batch with its earlier poses, and stores its own. */
   repeatIn({ poses }: PoseBatch): PoseBatch {
-    const earlier: PoseSample[] = [];
+    const earlier: EarlierPose[] = [];
     const characters = new Set<number>();
-    for (const { character, captureTimeNs } of poses) {
-      if (characters.has(character)) continue;
-      characters.add(character);
-      const sent = this.#sent.get(character) ?? [];
-      earlier.push(...sent.filter((pose) => captureTimeNs - pose.captureTimeNs <= kAgeMaxNs));
+    for (const pose of poses) {
+      if (characters.has(pose.character)) continue;
+      characters.add(pose.character);
+      for (const sent of this.#sent.get(pose.character) ?? []) {
+        const isOld = pose.captureTimeNs - sent.captureTimeNs > kAgeMaxNs;
+        const fitting = isOld ? null : toEarlier(sent, pose);
+        if (fitting) earlier.push(fitting);
+      }
     }
     for (const pose of poses)
       this.#sent.set(pose.character, [...(this.#sent.get(pose.character) ?? []), pose].slice(-kPosesMax));

@@ -1,9 +1,11 @@
 import { describe, expect, it } from "vitest";
 import { kDatagramBytesMax } from "../../src/generated/limits";
 import { poseStep, rigidPose } from "../../src/hair/pose";
+import { toEarlier, type EarlierPose } from "../../src/net/earlierPose";
 import type { PoseBatch, PoseSample } from "../../src/net/messages";
 import { decodePacket, encodePacket } from "../../src/net/packet";
 import { SentPoses } from "../../src/net/sentPoses";
+import { fromEarlier } from "../support/fromEarlier";
 import { LinkCoreDriver, addCharacter, kSecond } from "../support/linkCoreDriver";
 import { groom } from "../support/memberFrames";
 
@@ -18,8 +20,11 @@ const poseOf = (character: number, sequence: number, teleport = false): PoseSamp
 });
 const range = (count: number): number[] => Array.from({ length: count }, (_, i) => i + 1);
 /** Earlier ones first. */
-const named = ({ earlier = [], poses }: PoseBatch): string[] =>
-  [...earlier, ...poses].map((pose) => `${pose.character}:${pose.sequence}`);
+const named = ({ earlier = [], poses }: PoseBatch): string[] => {
+  const firstOf = (character: number): PoseSample => poses.find((pose) => pose.character === character)!;
+  const before = earlier.map((each) => fromEarlier(each, firstOf(each.character)));
+  return [...before, ...poses].map((pose) => `${pose.character}:${pose.sequence}`);
+};
 const sentWith = (sent: SentPoses, poses: PoseSample[]): string[] => named(sent.repeatIn({ type: "poseBatch", poses }));
 
 describe("sent poses", () => {
@@ -56,7 +61,8 @@ describe("earlier poses", () => {
   it("travel rounded by a fortieth of a millimetre and a tenth of a milliradian", () => {
     const earlier = { ...poseOf(7, 0xffffffff), captureTimeNs: 5e9 - 28e6, pose: turned(0.31234, 0.7) };
     const later = { ...poseOf(7, 1), captureTimeNs: 5e9, pose: turned(0.35, -0.5) };
-    const [read] = roundTrip({ type: "poseBatch", poses: [later], earlier: [earlier] }).earlier!;
+    const batch: PoseBatch = { type: "poseBatch", poses: [later], earlier: [toEarlier(earlier, later)!] };
+    const read = fromEarlier(roundTrip(batch).earlier![0], later);
     expect(read).toMatchObject({ character: 7, sequence: 0xffffffff, captureTimeNs: 5e9 - 28e6, teleport: false });
     const error = rigidPose();
     poseStep(earlier.pose, read.pose, error);
@@ -66,28 +72,28 @@ describe("earlier poses", () => {
     }
   });
 
-  it("are left out where they differ too much", () => {
-    const earlier = [
-      { ...poseOf(1, 1), pose: turned(2, 0) },
-      { ...poseOf(1, 2), pose: turned(0, 2.2) },
-      { ...poseOf(1, 3), captureTimeNs: 6e9 },
-      { ...poseOf(1, 4), sequence: 5 },
-      { ...poseOf(1, 5), sequence: 5 - 70_000 + 2 ** 32 },
-    ];
+  it("do not fit where they differ too much", () => {
     const later = { ...poseOf(1, 5), captureTimeNs: 5e9 };
-    const near = { ...poseOf(1, 4), captureTimeNs: 5e9 - 1 };
-    const read = roundTrip({ type: "poseBatch", poses: [later], earlier: [...earlier, near] });
-    expect(named(read)).toEqual(["1:4", "1:5"]);
-    expect(roundTrip({ type: "poseBatch", poses: [later], earlier })).not.toHaveProperty("earlier");
+    const fits = (change: Partial<PoseSample>): boolean =>
+      toEarlier({ ...later, sequence: 4, ...change }, later) !== null;
+    expect(fits({})).toBe(true);
+    expect(fits({ pose: turned(2, 0) })).toBe(false);
+    expect(fits({ pose: turned(0, 2.2) })).toBe(false);
+    expect(fits({ captureTimeNs: 5e9 + 1 })).toBe(false);
+    expect(fits({ captureTimeNs: 5e9 - 2 ** 32 })).toBe(false);
+    expect(fits({ sequence: 5 })).toBe(false);
+    expect(fits({ sequence: 5 - 70_000 + 2 ** 32 })).toBe(false);
   });
 
   it("are refused without a pose of their character, or beyond their number", () => {
     const driver = new LinkCoreDriver();
     driver.join();
-    const send = (earlier: PoseSample[]) => () =>
+    const earlierOf = (character: number): EarlierPose => toEarlier(poseOf(character, 1), poseOf(character, 2))!;
+    const send = (earlier: EarlierPose[]) => () =>
       driver.core.send({ type: "poseBatch", poses: [poseOf(1, 20)], earlier });
-    expect(send([poseOf(2, 1)])).toThrow("which has no pose");
-    expect(send(range(17).map((i) => poseOf(1, i)))).toThrow("earlier poses");
+    expect(send([earlierOf(2)])).toThrow("which has no pose");
+    expect(send([{ ...earlierOf(1), sequenceBefore: 0 }])).toThrow("with the sequence of the pose");
+    expect(send(range(17).map(() => earlierOf(1)))).toThrow("earlier poses");
   });
 });
 
