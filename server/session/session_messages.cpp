@@ -1,16 +1,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <utility>
 
 #include "core/assert.hpp"
 #include "schema/lobby.hpp"
-#include "schema/wire/earlier_pose.hpp"
 #include "server/session/message_price.hpp"
 #include "server/session/moderation.hpp"
+#include "server/session/pose_filter.hpp"
 #include "server/session/room_route.hpp"
 #include "server/session/session.hpp"
 #include "server/session/verify_token.hpp"
@@ -25,8 +24,6 @@ using wire::GoodbyeReason;
 
 constexpr unsigned kRedirectsMax = 4;  // that a link follows in a row
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
-// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
-constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
 // Shares of the burst: what only plain messages may use, and the most that one message takes.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
 constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
@@ -528,7 +525,8 @@ struct Session::MessageHandler {
   }
 
   Refused operator()(wire::PoseBatch& batch) {
-    take_earlier(batch);
+    PoseFilter filter{identity, session.clock_, counters};
+    filter.add_missing(batch);
     const std::size_t received = batch.poses.size();
     counters.poses_received.add(received);
     if (!identity.poses.take(static_cast<double>(received), now_ns)) {
@@ -539,15 +537,13 @@ struct Session::MessageHandler {
     PutPoses passed{session.id(), now_ns, std::move(batch.poses)};
     std::size_t kept = 0;
     for (wire::PoseSample& sample : passed.poses) {
-      if (const Refused refused = check_pose(sample)) {
+      if (const Refused refused = filter.check(sample)) {
         // A datagram may come before its character's AddCharacter, or after its end.
         if (session.reads_datagram_ && refused.reason == ErrorReason::character_unknown) continue;
         if (now_ns < session.pose_error_next_ns_) continue;
         session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
         session.refuse(refused, now_ns, sample.character);
-      } else if (is_thinned(sample)) {
-        counters.poses_thinned.add();
-      } else {
+      } else if (!filter.is_too_close(sample)) {
         passed.poses[kept++] = sample;
       }
     }
@@ -555,67 +551,6 @@ struct Session::MessageHandler {
     passed.poses.resize(kept);
     Command command = std::move(passed);
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
-    return {};
-  }
-  // Clients send a pose again with the next ones, since one may get lost. That costs them nothing of their rate.
-  void take_earlier(wire::PoseBatch& batch) {
-    std::vector<wire::PoseSample> missing;
-    for (const wire::EarlierPose& earlier : batch.earlier) {
-      const wire::PoseSample* later = wire::first_of(batch.poses, earlier.character);
-      HAIRNET_ASSERT(later);  // the decoder has checked it
-      const auto own = identity.characters.find(earlier.character);
-      const std::uint32_t sequence = later->sequence - earlier.sequence_before;
-      if (own != identity.characters.end() && own->second.pose_sequence &&
-          !wire::is_newer_sequence(sequence, *own->second.pose_sequence))
-        counters.poses_repeated.add();
-      else
-        missing.push_back(wire::from_earlier(earlier, *later));
-    }
-    batch.poses.insert(batch.poses.begin(), missing.begin(), missing.end());
-  }
-  // True when the pose is left out because it is too close to the character's last one. The next pose then has its
-  // teleport.
-  bool is_thinned(wire::PoseSample& sample) {
-    OwnCharacter& character = identity.characters.at(sample.character);
-    if (character.pose_ns && std::abs(sample.capture_time_ns - *character.pose_ns) < kPoseSpacing_ns) {
-      character.teleport_pending = character.teleport_pending || sample.teleport;
-      return true;
-    }
-    character.pose_ns = sample.capture_time_ns;
-    sample.teleport = std::exchange(character.teleport_pending, false) || sample.teleport;
-    return false;
-  }
-  // Returns why the pose is refused, and counts that; otherwise converts its capture time to the server's clock, and
-  // takes note of its sequence.
-  Refused check_pose(wire::PoseSample& sample) {
-    if (Refused refused = check_own(sample.character, "pose")) {
-      counters.poses_rejected_character.add();
-      return refused;
-    }
-    const wire::PoseRefusal refusal = wire::validate_pose(sample.pose);
-    switch (refusal) {
-      case wire::PoseRefusal::none:
-        break;
-      case wire::PoseRefusal::not_finite:
-        counters.poses_rejected_not_finite.add();
-        break;
-      case wire::PoseRefusal::not_unit:
-        counters.poses_rejected_not_unit.add();
-        break;
-      case wire::PoseRefusal::too_far:
-        counters.poses_rejected_too_far.add();
-        break;
-    }
-    if (refusal != wire::PoseRefusal::none) return {ErrorReason::pose_invalid, wire::to_string(refusal)};
-    const std::optional<std::int64_t> captured_ns = session.clock_.to_server(sample.capture_time_ns);
-    if (!captured_ns) {
-      counters.poses_rejected_time.add();
-      return {ErrorReason::pose_invalid, "capture time is far from the envelope's clock"};
-    }
-    HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
-    sample.capture_time_ns = *captured_ns;
-    std::optional<std::uint32_t>& newest = identity.characters.at(sample.character).pose_sequence;
-    if (!newest || wire::is_newer_sequence(sample.sequence, *newest)) newest = sample.sequence;
     return {};
   }
 };

@@ -1,0 +1,86 @@
+#include "server/session/pose_filter.hpp"
+
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/assert.hpp"
+#include "schema/wire/earlier_pose.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using wire::ErrorReason;
+
+// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
+constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
+
+Counter* counter_of(wire::PoseRefusal refusal, SessionCounters& counters) {
+  switch (refusal) {
+    case wire::PoseRefusal::none:
+      return nullptr;
+    case wire::PoseRefusal::not_finite:
+      return &counters.poses_rejected_not_finite;
+    case wire::PoseRefusal::not_unit:
+      return &counters.poses_rejected_not_unit;
+    case wire::PoseRefusal::too_far:
+      return &counters.poses_rejected_too_far;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void PoseFilter::add_missing(wire::PoseBatch& batch) {
+  std::vector<wire::PoseSample> missing;
+  for (const wire::EarlierPose& earlier : batch.earlier) {
+    const wire::PoseSample* later = wire::first_of(batch.poses, earlier.character);
+    HAIRNET_ASSERT(later);  // the decoder has checked it
+    const auto own = identity.characters.find(earlier.character);
+    const std::uint32_t sequence = later->sequence - earlier.sequence_before;
+    if (own != identity.characters.end() && own->second.pose_sequence &&
+        !wire::is_newer_sequence(sequence, *own->second.pose_sequence))
+      counters.poses_repeated.add();
+    else
+      missing.push_back(wire::from_earlier(earlier, *later));
+  }
+  batch.poses.insert(batch.poses.begin(), missing.begin(), missing.end());
+}
+
+Refused PoseFilter::check(wire::PoseSample& sample) {
+  const auto own = identity.characters.find(sample.character);
+  if (own == identity.characters.end()) {
+    counters.poses_rejected_character.add();
+    return {ErrorReason::character_unknown, "pose of character " + std::to_string(sample.character)};
+  }
+  const wire::PoseRefusal refusal = wire::validate_pose(sample.pose);
+  if (Counter* counter = counter_of(refusal, counters)) {
+    counter->add();
+    return {ErrorReason::pose_invalid, wire::to_string(refusal)};
+  }
+  const std::optional<std::int64_t> captured_ns = clock.to_server(sample.capture_time_ns);
+  if (!captured_ns) {
+    counters.poses_rejected_time.add();
+    return {ErrorReason::pose_invalid, "capture time is far from the envelope's clock"};
+  }
+  HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
+  sample.capture_time_ns = *captured_ns;
+  std::optional<std::uint32_t>& newest = own->second.pose_sequence;
+  if (!newest || wire::is_newer_sequence(sample.sequence, *newest)) newest = sample.sequence;
+  return {};
+}
+
+bool PoseFilter::is_too_close(wire::PoseSample& sample) {
+  OwnCharacter& character = identity.characters.at(sample.character);
+  if (character.pose_ns && std::abs(sample.capture_time_ns - *character.pose_ns) < kPoseSpacing_ns) {
+    character.teleport_pending = character.teleport_pending || sample.teleport;
+    counters.poses_thinned.add();
+    return true;
+  }
+  character.pose_ns = sample.capture_time_ns;
+  sample.teleport = std::exchange(character.teleport_pending, false) || sample.teleport;
+  return false;
+}
+
+}  // namespace hairnet::server

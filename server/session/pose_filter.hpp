@@ -1,0 +1,28 @@
+#pragma once
+
+#include "schema/wire/messages.hpp"
+#include "server/exchange/groom_service.hpp"
+#include "server/session/peer_clock.hpp"
+#include "server/session/session_counters.hpp"
+#include "server/session/session_directory.hpp"
+
+namespace hairnet::server {
+
+// Decides which poses of a session go on to the tick, and counts the others. I/O thread.
+struct PoseFilter {
+  SessionIdentity& identity;
+  const PeerClock& clock;
+  SessionCounters& counters;
+
+  // Puts those of the batch's earlier poses that have not come in front of its poses. Clients send a pose again with
+  // the next ones, since one may get lost: that costs them nothing of their rate.
+  void add_missing(wire::PoseBatch& batch);
+  // Returns why the pose is refused; otherwise converts its capture time to the server's clock, and takes note of its
+  // sequence.
+  [[nodiscard]] Refused check(wire::PoseSample& sample);
+  // True when the pose, which has passed check(), is left out because it was captured too close to the character's last
+  // one. The next pose then has its teleport.
+  [[nodiscard]] bool is_too_close(wire::PoseSample& sample);
+};
+
+}  // namespace hairnet::server
