@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "server/session/message_price.hpp"
 #include "tests/unit/server/session_fixture.hpp"
 
@@ -37,17 +35,6 @@ TEST_F(SessionTest, keeps_a_client_at_the_message_rate) {
     send(wire::SetLevel{1, LevelIndex::low});
   }
   EXPECT_THAT(goodbyes(), IsEmpty());
-}
-
-TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
-  hello();
-  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  wire::PoseBatch batch;
-  batch.poses.assign(80, {1, 1, now_ns_, false, rigid_pose({})});
-  send(batch);
-  send(batch);
-  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 80u);
-  EXPECT_EQ(session_.state(), State::active);
 }
 
 TEST_F(SessionTest, more_work_than_a_client_may_ask_for_is_refused_and_plain_messages_still_pass) {
@@ -102,50 +89,6 @@ TEST_F(SessionTest, no_message_costs_more_than_a_client_can_save_up) {
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), IsEmpty());
   EXPECT_EQ(requests<wire::AddCharacter>().size(), 1u);
-}
-
-TEST_F(SessionTest, poses_that_are_captured_too_close_together_are_left_out) {
-  hello();
-  for (const std::uint32_t character : {1u, 2u})
-    send(wire::AddCharacter{character, groom_service_.known, LevelIndex::low});
-  wire::PoseBatch batch;
-  for (std::uint32_t i = 0; i < 10; ++i) {
-    now_ns_ += 1'000'000;
-    for (const std::uint32_t character : {1u, 2u})
-      batch.poses.push_back({character, i + 1, now_ns_, character == 2 && i == 2, rigid_pose({})});
-  }
-  send(batch);
-  EXPECT_EQ(counters_.poses_thinned.value(), 14u);
-  const auto puts = commands<PutPoses>();
-  ASSERT_EQ(puts.size(), 1u);
-  std::vector<std::uint32_t> sequences;
-  for (const wire::PoseSample& pose : puts[0].poses) {
-    sequences.push_back(pose.sequence);
-    EXPECT_EQ(pose.teleport, pose.character == 2 && pose.sequence == 5) << "the next pose has the teleport";
-  }
-  EXPECT_THAT(sequences, ElementsAre(1, 1, 5, 5, 9, 9));
-}
-
-TEST_F(SessionTest, poses_of_a_quick_headset_all_pass) {
-  hello();
-  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  for (std::uint32_t i = 1; i <= 90; ++i) {
-    now_ns_ += kSecond_ns / 90;
-    send(wire::PoseBatch{{{1, i, now_ns_, false, rigid_pose({})}}});
-    if (i % 9 == 0) now_ns_ += 8 * kSecond_ns / 10;  // stays below the rate of messages
-  }
-  EXPECT_EQ(counters_.poses_thinned.value(), 0u);
-  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
-}
-
-TEST_F(SessionTest, closes_a_client_far_above_the_rate_of_poses) {
-  hello();
-  wire::PoseBatch batch;
-  batch.poses.assign(640, {1, 1, now_ns_, false, rigid_pose({})});  // 10 plain messages more
-  for (int i = 0; i < 3; ++i) send(batch);
-  EXPECT_EQ(session_.state(), State::active);
-  send(batch);
-  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <limits>
 
-#include "schema/wire/earlier_pose.hpp"
 #include "tests/unit/server/session_fixture.hpp"
 
 namespace hairnet::server {
@@ -84,25 +83,6 @@ TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
   EXPECT_EQ(counters_.messages_refused_unexpected.value(), 1u);
 }
 
-TEST_F(SessionTest, takes_poses_as_datagrams_once_it_is_active_and_nothing_else) {
-  const auto datagram = [&](const wire::Message& message) {
-    session_.on_datagram(wire::encode_packet({now_ns_, message}), now_ns_);
-  };
-  datagram(wire::PoseBatch{});
-  EXPECT_EQ(session_.state(), Session::State::awaiting_hello);
-  EXPECT_EQ(counters_.datagrams_dropped.value(), 1u);
-  hello();
-  datagram(wire::PoseBatch{});
-  EXPECT_TRUE(errors().empty());
-  datagram(wire::SetLevel{1, LevelIndex::low});
-  datagram(wire::Goodbye{wire::GoodbyeReason::client_leaves, {}});
-  EXPECT_THAT(errors(),
-              testing::ElementsAre(wire::ErrorReason::unexpected_message, wire::ErrorReason::unexpected_message));
-  EXPECT_EQ(session_.state(), Session::State::active);
-  session_.on_datagram(std::vector<std::uint8_t>(40, 1), now_ns_);
-  EXPECT_THAT(goodbyes(), testing::ElementsAre(wire::GoodbyeReason::protocol_error));
-}
-
 TEST_F(SessionTest, refuses_frame_datagrams_which_only_servers_send) {
   hello();
   wire::FrameBatch batch;
@@ -110,54 +90,6 @@ TEST_F(SessionTest, refuses_frame_datagrams_which_only_servers_send) {
   batch.generations = {0};
   session_.on_datagram(wire::encode_frame_datagram(now_ns_, batch), now_ns_);
   EXPECT_THAT(goodbyes(), ElementsAre(wire::GoodbyeReason::protocol_error));
-}
-
-TEST_F(SessionTest, takes_a_pose_that_comes_again_once) {
-  hello();
-  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  const auto pose = [begin_ns = now_ns_](std::uint32_t sequence) {
-    const std::int64_t captured_ns = 14'000'000 * static_cast<std::int32_t>(sequence);
-    return wire::PoseSample{1, sequence, begin_ns + captured_ns, false, rigid_pose({})};
-  };
-  const auto datagram = [&](const wire::PoseSample& newest, const std::vector<wire::PoseSample>& earlier) {
-    now_ns_ += 14'000'000;
-    wire::PoseBatch batch{{newest}};
-    for (const wire::PoseSample& sample : earlier) batch.earlier.push_back(*wire::to_earlier(sample, newest));
-    session_.on_datagram(wire::encode_packet({now_ns_, batch}), now_ns_);
-  };
-  datagram(pose(0xffffffff), {pose(0xfffffffd), pose(0xfffffffe)});
-  datagram(pose(0), {pose(0xfffffffe), pose(0xffffffff)});
-  // The one of 1 gets lost.
-  datagram(pose(2), {pose(0), pose(1)});
-  std::vector<std::uint32_t> taken;
-  for (const PutPoses& put : commands<PutPoses>())
-    for (const wire::PoseSample& sample : put.poses) taken.push_back(sample.sequence);
-  EXPECT_THAT(taken, ElementsAre(0xfffffffd, 0xfffffffe, 0xffffffff, 0, 1, 2));
-  EXPECT_EQ(counters_.poses_received.value(), 6u);
-  EXPECT_EQ(counters_.poses_repeated.value(), 3u);
-  EXPECT_TRUE(errors().empty());
-}
-
-TEST_F(SessionTest, poses_that_come_again_cost_nothing_of_the_rate_of_poses) {
-  hello();
-  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  const wire::PoseSample before{1, 8, now_ns_, false, rigid_pose({})}, pose{1, 9, now_ns_, false, rigid_pose({})};
-  wire::PoseBatch batch{{pose}};
-  send(batch);
-  batch.earlier.assign(wire::kEarlierPosesMax, *wire::to_earlier(before, pose));
-  for (int i = 0; i < 25; ++i) send(batch);
-  EXPECT_EQ(counters_.poses_repeated.value(), 25 * wire::kEarlierPosesMax);
-  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
-}
-
-// It may come before the AddCharacter, or after the RemoveCharacter.
-TEST_F(SessionTest, does_not_answer_a_datagram_of_a_character_that_is_not_there) {
-  hello();
-  session_.on_datagram(wire::encode_packet({now_ns_, one_pose(rigid_pose({}), now_ns_)}), now_ns_);
-  EXPECT_TRUE(errors().empty());
-  EXPECT_EQ(counters_.poses_rejected_character.value(), 1u);
-  send(one_pose(rigid_pose({}), now_ns_));
-  EXPECT_THAT(errors(), ElementsAre(ErrorReason::character_unknown)) << "in the channel it is a mistake";
 }
 
 TEST_F(SessionTest, tells_the_tick_what_the_network_carries) {
@@ -287,33 +219,6 @@ TEST_F(SessionTest, the_limit_of_all_characters_covers_sessions_and_is_released)
   EXPECT_EQ(context_.character_count, 1u);
   other.on_message({now_ns_, wire::AddCharacter{2, groom_service_.known, LevelIndex::low}}, now_ns_);
   EXPECT_EQ(other_connection->all<wire::Error>().size(), 1u);
-}
-
-TEST_F(SessionTest, refuses_bad_poses_by_reason_one_error_a_second_and_takes_the_good_ones) {
-  hello();
-  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  Pose not_finite = rigid_pose({}), not_unit = rigid_pose({});
-  not_finite[Bone::neck].position.y() = std::numeric_limits<double>::quiet_NaN();
-  not_unit[Bone::head].rotation.coeffs() *= 1.1;
-  const Pose too_far = rigid_pose({Quat::Identity(), {0, 2e4, 0}});
-  wire::PoseBatch batch;
-  for (const Pose& pose : {not_finite, not_unit, too_far, rigid_pose({})})
-    batch.poses.push_back({1, static_cast<std::uint32_t>(batch.poses.size() + 1), now_ns_, false, pose});
-  batch.poses.push_back({99, 1, now_ns_, false, rigid_pose({})});
-  batch.poses.push_back({1, 9, now_ns_ - 3600 * kSecond_ns, false, rigid_pose({})});
-  send(batch);
-  EXPECT_EQ(counters_.poses_rejected_not_finite.value(), 1u);
-  EXPECT_EQ(counters_.poses_rejected_not_unit.value(), 1u);
-  EXPECT_EQ(counters_.poses_rejected_too_far.value(), 1u);
-  EXPECT_EQ(counters_.poses_rejected_character.value(), 1u);
-  EXPECT_EQ(counters_.poses_rejected_time.value(), 1u);
-  EXPECT_THAT(errors(), ElementsAre(ErrorReason::pose_invalid));
-  const auto puts = commands<PutPoses>();
-  ASSERT_EQ(puts.size(), 1u);
-  EXPECT_EQ(puts[0].poses.size(), 1u);
-  now_ns_ += kSecond_ns;
-  send(one_pose(too_far, now_ns_));
-  EXPECT_EQ(errors().size(), 2u);
 }
 
 TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
