@@ -15,7 +15,7 @@ struct HairLearning {
   std::uint32_t motion_count = 1024;
   std::uint32_t held_out_count = 32;  // more motions, which only measure the error
   double duration_s = 6;              // of each motion
-  std::size_t hidden_count = 64;      // a multiple of 4
+  std::size_t hidden_count = 48;      // a multiple of 4
   std::size_t mode_count = 32;        // driven ones; fewer when the basis has fewer; a multiple of 4
   int rounds = 20;                    // over all motions
   double window_s = 1;                // through which errors are propagated back

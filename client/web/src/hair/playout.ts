@@ -141,14 +141,14 @@ export class Playout {
         ++this.#droppedCount;
         return;
       }
-      frames[index].state = { ...frames[index].state, coefficients, basis };
+      frames[index].state = { ...frames[index].state, coefficients: withoutLastZeros(coefficients), basis };
     } else {
       this.#recordArrival(sampleTimeNs, arrivalTimeNs);
       if (frames.length > 0 && index <= played) {
         ++this.#droppedCount;
         return;
       }
-      const state = { pose, level, coefficients, basis };
+      const state = { pose, level, coefficients: withoutLastZeros(coefficients), basis };
       frames.splice(index, 0, {
         timeNs: sampleTimeNs,
         discontinuous,
@@ -398,6 +398,13 @@ export class Playout {
 }
 
 const kNone = new Float32Array(0);
+
+/** Most frames have few of all coefficients, and pictures add up those of four frames. */
+function withoutLastZeros(coefficients: Float32Array): Float32Array {
+  let count = coefficients.length;
+  while (count > 0 && coefficients[count - 1] === 0) --count;
+  return coefficients.subarray(0, count);
+}
 
 function areJoined(from: Pick<State, "basis">, to: Pick<State, "basis">): boolean {
   return from.basis === to.basis || !from.basis || !to.basis;

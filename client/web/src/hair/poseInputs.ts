@@ -15,98 +15,124 @@ const kTrunk = [0, -0.2, 0] as const;
 const kLeftShoulder = [0.15, -0.22, 0] as const;
 const kRightShoulder = [-0.15, -0.22, 0] as const;
 
-type Vector = readonly [number, number, number];
-
 /** Describes the motion of one character in the axes of its head. */
 export class PoseHistory {
   readonly #last: Pose = rigidPose();
-  #velocity: Vector = [0, 0, 0];
+  /** x y z, in the world, m/s */
+  readonly #velocity = new Float64Array(3);
   /** poses since the last teleport, at most 2 */
   #knownCount = 0;
 
   /** The next pose counts as still, like the first. */
   forget(): void {
     this.#knownCount = 0;
-    this.#velocity = [0, 0, 0];
+    this.#velocity.fill(0);
   }
 
   /** The next pose, `kLearntTickS` after the last; writes `kPoseInputCount` numbers. */
-  next(pose: Pose, out: Float32Array): void {
+  next(pose: Pose, out: Float64Array): void {
     const last = this.#last;
+    const velocity = this.#velocity;
     if (this.#knownCount > 0 && isTeleport(last, pose)) this.#knownCount = 0;
-    let velocity: Vector = [0, 0, 0];
-    let acceleration: Vector = [0, 0, 0];
-    let spin: Vector = [0, 0, 0];
-    if (this.#knownCount > 0) {
-      velocity = [4, 5, 6].map((at) => (pose[at] - last[at]) / kLearntTickS) as unknown as Vector;
-      spin = turnOf(last, 0, pose, 0).map((x) => x / kLearntTickS) as unknown as Vector;
+    const [vx, vy, vz] = velocity;
+    for (let axis = 0; axis < 3; ++axis)
+      velocity[axis] = this.#knownCount > 0 ? (pose[4 + axis] - last[4 + axis]) / kLearntTickS : 0;
+    out.fill(0, 0, kPoseInputCount);
+    unrotate(pose, 0, 1, 0, -1, out, 0);
+    out[1] += 1;
+    unrotate(pose, velocity[0], velocity[1], velocity[2], 1, out, 3);
+    if (this.#knownCount > 1) {
+      const scale = 1 / (kLearntTickS * kGravityMPerS2);
+      unrotate(pose, velocity[0] - vx, velocity[1] - vy, velocity[2] - vz, scale, out, 6);
     }
-    if (this.#knownCount > 1)
-      acceleration = velocity.map((v, axis) => (v - this.#velocity[axis]) / kLearntTickS) as unknown as Vector;
-    this.#velocity = velocity;
+    if (this.#knownCount > 0) writeTurn(last, 0, pose, 0, 1 / kLearntTickS, out, 9);
+    writeTurn(pose, 0, pose, kNumbersPerBone * Bone.upperTrunk, 1, out, 12);
+    writeShiftDm(pose, kNumbersPerBone * Bone.upperTrunk, kTrunk, out, 15);
+    writeShiftDm(pose, kNumbersPerBone * Bone.leftShoulder, kLeftShoulder, out, 18);
+    writeShiftDm(pose, kNumbersPerBone * Bone.rightShoulder, kRightShoulder, out, 21);
     this.#knownCount = Math.min(this.#knownCount + 1, 2);
     last.set(pose);
-    const trunk = kNumbersPerBone * Bone.upperTrunk;
-    const up = unrotate(pose, [0, 1, 0]);
-    const inputs = [
-      [-up[0], 1 - up[1], -up[2]],
-      unrotate(pose, velocity),
-      unrotate(pose, acceleration).map((a) => a / kGravityMPerS2),
-      spin,
-      turnOf(pose, 0, pose, trunk),
-      shiftDm(pose, trunk, kTrunk),
-      shiftDm(pose, kNumbersPerBone * Bone.leftShoulder, kLeftShoulder),
-      shiftDm(pose, kNumbersPerBone * Bone.rightShoulder, kRightShoulder),
-    ];
-    out.set(inputs.flat());
   }
 }
 
-/** The rotation from bone `a` of a pose to bone `b` of another: axis times twice the sine of half the angle. */
-function turnOf(a: Pose, atA: number, b: Pose, atB: number): Vector {
-  const [x, y, z, w] = between(a, atA, b, atB);
-  const scale = w < 0 ? -2 : 2;
-  return [scale * x, scale * y, scale * z];
+// Everything is written in place: a crowd has thousands of these a second.
+
+/** `scale` times the rotation from bone `a` of a pose to bone `b` of another: axis times twice the sine of half the angle. */
+function writeTurn(a: Pose, atA: number, b: Pose, atB: number, scale: number, out: Float64Array, at: number): void {
+  writeBetween(a, atA, b, atB);
+  const factor = turn[3] < 0 ? -2 * scale : 2 * scale;
+  for (let axis = 0; axis < 3; ++axis) out[at + axis] = factor * turn[axis];
 }
+
+const turn = new Float64Array(4);
 
 /** The conjugate of a, times b; x y z w. */
-function between(a: Pose, atA: number, b: Pose, atB: number): [number, number, number, number] {
-  const [ax, ay, az, aw] = [-a[atA], -a[atA + 1], -a[atA + 2], a[atA + 3]];
-  const [bx, by, bz, bw] = [b[atB], b[atB + 1], b[atB + 2], b[atB + 3]];
-  return [
-    aw * bx + ax * bw + ay * bz - az * by,
-    aw * by - ax * bz + ay * bw + az * bx,
-    aw * bz + ax * by - ay * bx + az * bw,
-    aw * bw - ax * bx - ay * by - az * bz,
-  ];
+function writeBetween(a: Pose, atA: number, b: Pose, atB: number): void {
+  const ax = -a[atA];
+  const ay = -a[atA + 1];
+  const az = -a[atA + 2];
+  const aw = a[atA + 3];
+  const bx = b[atB];
+  const by = b[atB + 1];
+  const bz = b[atB + 2];
+  const bw = b[atB + 3];
+  turn[0] = aw * bx + ax * bw + ay * bz - az * by;
+  turn[1] = aw * by - ax * bz + ay * bw + az * bx;
+  turn[2] = aw * bz + ax * by - ay * bx + az * bw;
+  turn[3] = aw * bw - ax * bx - ay * by - az * bz;
 }
 
-function rotate(x: number, y: number, z: number, w: number, v: Vector): Vector {
-  const ux = 2 * (y * v[2] - z * v[1]);
-  const uy = 2 * (z * v[0] - x * v[2]);
-  const uz = 2 * (x * v[1] - y * v[0]);
-  return [v[0] + w * ux + (y * uz - z * uy), v[1] + w * uy + (z * ux - x * uz), v[2] + w * uz + (x * uy - y * ux)];
+/** `scale` times the vector, turned by the bone at `bone`; `sign` -1: turned back. */
+function writeTurned(
+  pose: Pose,
+  bone: number,
+  sign: number,
+  vx: number,
+  vy: number,
+  vz: number,
+  scale: number,
+  out: Float64Array,
+  at: number,
+): void {
+  const x = sign * pose[bone];
+  const y = sign * pose[bone + 1];
+  const z = sign * pose[bone + 2];
+  const w = pose[bone + 3];
+  const ux = 2 * (y * vz - z * vy);
+  const uy = 2 * (z * vx - x * vz);
+  const uz = 2 * (x * vy - y * vx);
+  out[at] = scale * (vx + w * ux + (y * uz - z * uy));
+  out[at + 1] = scale * (vy + w * uy + (z * ux - x * uz));
+  out[at + 2] = scale * (vz + w * uz + (x * uy - y * ux));
 }
 
-/** Into the axes of the head. */
-function unrotate(pose: Pose, v: Vector): Vector {
-  return rotate(-pose[0], -pose[1], -pose[2], pose[3], v);
+/** `scale` times the vector, in the axes of the head. */
+function unrotate(pose: Pose, x: number, y: number, z: number, scale: number, out: Float64Array, at: number): void {
+  writeTurned(pose, 0, -1, x, y, z, scale, out, at);
 }
 
 /** How far a place of a bone is from where the design has it, against the head, dm. */
-function shiftDm(pose: Pose, bone: number, place: Vector): Vector {
-  const [x, y, z] = rotate(pose[bone], pose[bone + 1], pose[bone + 2], pose[bone + 3], place);
-  const point = unrotate(pose, [
-    x + pose[bone + 4] - pose[4],
-    y + pose[bone + 5] - pose[5],
-    z + pose[bone + 6] - pose[6],
-  ]);
-  return [10 * (point[0] - place[0]), 10 * (point[1] - place[1]), 10 * (point[2] - place[2])];
+function writeShiftDm(
+  pose: Pose,
+  bone: number,
+  place: readonly [number, number, number],
+  out: Float64Array,
+  at: number,
+): void {
+  writeTurned(pose, bone, 1, place[0], place[1], place[2], 1, out, at);
+  const x = out[at] + pose[bone + 4] - pose[4];
+  const y = out[at + 1] + pose[bone + 5] - pose[5];
+  const z = out[at + 2] + pose[bone + 6] - pose[6];
+  unrotate(pose, x, y, z, 10, out, at);
+  for (let axis = 0; axis < 3; ++axis) out[at + axis] -= 10 * place[axis];
 }
 
 function isTeleport(from: Pose, to: Pose): boolean {
-  const distanceM = Math.hypot(to[4] - from[4], to[5] - from[5], to[6] - from[6]);
-  const [x, y, z, w] = between(from, 0, to, 0);
-  const turnRad = 2 * Math.atan2(Math.hypot(x, y, z), Math.abs(w));
-  return distanceM > kTeleportM || turnRad > kTeleportRad;
+  const x = to[4] - from[4];
+  const y = to[5] - from[5];
+  const z = to[6] - from[6];
+  writeBetween(from, 0, to, 0);
+  const sine = Math.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+  const turnRad = 2 * Math.atan2(sine, Math.abs(turn[3]));
+  return x * x + y * y + z * z > kTeleportM * kTeleportM || turnRad > kTeleportRad;
 }

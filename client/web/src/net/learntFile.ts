@@ -1,5 +1,5 @@
 import * as flatbuffers from "flatbuffers";
-import { validateLearntHair, type LearntHair } from "../hair/learntHair";
+import { makeLearntHair, type LearntHair } from "../hair/learntHair";
 import { layouts } from "./generated/layout";
 import * as fb from "./generated/messages";
 import { kPackedLearnt, unpack } from "./packing";
@@ -12,7 +12,7 @@ export function decodeLearnt(file: Uint8Array): LearntHair {
   const table = unpack(file, kPackedLearnt);
   verifyBuffer(table, "HNLH", "LearntHair", layouts);
   const root = fb.LearntHair.getSizePrefixedRootAsLearntHair(new flatbuffers.ByteBuffer(table));
-  const hair: LearntHair = {
+  return makeLearntHair({
     hiddenCount: root.hiddenCount(),
     modeCount: root.modeCount(),
     inputWeights: root.inputWeightsArray()!.slice(),
@@ -22,7 +22,5 @@ export function decodeLearnt(file: Uint8Array): LearntHair {
     most: root.mostArray()!.slice(),
     error: root.error(),
     lowError: root.lowError(),
-  };
-  validateLearntHair(hair);
-  return hair;
+  });
 }

@@ -56,35 +56,41 @@ export class LearntTrack {
   }
 
   /**
-   * The coefficients (m) to show, given those of the frame. `before`: those that were shown with the frame before;
-   * null: none were. `hair`: null when the groom's is not here; a frame without coefficients needs it.
+   * The coefficients (m) of the frame become those to show. `before`: those that were shown with the frame before; null:
+   * none were. `hair`: null when the groom's is not here; a frame without coefficients needs it.
    */
-  show(hair: LearntHair | null, frame: LearntFrame, before: Float32Array | null, coded: Float32Array): Float32Array {
+  show(hair: LearntHair | null, frame: LearntFrame, before: Float32Array | null, coefficients: Float32Array): void {
     const isContinued = frame.from !== null && frame.ticks <= kLearntGapMaxTicks && !frame.discontinuous;
     const isNew = this.#step(hair, frame, isContinued);
-    const count = coded.length;
     const share = kResidualKept ** Math.min(frame.ticks, 1000);
     this.#surprise = faded(this.#surprise, share);
-    const residual = this.#hair ? sized(faded(this.#residual, share), count) : kNone;
-    const evaluated = this.#evaluated;
-    const shown = coded.slice();
-    if (frame.evaluated) {
-      this.#surprise = kNone;
-      for (let k = 0; k < count; ++k) {
-        // A network that begins here goes on from what was shown.
-        if (isNew) residual[k] = !frame.discontinuous && before?.length === count ? before[k] - at(evaluated, k) : 0;
-        shown[k] = at(evaluated, k) + residual[k];
-      }
-    } else {
-      if (!isContinued) this.#surprise = kNone;
-      if (this.#wasEvaluated && isContinued && !isNew)
-        this.#surprise = coded.map((c, k) => at(evaluated, k) + at(residual, k) - c);
-      for (let k = 0; k < count; ++k) shown[k] += at(this.#surprise, k);
-      for (let k = 0; k < residual.length; ++k) residual[k] = shown[k] - at(evaluated, k);
-    }
-    this.#residual = residual;
+    this.#residual = this.#hair ? faded(this.#residual, share) : kNone;
+    if (frame.evaluated) this.#showEvaluated(isNew, frame, before, coefficients);
+    else this.#showCoded(isNew, isContinued, coefficients);
     this.#wasEvaluated = frame.evaluated;
-    return shown;
+  }
+
+  #showEvaluated(isNew: boolean, frame: LearntFrame, before: Float32Array | null, coefficients: Float32Array): void {
+    this.#surprise = kNone;
+    const evaluated = this.#evaluated;
+    if (isNew) {
+      // A network that begins here goes on from what was shown.
+      const goesOn = !frame.discontinuous && before?.length === coefficients.length;
+      this.#residual = goesOn ? before.map((c, k) => c - at(evaluated, k)) : kNone;
+    }
+    const residual = this.#residual;
+    for (let k = 0; k < coefficients.length; ++k) coefficients[k] = at(evaluated, k) + at(residual, k);
+  }
+
+  #showCoded(isNew: boolean, isContinued: boolean, coefficients: Float32Array): void {
+    const evaluated = this.#evaluated;
+    const residual = this.#residual;
+    if (!isContinued) this.#surprise = kNone;
+    if (this.#wasEvaluated && isContinued && !isNew)
+      this.#surprise = coefficients.map((c, k) => at(evaluated, k) + at(residual, k) - c);
+    const surprise = this.#surprise;
+    if (surprise.length > 0) for (let k = 0; k < coefficients.length; ++k) coefficients[k] += at(surprise, k);
+    this.#residual = this.#hair ? coefficients.map((c, k) => c - at(evaluated, k)) : kNone;
   }
 
   /** Steps the network to the frame's pose. Returns whether it begins there. */
@@ -122,15 +128,12 @@ function at(numbers: Float32Array, k: number): number {
   return k < numbers.length ? numbers[k] : 0;
 }
 
-/** Empty when nothing of it is left. */
+/** In place; empty when nothing of it is left. */
 function faded(numbers: Float32Array, share: number): Float32Array {
-  const less = numbers.map((x) => share * x);
-  return less.every((x) => Math.abs(x) < kNothingM) ? kNone : less;
-}
-
-function sized(numbers: Float32Array, count: number): Float32Array {
-  if (numbers.length === count) return numbers;
-  const out = new Float32Array(count);
-  out.set(numbers.subarray(0, count));
-  return out;
+  let most = 0;
+  for (let k = 0; k < numbers.length; ++k) {
+    numbers[k] *= share;
+    most = Math.max(most, Math.abs(numbers[k]));
+  }
+  return most < kNothingM ? kNone : numbers;
 }

@@ -703,10 +703,20 @@ export class LinkCore {
     if (character !== 0 && basis) this.#requested.forgetState(character);
     const { member, level, asleep, stepStride } = coded;
     const hair = character !== 0 && !basis ? this.#lastKnown.of(character, level, nowNs) : null;
-    const stepS = stepStride / this.#welcome!.tickRateHz;
-    const frame = { member, character, level, discontinuous, asleep, repeated, stepStride, stepS, pose };
-    if (!hair) return { ...frame, lastKnown: false, coefficients, basis };
-    return { ...frame, lastKnown: true, coefficients: hair.coefficients, basis: hair.basis };
+    return {
+      member,
+      character,
+      level,
+      discontinuous,
+      asleep,
+      repeated,
+      stepStride,
+      stepS: stepStride / this.#welcome!.tickRateHz,
+      pose,
+      lastKnown: hair !== null,
+      coefficients: hair ? hair.coefficients : coefficients,
+      basis: hair ? hair.basis : basis,
+    };
   }
 
   #onError(error: m.ErrorMessage): void {

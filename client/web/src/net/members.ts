@@ -42,31 +42,32 @@ class Member {
   }
 }
 
-/** What became of a frame. */
-export interface DecodedFrame {
+/** What became of a frame. It is filled in while it is decoded. */
+interface FrameInProgress {
   /**
    * undecodable: its bytes are wrong; unknown: no such member, of an earlier or later one of its number, or not newer
    * than the last frame
    */
-  readonly outcome: "decoded" | "undecodable" | "unknown";
+  outcome: "decoded" | "undecodable" | "unknown";
   /** the file of a basis that the frame lacks */
-  readonly wantsBasis: GroomHash | null;
+  wantsBasis: GroomHash | null;
   /** the file of the learnt hair that the frame shows, if it is not here */
-  readonly wantsLearnt: GroomHash | null;
+  wantsLearnt: GroomHash | null;
   /** to tell the server: what the hair depends on is here; or again, since the network has missed too many frames */
-  readonly evaluates: EvaluateLearnt | null;
+  evaluates: EvaluateLearnt | null;
   /** it has no coefficients, and the learnt hair is not here */
-  readonly lacksLearnt: boolean;
+  lacksLearnt: boolean;
   /** the frame's own mark, or that of an earlier undecodable frame */
-  readonly discontinuous: boolean;
+  discontinuous: boolean;
   /** this client's number; 0: another client's character */
-  readonly character: number;
+  character: number;
   /** of a decoded frame */
-  readonly pose: Pose | null;
-  readonly coefficients: Float32Array;
+  pose: Pose | null;
+  coefficients: Float32Array;
   /** null: the hair is at rest, or its basis has not arrived yet */
-  readonly basis: KnownBasis | null;
+  basis: KnownBasis | null;
 }
+export type DecodedFrame = Readonly<FrameInProgress>;
 
 /** The last frame of a character, decoded without its groom's basis. */
 interface WaitingFrame {
@@ -165,49 +166,51 @@ export class Members {
     }
     member.lastTick = tick;
     const isRigid = frame.level === LevelIndex.rigid;
-    const shared = {
+    const known = this.bases.of(member.groom);
+    const before = member.newest;
+    const decoded: FrameInProgress = {
+      ...kUnknown,
       wantsBasis: isRigid ? null : this.#wanted(this.bases, member.groom, nowNs),
       discontinuous: frame.discontinuous || member.discontinuityPending,
       character: member.isOwn ? member.character : 0,
     };
-    const known = this.bases.of(member.groom);
-    const before = member.newest;
-    const coded = { ...kUnknown, ...shared, ...decode(member, frame, timeNs, known, shared.discontinuous) };
-    member.discontinuityPending = coded.outcome === "undecodable" && shared.discontinuous;
-    if (coded.outcome === "undecodable") return coded;
-    const decoded = this.#followLearnt(member, before, frame, tick, nowNs, coded);
-    member.lastPose = { pose: coded.pose!, tick };
-    const waits = frame.asleep && !isRigid && !known;
-    const copied = { ...frame, content: frame.content.slice() };
-    member.waiting = waits ? { coded: copied, tick, timeNs, decoded } : null;
+    const isDecoded = decode(member, frame, timeNs, known, decoded);
+    member.discontinuityPending = !isDecoded && decoded.discontinuous;
+    if (!isDecoded) return decoded;
+    this.#followLearnt(member, before, frame, tick, nowNs, decoded);
+    member.lastPose = { pose: decoded.pose!, tick };
+    member.waiting =
+      frame.asleep && !isRigid && !known
+        ? { coded: { ...frame, content: frame.content.slice() }, tick, timeNs, decoded: { ...decoded } }
+        : null;
     return decoded;
   }
 
-  /** With the coefficients to show. `before`: the hair of the frame before. */
+  /** The coefficients of the frame become those to show. `before`: the hair of the frame before. */
   #followLearnt(
     member: Member,
     before: HairMoment | null,
     frame: CodedFrame,
     tick: number,
     nowNs: number,
-    decoded: DecodedFrame,
-  ): DecodedFrame {
+    decoded: FrameInProgress,
+  ): void {
     const { groom, newest, lastPose } = member;
     if (!newest) {
       member.learnt = new LearntTrack();
-      return decoded;
+      return;
     }
     if (before && before.basis !== newest.basis) member.learnt = new LearntTrack();
     const isLearnt = frame.level === LevelIndex.learnt;
-    if (!isLearnt && member.learnt.isIdle) return decoded;
+    if (!isLearnt && member.learnt.isIdle) return;
     const hair = this.learnt.of(groom);
-    const wantsLearnt = isLearnt ? this.#wanted(this.learnt, groom, nowNs) : null;
+    if (isLearnt) decoded.wantsLearnt = this.#wanted(this.learnt, groom, nowNs);
     const shownBefore = before?.basis === newest.basis ? before.coefficients : null;
     if (!hair && frame.evaluated) {
       member.learnt = new LearntTrack();
-      const coefficients = shownBefore ?? newest.coefficients;
-      member.newest = { ...newest, coefficients };
-      return { ...decoded, wantsLearnt, lacksLearnt: true, coefficients };
+      decoded.lacksLearnt = true;
+      if (shownBefore) newest.coefficients.set(shownBefore);
+      return;
     }
     const isFirst = hair !== null && isLearnt && !this.#learntTold.has(groom);
     if (isFirst || (hair && isLearnt && !frame.evaluated)) this.#learntTold.set(groom, null);
@@ -219,12 +222,9 @@ export class Members {
       evaluated: frame.evaluated,
       discontinuous: decoded.discontinuous,
     };
-    const coefficients = member.learnt.show(hair, motion, shownBefore, newest.coefficients);
-    member.newest = { ...newest, coefficients };
+    member.learnt.show(hair, motion, shownBefore, newest.coefficients);
     const isGap = frame.evaluated && member.learnt.isUnsettled && this.#tellsOfGap(groom, tick);
-    const evaluates: EvaluateLearnt | null =
-      isFirst || isGap ? { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! } : null;
-    return { ...decoded, wantsLearnt, evaluates, coefficients };
+    if (isFirst || isGap) decoded.evaluates = { type: "evaluateLearnt", groom, learnt: this.learnt.fileOf(groom)! };
   }
 
   /** Once, until the answer has come. */
@@ -243,11 +243,9 @@ export class Members {
       const { waiting } = member;
       if (!waiting || member.groom !== groom || !known) continue;
       member.waiting = null;
-      const { coded, timeNs, decoded } = waiting;
-      ready.push({
-        ...waiting,
-        decoded: { ...decoded, ...decode(member, coded, timeNs, known, decoded.discontinuous) },
-      });
+      const decoded = { ...waiting.decoded };
+      decode(member, waiting.coded, waiting.timeNs, known, decoded);
+      ready.push({ ...waiting, decoded });
     }
     return ready;
   }
@@ -340,20 +338,24 @@ export class Members {
   }
 }
 
+/** False for bytes that are no frame. */
 function decode(
   member: Member,
   frame: CodedFrame,
   timeNs: number,
   known: KnownBasis | null,
-  isDiscontinuous: boolean,
-): Pick<DecodedFrame, "outcome" | "pose" | "coefficients" | "basis"> {
-  const decoded = decodeFrame(frame.content, known?.code ?? null);
-  if (!decoded || poseFault(decoded.pose))
-    return { outcome: "undecodable", pose: null, coefficients: kNone, basis: null };
-  const { pose } = decoded;
-  const basis = frame.level === LevelIndex.rigid ? null : known;
-  const coefficients = basis ? decoded.coefficients : kNone;
-  member.before = isDiscontinuous ? null : member.newest;
+  decoded: FrameInProgress,
+): boolean {
+  const content = decodeFrame(frame.content, known?.code ?? null);
+  const isDecoded = content !== null && !poseFault(content.pose);
+  decoded.outcome = isDecoded ? "decoded" : "undecodable";
+  decoded.pose = isDecoded ? content.pose : null;
+  decoded.basis = isDecoded && frame.level !== LevelIndex.rigid ? known : null;
+  decoded.coefficients = decoded.basis ? content!.coefficients : kNone;
+  if (!isDecoded) return false;
+  const { pose } = content;
+  const { basis, coefficients } = decoded;
+  member.before = decoded.discontinuous ? null : member.newest;
   member.newest = basis ? { timeNs, pose, basis, coefficients } : null;
-  return { outcome: "decoded", pose, coefficients, basis };
+  return true;
 }

@@ -15,7 +15,8 @@ it("shows the hair that C++ shows, with and without coefficients, through losses
   for (const { tick, pose, coded, shown, ...more } of learntVectors.frames) {
     const to = Float64Array.from(pose);
     const frame: LearntFrame = { from: last?.pose ?? null, to, ticks: last ? tick - last.tick : 0, ...more };
-    const got = track.show(hair, frame, last?.shown ?? null, Float32Array.from(coded));
+    const got = Float32Array.from(coded);
+    track.show(hair, frame, last?.shown ?? null, got);
     expect(furthest(got, shown), `tick ${tick}`).toBeLessThan(kRoundingM);
     last = { pose: to, tick, shown: got };
     evaluated += more.evaluated ? 1 : 0;

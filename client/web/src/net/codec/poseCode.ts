@@ -110,9 +110,11 @@ function takeTurn(reader: BitReader, expected: Rotation): Rotation {
 /** The rotation whose component `largest` is positive and follows from the three others. */
 function completed(largest: number, others: Vector): Rotation {
   const [a, b, c] = others;
-  const xyzw: number[] = [...others];
-  xyzw.splice(largest, 0, Math.sqrt(Math.max(1 - (a * a + b * b + c * c), 0)));
-  return normalised(xyzw[0], xyzw[1], xyzw[2], xyzw[3]);
+  const last = Math.sqrt(Math.max(1 - (a * a + b * b + c * c), 0));
+  if (largest === 0) return normalised(last, a, b, c);
+  if (largest === 1) return normalised(a, last, b, c);
+  if (largest === 2) return normalised(a, b, last, c);
+  return normalised(a, b, c, last);
 }
 
 function normalised(x: number, y: number, z: number, w: number): Rotation {
