@@ -72,19 +72,21 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
   if (all_m2 <= square_m2) return {0, kStepCount - 1};
   Detail best{coefficients.size(), 0};
   std::size_t least_bits = std::numeric_limits<std::size_t>::max();
-  for (unsigned step = 0; step < kStepCount; ++step) {
+  for (unsigned step = kStepCount; step-- > 0;) {  // coarse ones are soon judged, and bound the bits of fine ones
     const float step_m = kFinestStep_m * static_cast<float>(1u << step), per_step = 1 / step_m;
-    if (step > 0 && step_m > kCoarseStep * tolerance_m) break;
-    if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) continue;
-    double error_m2 = all_m2;
+    if (step > 0 && step_m > kCoarseStep * tolerance_m) continue;
+    if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) break;
+    double rounded_m2 = 0, left_m2 = all_m2;  // errors of what is rounded, and of what is left out
     std::size_t bits = 0, count = 0;
-    for (; count < coefficients.size() && error_m2 > square_m2 && bits < least_bits; ++count) {
+    const auto is_within = [&] { return rounded_m2 + left_m2 <= square_m2; };
+    for (; count < coefficients.size() && !is_within() && rounded_m2 <= square_m2 && bits < least_bits; ++count) {
       const float c = coefficients[count];
       const float shifted = shifted_nearest(c, per_step), off = c - step_m * (shifted - kIntegers);
-      error_m2 += static_cast<double>(off * off - c * c);
+      rounded_m2 += static_cast<double>(off * off);
+      left_m2 -= static_cast<double>(c * c);
       bits += bits_of(zigzag(integer_of(shifted)), code.parameter(count, step, 0));
     }
-    if (error_m2 <= square_m2 && bits < least_bits) {
+    if (is_within() && bits < least_bits) {
       least_bits = bits;
       best = {count, step};
     }
@@ -119,14 +121,11 @@ void encode_coefficients(const CoefficientCode& code, std::span<const float> coe
   for (std::size_t k = 0; k < ends.size(); ++k) {
     const std::uint32_t z = ends[k];
     const unsigned parameter = code.parameter(k, step, calm);
-    const std::uint32_t zeros = std::min(z >> parameter, kUnaryMax);
-    writer.put(std::uint64_t{1} << zeros, zeros + 1);
-    if (zeros < kUnaryMax) {
-      writer.put(z & ((1u << parameter) - 1), parameter);
-    } else {
-      writer.put(z, kWholeBits);
-    }
-    ends[k] = end += bits_of(z, parameter);
+    const bool is_whole = z >> parameter >= kUnaryMax;
+    const unsigned zeros = is_whole ? kUnaryMax : z >> parameter, low_bits = is_whole ? kWholeBits : parameter;
+    const std::uint64_t low = z & ((std::uint64_t{1} << low_bits) - 1);
+    writer.put(std::uint64_t{1} << zeros | low << (zeros + 1), zeros + 1 + low_bits);
+    ends[k] = end += zeros + 1 + low_bits;
   }
 }
 
