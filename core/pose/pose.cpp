@@ -1,5 +1,6 @@
 #include "core/pose/pose.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -29,11 +30,12 @@ Pose interpolate(const Pose& a, const Pose& b, double s) {
 }
 
 bool is_valid(const Pose& pose) {
-  for (const RigidTransform& bone : pose.bones) {
-    if (!bone.position.allFinite() || !bone.rotation.coeffs().allFinite()) return false;
-    if (std::abs(bone.rotation.norm() - 1) > kUnitTolerance) return false;
-  }
-  return true;
+  constexpr double kLeast = (1 - kUnitTolerance) * (1 - kUnitTolerance);
+  constexpr double kMost = (1 + kUnitTolerance) * (1 + kUnitTolerance);
+  return std::ranges::all_of(pose.bones, [](const RigidTransform& bone) {
+    const double square = bone.rotation.squaredNorm();
+    return square >= kLeast && square <= kMost && bone.position.allFinite();  // false for NaN
+  });
 }
 
 Pose rounded_to_wire(const Pose& pose) {
@@ -47,9 +49,12 @@ Pose rounded_to_wire(const Pose& pose) {
 
 bool is_teleport(const Pose& from, const Pose& to, double interval_s) {
   HAIRNET_ASSERT(interval_s > 0);
-  const double distance_m = (to.head().position - from.head().position).norm();
-  const double turn_deg = from.head().rotation.angularDistance(to.head().rotation) * 180 / std::numbers::pi;
-  return distance_m > kTeleportSpeed_m_per_s * interval_s || turn_deg > kTeleportTurn_deg_per_s * interval_s;
+  const RigidTransform &a = from.head(), &b = to.head();
+  const double distance_m = kTeleportSpeed_m_per_s * interval_s;
+  if ((b.position - a.position).squaredNorm() > distance_m * distance_m) return true;
+  // No turn is larger than half of one.
+  const double half_turn_rad = std::min(0.5 * kTeleportTurn_deg_per_s * interval_s, 90.0) * std::numbers::pi / 180;
+  return std::abs(a.rotation.dot(b.rotation)) < std::cos(half_turn_rad);
 }
 
 }  // namespace hairnet

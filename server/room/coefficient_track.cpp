@@ -17,15 +17,15 @@ constexpr std::uint64_t kGapMax_ticks = 8;
 
 std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, const HairMotion& motion,
                                             std::size_t mode_count, bool discontinuous) {
-  const bool is_first = last_.coefficients.size() != mode_count;
+  const bool is_first = std::exchange(mode_count_, mode_count) != mode_count;
   HAIRNET_ASSERT(is_first || tick >= last_.tick);
   std::vector<float>& next = next_;
-  next.assign(mode_count, 0);
-  const bool is_learnt = !motion.map && !motion.coefficients.empty();
-  std::ranges::copy(motion.coefficients.first(std::min(motion.coefficients.size(), mode_count)), next.begin());
+  const std::span<const float> own = motion.coefficients.first(std::min(motion.coefficients.size(), mode_count));
+  next.assign(own.begin(), own.end());
+  const bool is_learnt = !motion.map && !own.empty();
   if (is_first || discontinuous || tick - last_.tick > kGapMax_ticks) {
     fading_.clear();
-    before_.coefficients.clear();
+    has_before_ = false;
   } else if (motion.map != map_ || is_learnt != was_learnt_) {
     begin_fade(tick, next);
   }
@@ -34,8 +34,12 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   const double age = static_cast<double>(tick - faded_from_) * tick_s / kFade_s;
   if (age >= 1) fading_.clear();
   const auto left = static_cast<float>(1 - smoothstep(std::min(age, 1.0)));
+  next.resize(std::max(next.size(), fading_.size()));
   for (std::size_t k = 0; k < fading_.size(); ++k) next[k] += left * fading_[k];
-  if (!is_first && tick > last_.tick) std::swap(before_, last_);
+  if (!is_first && tick > last_.tick) {
+    std::swap(before_, last_);
+    has_before_ = true;
+  }
   last_.tick = tick;
   std::swap(last_.coefficients, next);
   return last_.coefficients;
@@ -44,14 +48,18 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
 // What was shown would have gone on as it went.
 void CoefficientTrack::begin_fade(std::uint64_t tick, std::span<const float> next) {
   float onwards = 0;
-  if (before_.coefficients.size() == next.size()) {
+  if (has_before_) {
     HAIRNET_ASSERT(last_.tick > before_.tick);
     onwards = static_cast<float>(tick - last_.tick) / static_cast<float>(last_.tick - before_.tick);
   }
-  fading_.resize(next.size());
-  for (std::size_t k = 0; k < next.size(); ++k) {
-    const float speed = onwards > 0 ? last_.coefficients[k] - before_.coefficients[k] : 0;
-    fading_[k] = last_.coefficients[k] + onwards * speed - next[k];
+  const auto at = [](std::span<const float> coefficients, std::size_t k) {
+    return k < coefficients.size() ? coefficients[k] : 0;
+  };
+  const std::span<const float> last = last_.coefficients, before = before_.coefficients;
+  fading_.resize(std::max({last.size(), next.size(), has_before_ ? before.size() : 0}));
+  for (std::size_t k = 0; k < fading_.size(); ++k) {
+    const float speed = onwards > 0 ? at(last, k) - at(before, k) : 0;
+    fading_[k] = at(last, k) + onwards * speed - at(next, k);
   }
   faded_from_ = tick;
 }

@@ -24,8 +24,12 @@ class CoefficientTrackTest : public testing::Test {
   std::vector<float> at(std::uint64_t tick, const ModeMap* map, bool discontinuous = false) {
     std::vector<float> own(map ? 3 : 0);
     if (map) map->coefficients_of(hair(tick), own);
-    const std::span<const float> c = track_.at(tick, kTickLength_s, {map, own}, 3, discontinuous);
-    return {c.begin(), c.end()};
+    return all_of(track_.at(tick, kTickLength_s, {map, own}, 3, discontinuous));
+  }
+  static std::vector<float> all_of(std::span<const float> first) {
+    std::vector<float> all(first.begin(), first.end());
+    all.resize(3);
+    return all;
   }
   const ModeMap fine_ = scaled(1), coarse_ = scaled(0.5f);
   CoefficientTrack track_;
@@ -79,8 +83,7 @@ TEST_F(CoefficientTrackTest, fade_to_rest_when_the_lattice_goes) {
 TEST_F(CoefficientTrackTest, fade_to_those_of_a_network_and_back) {
   const std::vector<float> learnt{0.03f, -0.02f};  // it drives two of three
   const auto at_learnt = [&](std::uint64_t tick) {
-    const std::span<const float> c = track_.at(tick, kTickLength_s, {nullptr, learnt}, 3, false);
-    return std::vector<float>(c.begin(), c.end());
+    return all_of(track_.at(tick, kTickLength_s, {nullptr, learnt}, 3, false));
   };
   at(4, &fine_);
   const float before = at(5, &fine_)[0];
