@@ -2,7 +2,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "client/assets/made_spec.hpp"
 #include "tests/gallery/cost.hpp"
+#include "tests/gallery/frames_sheet.hpp"
 #include "tests/gallery/sheets.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -61,6 +63,21 @@ Result<void> draw_crowd(const Options& options, render::Renderer& renderer) {
   return write_picture(options.out + "/crowd.png", *picture);
 }
 
+Result<void> draw_frames(const Options& options, render::Renderer& renderer) {
+  for (const char* name : {"made:long_curly", "made:bob", "made:ponytail"}) {
+    const Result<Hairstyle> style = load_hairstyle(name);
+    if (!style) return Refusal(style.error());
+    std::printf("%s: learning its hair, most of a minute\n", name);
+    std::fflush(stdout);
+    const Result<render::Image> sheet = frames_sheet(renderer, *style, "made:dance", options.size_px);
+    if (!sheet) return Refusal(sheet.error());
+    const std::string path = options.out + "/frames_" + std::string(made_name(name)) + ".png";
+    if (const Result<void> written = write_picture(path, *sheet); !written) return written;
+    std::printf("%s\n", path.c_str());
+  }
+  return {};
+}
+
 Result<void> measure_cost() {
   for (const char* name : {"made:long_straight", "made:long_curly"}) {
     const Result<Hairstyle> style = load_hairstyle(name);
@@ -89,6 +106,7 @@ Result<void> run(Options& options) {
     const Result<void> drawn = section == "hairstyles" ? draw_hairstyles(options, **renderer)
                                : section == "crowd"    ? draw_crowd(options, **renderer)
                                : section == "cost"     ? measure_cost()
+                               : section == "frames"   ? draw_frames(options, **renderer)
                                                        : draw_one(options, **renderer, section);
     if (!drawn) return drawn;
   }
@@ -102,8 +120,8 @@ int main(int argc, char** argv) {
       "Pictures of every hairstyle: still and in motion, as strands and cards; from near to far; in wind; a crowd");
   Options options;
   app.add_option("--out", options.out, "folder for the pictures")->capture_default_str();
-  app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd, cost; several may be named")
-      ->check(CLI::IsMember({"hairstyles", "detail", "wind", "crowd", "cost"}));
+  app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd, cost, frames; several may be named")
+      ->check(CLI::IsMember({"hairstyles", "detail", "wind", "crowd", "cost", "frames"}));
   app.add_option("--groom", options.grooms,
                  "of hairstyles: only these (made:NAME, yuksel, ponytail, harolongo, sintel)");
   app.add_option("--size", options.size_px, "width of a tile, px")->check(CLI::Range(32, 2000))->capture_default_str();

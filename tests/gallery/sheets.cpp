@@ -10,8 +10,13 @@
 namespace hairnet::gallery {
 namespace {
 
-// Camera about a head: from the front, its left side, its back.
-render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale = 1) {
+void caption(render::Image& image, const std::string& text) {
+  render::draw_text(image, 6, 6, text, 2);
+}
+
+}  // namespace
+
+render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale) {
   float low = 0, high = 0.12f, wide = 0.1f;
   for (const Vec3f& p : groom.points) {
     low = std::min(low, p.y());
@@ -28,12 +33,6 @@ render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing
                                    Vec3(std::sin(bearing), 0.08, std::cos(bearing)).normalized();
   return camera;
 }
-
-void caption(render::Image& image, const std::string& text) {
-  render::draw_text(image, 6, 6, text, 2);
-}
-
-}  // namespace
 
 Result<void> write_picture(const std::string& path, const render::Image& image) {
   const Result<std::vector<std::uint8_t>> png = render::encode_png(image);

@@ -17,6 +17,9 @@ Result<render::Image> wind_sheet(render::Renderer& renderer, const Hairstyle& st
 Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vector<Hairstyle>& styles, std::size_t count,
                                     int width_px, int height_px, render::StageStatistics& statistics);
 
+// Looks at a head from a bearing: 0 from the front, 90 from its left side.
+render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale = 1);
+
 Result<void> write_picture(const std::string& path, const render::Image& image);
 
 }  // namespace hairnet::gallery
