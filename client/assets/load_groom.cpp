@@ -14,6 +14,13 @@ Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made) 
   return wire::decode_groom({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
 }
 
+Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec) {
+  if (is_made_spec(spec)) return nullptr;
+  const Result<std::vector<std::byte>> bytes = read_file(spec);
+  if (!bytes) return Refusal(bytes.error());
+  return wire::decode_learnt_of_groom({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+}
+
 Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made) {
   Result<Groom> groom = read_groom(spec, made);
   if (groom && groom->far_cards.cards.empty()) groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "client/assets/made/made.hpp"
 #include "core/groom/groom.hpp"
+#include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
 
 namespace hairnet {
@@ -11,7 +13,9 @@ namespace hairnet {
 // Loads what a command line names as a groom: a groom file's path, or `made:STYLE` with the options `made`. Adds far
 // cards to a groom without them, so that every program can draw it far away.
 Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made = {});
-// The same, without adding anything.
+// The learnt hair in the file that it names, to upload with the groom; null: none, or made.
+Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec);
+// The same as load_groom, without adding anything.
 Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made = {});
 
 }  // namespace hairnet

@@ -275,8 +275,8 @@ Result<wire::Welcome> Link::connect() {
   return answer.get();
 }
 
-wire::GroomHash Link::upload(const Groom& groom) {
-  auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom));
+wire::GroomHash Link::upload(const Groom& groom, const LearntHair* learnt) {
+  auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom, learnt));
   const wire::GroomHash hash = wire::hash_groom(*bytes);
   impl_->ask([&](LinkCore& core) { core.offer_groom(hash, std::move(bytes)); });
   return hash;

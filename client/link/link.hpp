@@ -35,8 +35,9 @@ class Link {
   // Resolves the name, connects, and exchanges hello and welcome, within the time-out. Call it once: a link that has
   // ended cannot be used again.
   Result<wire::Welcome> connect();
-  // Offers the groom, and sends the bytes that the server lacks. The same groom twice is one upload.
-  wire::GroomHash upload(const Groom& groom);
+  // Offers the groom, and sends the bytes that the server lacks. The same groom twice is one upload. `learnt`: hair
+  // that was learnt of it, which spares the server that; null: none.
+  wire::GroomHash upload(const Groom& groom, const LearntHair* learnt = nullptr);
   // Sends a request. The calls from add_character to moderate are shorthands for it. Importance, grooms and poses have
   // calls of their own.
   void send(wire::ClientMessage message);

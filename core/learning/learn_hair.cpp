@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "core/assert.hpp"
+#include "core/learning/held_out.hpp"
 #include "core/learning/learnt_examples.hpp"
 #include "core/learning/network.hpp"
 #include "core/random.hpp"
@@ -21,38 +21,8 @@ using Eigen::VectorXf;
 
 static_assert(kLearntModesMax <= kModeCountMax);
 
-// Modes of which the error is measured; what the others move can be neglected.
-constexpr std::size_t kMeasuredModes = 64;
-// Motions of training have lower numbers.
-constexpr std::uint32_t kFirstHeldOut = 1000000;
 constexpr std::size_t kSixteensAStep = 2;
 constexpr std::size_t kInputCount = kPoseInputCount + kAirInputCount;
-
-std::uint32_t whole_thirty_twos(std::uint32_t count) {
-  constexpr std::uint32_t kWhole = 2 * kLearntWidth;
-  return (count + kWhole - 1) / kWhole * kWhole;
-}
-
-// Error over motion, the mean of all motions. `wrong`: the difference from `truth`.
-class MeanError {
- public:
-  void add(const MatrixXf& wrong, const MatrixXf& truth) {
-    for (Index lane = 0; lane < kLearntWidth; ++lane) {
-      double error_m2 = 0, motion_m2 = 1e-12;
-      for (Index c = lane; c < truth.cols(); c += kLearntWidth) {
-        error_m2 += static_cast<double>(wrong.col(c).squaredNorm());
-        motion_m2 += static_cast<double>(truth.col(c).squaredNorm());
-      }
-      sum_ += std::sqrt(error_m2 / motion_m2);
-      ++count_;
-    }
-  }
-  [[nodiscard]] float mean() const { return static_cast<float>(sum_ / count_); }
-
- private:
-  double sum_ = 0;
-  int count_ = 0;
-};
 
 // The examples in numbers of about 1.
 struct Scales {
@@ -71,21 +41,6 @@ Scales scales_of(const std::vector<LearntExamples>& examples) {
   scales.input = (scales.input / static_cast<float>(columns)).cwiseSqrt().cwiseMax(1e-6f);
   scales.output = std::max(std::sqrt(scales.output / static_cast<float>(columns)), 1e-6f);
   return scales;
-}
-
-// Of each motion in the loss. Lively motions count more, but not so much that calm hair counts for nothing.
-std::vector<VectorXf> weights_of(const std::vector<LearntExamples>& examples) {
-  constexpr float kCalm_m = 0.005f;
-  std::vector<VectorXf> weights;
-  float sum = 0;
-  for (const LearntExamples& e : examples) {
-    VectorXf& own = weights.emplace_back(VectorXf::Zero(kLearntWidth));
-    for (Index c = 0; c < e.coefficients.cols(); ++c) own[c % kLearntWidth] += e.coefficients.col(c).squaredNorm();
-    own = ((own / static_cast<float>(e.tick_count())).cwiseSqrt().array() + kCalm_m).inverse();
-    sum += own.sum();
-  }
-  for (VectorXf& own : weights) own *= static_cast<float>(kLearntWidth) * static_cast<float>(weights.size()) / sum;
-  return weights;
 }
 
 // Adam, with weight decay beside it.
@@ -130,7 +85,7 @@ VectorXf first_weights(const NetworkSize& size) {
 VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const NetworkSize& size,
              const HairLearning& learning, const std::function<bool(double)>& keep_going,
              const ParallelFor& parallel_for) {
-  const std::vector<VectorXf> motion_weights = weights_of(examples);
+  const std::vector<VectorXf> weights_of_motions = motion_weights(examples);
   std::vector<MatrixXf> hidden(examples.size());
   for (LearntExamples& e : examples) {
     e.inputs.array().colwise() /= scales.input.array();
@@ -156,7 +111,7 @@ VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const N
           const auto x = examples[e].inputs.middleCols(begin, columns);
           MatrixXf error =
               networks[i].forward(weights, x, hidden[e]) - examples[e].coefficients.middleCols(begin, columns);
-          for (Index c = 0; c < columns; ++c) error.col(c) *= 2 * motion_weights[e][c % kLearntWidth];
+          for (Index c = 0; c < columns; ++c) error.col(c) *= 2 * weights_of_motions[e][c % kLearntWidth];
           gradients[i].setZero(weights.size());
           networks[i].backward(weights, x, error / static_cast<float>(columns), gradients[i]);
         });
@@ -170,18 +125,6 @@ VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const N
     }
   }
   return weights;
-}
-
-// With 8 bits after the first: the network errs as much, and its file is packed into two thirds of the bytes.
-float shortened(float weight) {
-  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(weight) + 0x4000u) & ~0x7fffu);
-}
-
-std::vector<float> by_rows(const auto& matrix) {
-  std::vector<float> out;
-  for (Index row = 0; row < matrix.rows(); ++row)
-    for (Index column = 0; column < matrix.cols(); ++column) out.push_back(matrix(row, column));
-  return out;
 }
 
 }  // namespace
@@ -203,14 +146,10 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   std::vector<LearntExamples> seen =
       take_examples(groom, levels, modes, request, at(0, 0.5, "moving the hair"), parallel_for);
   if (seen.empty()) return nullptr;
-  ExampleRequest held_out = request;
-  held_out.first_motion = kFirstHeldOut;
-  held_out.motion_count = whole_thirty_twos(std::max(learning.held_out_count, 1u));
-  held_out.mode_count = static_cast<Index>(std::min(kMeasuredModes, modes.basis.mode_count()));
-  held_out.with_low = true;
-  const std::vector<LearntExamples> unseen =
-      take_examples(groom, levels, modes, held_out, at(0.5, 0.55, "moving the hair"), parallel_for);
-  if (unseen.empty()) return nullptr;
+  const std::vector<LearntExamples> held_out =
+      take_held_out(groom, levels, modes, learning.held_out_count, request.tick_count, at(0.5, 0.55, "moving the hair"),
+                    parallel_for);
+  if (held_out.empty()) return nullptr;
 
   const Scales scales = scales_of(seen);
   const NetworkSize size{kInputCount, static_cast<Index>(learning.hidden_count), request.mode_count};
@@ -227,36 +166,8 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   NetworkWeights<float> view(size, weights.data());
   view.input *= scales.input.cwiseInverse().asDiagonal();
   view.output *= scales.output;
-  for (float& weight : weights) weight = shortened(weight);
-  hair->hidden_count = learning.hidden_count;
-  hair->mode_count = static_cast<std::size_t>(size.outputs);
-  hair->input_weights = by_rows(view.input.leftCols(kPoseInputCount));
-  hair->hidden_weights = by_rows(view.hidden);
-  hair->bias = by_rows(view.bias);
-  hair->output_weights = by_rows(view.output);
-  hair->wind.weights = by_rows(view.input.rightCols(kAirInputCount));
-  struct Errors {
-    MeanError own, low;
-  };
-  std::array<Errors, 2> errors;  // in still air, in wind
-  Network<float> network(size);
-  for (const LearntExamples& e : unseen) {
-    MatrixXf h = MatrixXf::Zero(size.hidden, kLearntWidth), wrong = e.coefficients;
-    wrong.topRows(size.outputs) -= network.forward(weights, e.inputs, h);
-    errors[e.in_wind].own.add(wrong, e.coefficients);
-    errors[e.in_wind].low.add(e.low - e.coefficients, e.coefficients);
-  }
-  hair->error = errors[0].own.mean();
-  hair->low_error = errors[0].low.mean();
-  hair->wind.error = errors[1].own.mean();
-  hair->wind.low_error = errors[1].low.mean();
-  if (hair->wind.error > hair->wind.low_error) hair->wind.weights.clear();
-  if (const std::string fault = validate(*hair); !fault.empty()) return Refusal(fault);
-  if (hair->error > hair->low_error) {
-    const auto percent = [](float share) { return std::to_string(std::lround(100 * share)) + " %"; };
-    return Refusal("learnt hair errs by " + percent(hair->error) + " of the motion, and the low level by " +
-                   percent(hair->low_error));
-  }
+  set_weights(size, std::move(weights), *hair);
+  if (std::string fault = judge(held_out, *hair); !fault.empty()) return Refusal(std::move(fault));
   return hair;
 }
 

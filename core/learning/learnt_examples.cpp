@@ -150,4 +150,18 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
   return examples;
 }
 
+std::vector<VectorXf> motion_weights(const std::vector<LearntExamples>& examples) {
+  constexpr float kCalm_m = 0.005f;
+  std::vector<VectorXf> weights;
+  float sum = 0;
+  for (const LearntExamples& e : examples) {
+    VectorXf& own = weights.emplace_back(VectorXf::Zero(kLearntWidth));
+    for (Index c = 0; c < e.coefficients.cols(); ++c) own[c % kLearntWidth] += e.coefficients.col(c).squaredNorm();
+    own = ((own / static_cast<float>(e.tick_count())).cwiseSqrt().array() + kCalm_m).inverse();
+    sum += own.sum();
+  }
+  for (VectorXf& own : weights) own *= static_cast<float>(kLearntWidth) * static_cast<float>(weights.size()) / sum;
+  return weights;
+}
+
 }  // namespace hairnet

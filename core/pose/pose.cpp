@@ -52,9 +52,10 @@ bool is_teleport(const Pose& from, const Pose& to, double interval_s) {
   const RigidTransform &a = from.head(), &b = to.head();
   const double distance_m = kTeleportSpeed_m_per_s * interval_s;
   if ((b.position - a.position).squaredNorm() > distance_m * distance_m) return true;
-  // No turn is larger than half of one.
-  const double half_turn_rad = std::min(0.5 * kTeleportTurn_deg_per_s * interval_s, 90.0) * std::numbers::pi / 180;
-  return std::abs(a.rotation.dot(b.rotation)) < std::cos(half_turn_rad);
+  const double half_turn_deg = 0.5 * kTeleportTurn_deg_per_s * interval_s;
+  if (half_turn_deg >= 90) return false;  // no turn is larger
+  const double cosine = std::cos(half_turn_deg * std::numbers::pi / 180), dot = a.rotation.dot(b.rotation);
+  return dot * dot < cosine * cosine * a.rotation.squaredNorm() * b.rotation.squaredNorm();
 }
 
 }  // namespace hairnet

@@ -79,14 +79,14 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
     double rounded_m2 = 0, left_m2 = all_m2;  // errors of what is rounded, and of what is left out
     std::size_t bits = 0, count = 0;
     const auto is_within = [&] { return rounded_m2 + left_m2 <= square_m2; };
-    for (; count < coefficients.size() && !is_within() && rounded_m2 <= square_m2 && bits < least_bits; ++count) {
+    for (; count < coefficients.size() && !is_within() && rounded_m2 <= square_m2 && bits <= least_bits; ++count) {
       const float c = coefficients[count];
       const float shifted = shifted_nearest(c, per_step), off = c - step_m * (shifted - kIntegers);
       rounded_m2 += static_cast<double>(off * off);
       left_m2 -= static_cast<double>(c * c);
       bits += bits_of(zigzag(integer_of(shifted)), code.parameter(count, step, 0));
     }
-    if (is_within() && bits < least_bits) {
+    if (is_within() && bits <= least_bits) {  // of equals the finer step, with fewer coefficients
       least_bits = bits;
       best = {count, step};
     }

@@ -5,10 +5,12 @@
 #include <new>
 #include <tuple>
 
+#include "core/assert.hpp"
 #include "groom_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_features.hpp"
 #include "schema/wire/groom_numbers.hpp"
+#include "schema/wire/learnt_hair_table.hpp"
 #include "schema/wire/packing.hpp"
 #include "schema/wire/text.hpp"
 
@@ -77,7 +79,7 @@ auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
 }
 
 // The table, as pack() takes it.
-std::vector<std::uint8_t> write_table(const Groom& groom) {
+std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* learnt) {
   FlatBufferBuilder to(std::size_t{1} << 16);
   const Body& body = groom.body;
   const fb::Joints joints = flatten_joints(body);
@@ -105,6 +107,12 @@ std::vector<std::uint8_t> write_table(const Groom& groom) {
   const auto far_weights = to.CreateVector(far_points.weights);
   const auto far_references = to.CreateVector(far_points.references);
   const auto far_planes = to.CreateVector(far_points.planes);
+  flatbuffers::Offset<fb::LearntHair> learnt_hair;
+  flatbuffers::Offset<fb::LearntWind> learnt_wind;
+  if (learnt) {
+    learnt_hair = write_learnt(to, *learnt);
+    learnt_wind = write_wind(to, learnt->wind);
+  }
   fb::GroomBuilder table(to);
   table.add_version(kGroomVersion);
   table.add_fitted_from_roots(body.fitted_from_roots);
@@ -130,6 +138,10 @@ std::vector<std::uint8_t> write_table(const Groom& groom) {
   table.add_far_card_weights(far_weights);
   table.add_far_card_references(far_references);
   table.add_far_card_planes(far_planes);
+  if (learnt) {
+    table.add_learnt(learnt_hair);
+    table.add_learnt_wind(learnt_wind);
+  }
   return finish(to, table.Finish(), fb::GroomIdentifier());
 }
 
@@ -212,19 +224,41 @@ std::string read_body(const fb::Groom& in, Body& out) {
   return {};
 }
 
-Result<Groom> read_table(std::span<const std::uint8_t> table, const GroomLimits& limits) {
+Result<const fb::Groom*> root_of(std::span<const std::uint8_t> table) {
   const auto* root = verified_root<fb::Groom>(table, fb::GroomIdentifier());
   if (!root) return Refusal("not whole: cut off or damaged");
   if (root->version() < 1 || root->version() > kGroomVersion)
     return Refusal("groom file of version " + std::to_string(root->version()) + ", not 1 to " +
                    std::to_string(kGroomVersion));
+  return root;
+}
+
+// What `read` makes of the table of a file.
+template <class T, class Read>
+Result<T> with_table(std::span<const std::uint8_t> bytes, const Read& read) {
+  if (bytes.size() > kGroomBytesMax)
+    return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
+  const auto read_checked = [&read](std::span<const std::uint8_t> table) -> Result<T> {
+    const Result<const fb::Groom*> root = root_of(table);
+    return root ? read(**root) : Refusal(root.error());
+  };
+  if (is_packed(bytes, kPackedGroom)) {
+    const Result<std::vector<std::uint8_t>> table = unpack(bytes, kPackedGroom);
+    return table ? read_checked(*table) : Refusal(table.error());
+  }
+  if (!has_identifier(bytes, fb::GroomIdentifier())) return Refusal("not a .groom file (it does not begin as one)");
+  const AlignedBytes aligned(bytes);
+  return read_checked(aligned.bytes());
+}
+
+Result<Groom> read_groom(const fb::Groom& root, const GroomLimits& limits) {
   Groom groom;
-  std::string fault = read_names(*root, limits, groom);
-  if (fault.empty()) fault = read_strands(*root, groom);
-  if (fault.empty()) fault = read_materials(*root, limits, groom.materials);
-  if (fault.empty()) fault = read_features(*root, groom);
-  if (fault.empty()) fault = read_points(*root, groom);
-  if (fault.empty()) fault = read_body(*root, groom.body);
+  std::string fault = read_names(root, limits, groom);
+  if (fault.empty()) fault = read_strands(root, groom);
+  if (fault.empty()) fault = read_materials(root, limits, groom.materials);
+  if (fault.empty()) fault = read_features(root, groom);
+  if (fault.empty()) fault = read_points(root, groom);
+  if (fault.empty()) fault = read_body(root, groom.body);
   if (fault.empty()) fault = validate(groom, limits);
   if (!fault.empty()) return Refusal(std::move(fault));
   return groom;
@@ -232,20 +266,24 @@ Result<Groom> read_table(std::span<const std::uint8_t> table, const GroomLimits&
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_groom(const Groom& groom) {
-  return pack(write_table(groom), kPackedGroom, PackEffort::most);
+std::vector<std::uint8_t> encode_groom(const Groom& groom, const LearntHair* learnt) {
+  HAIRNET_ASSERT(!learnt || validate(*learnt).empty());
+  return pack(write_table(groom, learnt), kPackedGroom, PackEffort::most);
 }
 
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits) {
-  if (bytes.size() > kGroomBytesMax)
-    return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
-  if (is_packed(bytes, kPackedGroom)) {
-    const Result<std::vector<std::uint8_t>> table = unpack(bytes, kPackedGroom);
-    return table ? read_table(*table, limits) : Refusal(table.error());
-  }
-  if (!has_identifier(bytes, fb::GroomIdentifier())) return Refusal("not a .groom file (it does not begin as one)");
-  const AlignedBytes aligned(bytes);
-  return read_table(aligned.bytes(), limits);
+  return with_table<Groom>(bytes, [&limits](const fb::Groom& root) { return read_groom(root, limits); });
+}
+
+Result<std::shared_ptr<const LearntHair>> decode_learnt_of_groom(std::span<const std::uint8_t> bytes) {
+  using Learnt = std::shared_ptr<const LearntHair>;
+  return with_table<Learnt>(bytes, [](const fb::Groom& root) -> Result<Learnt> {
+    if (!root.learnt()) return nullptr;
+    auto hair = std::make_shared<LearntHair>();
+    if (std::string fault = read_learnt(*root.learnt(), root.learnt_wind(), *hair); !fault.empty())
+      return Refusal(std::move(fault));
+    return hair;
+  });
 }
 
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes) {

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/groom/groom.hpp"
+#include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
 #include "schema/wire/messages.hpp"
 
@@ -15,9 +17,13 @@ namespace hairnet::wire {
 // pass validate(). Points, vertices and bone weights are rounded (groom_numbers.hpp): what is decoded is the same groom
 // to 0.05 mm, and its file is the same bytes again. fit_text changes names where they are not valid text
 // (messages.hpp).
-std::vector<std::uint8_t> encode_groom(const Groom& groom);
+// `learnt`: hair that was learnt of it, which goes into the file; null: none.
+std::vector<std::uint8_t> encode_groom(const Groom& groom, const LearntHair* learnt = nullptr);
 // Reads all versions. Files of version 1 have no materials; their hair gets the material `normal`.
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits = {});
+// The learnt hair in the file of a groom, which decode_groom overlooks: valid, but whoever made the file may have made
+// it of anything. Null: there is none.
+Result<std::shared_ptr<const LearntHair>> decode_learnt_of_groom(std::span<const std::uint8_t> bytes);
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes);
 
 // The same hash of bytes that come in pieces.

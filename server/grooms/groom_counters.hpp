@@ -20,7 +20,9 @@ struct GroomCounters : CounterSet {
   Counter grooms_ready{*this, "grooms_ready"};
   Counter grooms_evicted{*this, "grooms_evicted"};
   Counter grooms_learnt{*this, "grooms_learnt"};
-  Counter grooms_learnt_refused{*this, "grooms_learnt_refused"};  // the network errs more than the low level
+  Counter grooms_learnt_adopted{*this, "grooms_learnt_adopted"};  // of them, whose files had learnt hair that is good
+  Counter grooms_learnt_file_refused{*this, "grooms_learnt_file_refused"};  // whose files had some that is not
+  Counter grooms_learnt_refused{*this, "grooms_learnt_refused"};            // the network errs more than the low level
   Counter grooms_learnt_refused_in_wind{*this, "grooms_learnt_refused_in_wind"};  // and in still air it does not
   Counter grooms_refused_size{*this, "grooms_refused", "reason", "size"};
   Counter grooms_refused_limit{*this, "grooms_refused", "reason", "limit"};

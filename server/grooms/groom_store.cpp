@@ -459,6 +459,11 @@ void GroomStore::take_learnt(LearningResult result) {
   learning_.reset();
   const auto groom = grooms_.find(result.groom);
   if (groom == grooms_.end() || groom->second.state != State::ready) return;
+  if (!result.file_detail.empty()) {
+    counters_->grooms_learnt_file_refused.add();
+    spdlog::info("event=groom_learnt_file_refused groom={} detail={}", log_hash(result.groom),
+                 log_text(result.file_detail));
+  }
   if (!result.levels) {
     if (result.detail.empty()) return;
     counters_->grooms_learnt_refused.add();
@@ -467,12 +472,13 @@ void GroomStore::take_learnt(LearningResult result) {
   }
   const LearntHair& learnt = *result.levels->learnt;
   counters_->grooms_learnt.add();
+  if (result.is_adopted) counters_->grooms_learnt_adopted.add();
   if (learnt.wind.weights.empty()) counters_->grooms_learnt_refused_in_wind.add();
   spdlog::info(
-      "event=groom_learnt groom={} error={:.3f} low_error={:.3f} wind_error={:.3f} wind_low_error={:.3f} "
+      "event=groom_learnt groom={} from={} error={:.3f} low_error={:.3f} wind_error={:.3f} wind_low_error={:.3f} "
       "seconds={:.1f}",
-      log_hash(result.groom), learnt.error, learnt.low_error, learnt.wind.error, learnt.wind.low_error,
-      static_cast<double>(result.taken_ns) * 1e-9);
+      log_hash(result.groom), result.is_adopted ? "file" : "motions", learnt.error, learnt.low_error, learnt.wind.error,
+      learnt.wind.low_error, static_cast<double>(result.taken_ns) * 1e-9);
   const std::size_t bytes = learnt.bytes() + result.file->size();
   groom->second.level_bytes += bytes;
   level_bytes_ += bytes;

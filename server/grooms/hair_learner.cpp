@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "core/learning/adopt_hair.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/learnt_file.hpp"
 #include "server/threading/memory_reserve.hpp"
@@ -41,6 +42,15 @@ bool HairLearner::poll() {
   return true;
 }
 
+std::shared_ptr<const LearntHair> HairLearner::adopt(const LearningJob& job, const Groom& groom,
+                                                     const BuildCallbacks& callbacks, LearningResult& result) const {
+  const Result<std::shared_ptr<const LearntHair>> given = wire::decode_learnt_of_groom(*job.file);
+  if (given && !*given) return nullptr;
+  const auto adopted = given ? adopt_hair(groom, job.levels, *job.levels->modes, **given, callbacks) : given;
+  if (!adopted) result.file_detail = adopted.error();
+  return adopted ? *adopted : nullptr;
+}
+
 LearningResult HairLearner::learn(const LearningJob& job) {
   LearningResult result;
   const Result<Groom> groom = wire::decode_groom(*job.file, def_.groom);
@@ -50,7 +60,9 @@ LearningResult HairLearner::learn(const LearningJob& job) {
   }
   BuildCallbacks callbacks;
   callbacks.progress = [this](double, std::string_view) { return !dropped_ && !cancelled_; };
-  const auto learnt = def_.learn(*groom, job.levels, callbacks);
+  Result<std::shared_ptr<const LearntHair>> learnt = adopt(job, *groom, callbacks, result);
+  result.is_adopted = *learnt != nullptr;
+  if (!result.is_adopted) learnt = def_.learn(*groom, job.levels, callbacks);
   if (!learnt) {
     result.detail = learnt.error();
   } else if (*learnt) {

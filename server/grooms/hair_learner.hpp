@@ -27,6 +27,8 @@ struct LearningResult {
   std::shared_ptr<const LevelSet> levels;                 // the same with the learnt level; null: refused, or dropped
   std::shared_ptr<const std::vector<std::uint8_t>> file;  // of the learnt hair, for clients
   std::string detail;                                     // one line: why it was refused; empty: dropped
+  bool is_adopted = false;                                // it is that of the groom's file
+  std::string file_detail;                                // one line: why that was not taken; empty: taken, or none
   std::int64_t taken_ns = 0;
 };
 
@@ -43,8 +45,8 @@ struct HairLearnerDef {
   ClockNs now_ns = nullptr;
 };
 
-// Learns the hair of one groom after the other, on a thread of low priority: about a minute each. The I/O thread puts
-// jobs and takes results.
+// Learns the hair of one groom after the other, on a thread of low priority: about a minute each. Hair that is in the
+// groom's file is measured, and taken over where it is good. The I/O thread puts jobs and takes results.
 class HairLearner {
  public:
   explicit HairLearner(const HairLearnerDef& def) : def_(def), jobs_(0), results_(0) {}
@@ -63,6 +65,9 @@ class HairLearner {
 
  private:
   LearningResult learn(const LearningJob& job);
+  // That of the file; null: there is none that can be taken, or the job was dropped.
+  std::shared_ptr<const LearntHair> adopt(const LearningJob& job, const Groom& groom, const BuildCallbacks& callbacks,
+                                          LearningResult& result) const;
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   HairLearnerDef def_;

@@ -67,7 +67,7 @@ struct Character {
   LatticeView lattice;                   // in the World, until its next step
   std::vector<FrameVariant> variants;    // only the first variant_count belong to this tick
   std::size_t variant_count = 0;
-  std::int64_t encode_ns = 0;  // time to encode these
+  std::int64_t encode_ns = 0;  // time to encode these, the mean of its batch
   CoefficientTrack coefficients;
   codec::EncodedFrame coded;  // the last one
 };

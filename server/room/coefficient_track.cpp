@@ -23,9 +23,9 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   const std::span<const float> own = motion.coefficients.first(std::min(motion.coefficients.size(), mode_count));
   next.assign(own.begin(), own.end());
   const bool is_learnt = !motion.map && !own.empty();
-  if (is_first || discontinuous || tick - last_.tick > kGapMax_ticks) {
+  const bool is_continued = !is_first && !discontinuous && tick - last_.tick <= kGapMax_ticks;
+  if (!is_continued) {
     fading_.clear();
-    has_before_ = false;
   } else if (motion.map != map_ || is_learnt != was_learnt_) {
     begin_fade(tick, next);
   }
@@ -38,7 +38,7 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   for (std::size_t k = 0; k < fading_.size(); ++k) next[k] += left * fading_[k];
   if (!is_first && tick > last_.tick) {
     std::swap(before_, last_);
-    has_before_ = true;
+    has_before_ = is_continued;
   }
   last_.tick = tick;
   std::swap(last_.coefficients, next);

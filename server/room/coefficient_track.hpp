@@ -18,8 +18,9 @@ struct HairMotion {
 // difference that the change makes is added back and fades out, so that hair never jumps. Tick thread and workers.
 class CoefficientTrack {
  public:
-  // The first coefficients at a later tick, or the same; the others of the basis, which has `mode_count`, are 0.
-  // `discontinuous`: since the last call; nothing fades then. Asserts that ticks do not go back.
+  // As many first coefficients as the motion or a fade has, at a later tick, or the same; the others of the basis,
+  // which has `mode_count`, are 0. `discontinuous`: since the last call; nothing fades then. Asserts that ticks do not
+  // go back.
   std::span<const float> at(std::uint64_t tick, double tick_s, const HairMotion& motion, std::size_t mode_count,
                             bool discontinuous);
   // The last result, and its tick.
@@ -34,8 +35,8 @@ class CoefficientTrack {
   };
   void begin_fade(std::uint64_t tick, std::span<const float> next);
 
-  Sample last_, before_;  // as they were shown
-  bool has_before_ = false;
+  Sample last_, before_;          // as they were shown
+  bool has_before_ = false;       // and the hair went on from it
   std::size_t mode_count_ = 0;    // of the last basis; 0: nothing was shown
   std::vector<float> next_;       // scratch
   const ModeMap* map_ = nullptr;  // this and the next: of the last motion

@@ -196,13 +196,13 @@ bool Publisher::note_learnt(const Terms& terms, const Character& character, Obse
 
 void Publisher::gather_batches(std::span<Character* const> everyone) {
   batches_.clear();
-  std::map<std::pair<const KnownBasis*, const ModeMap*>, std::size_t> unfilled;
+  std::map<std::pair<const KnownBasis*, LevelIndex>, std::size_t> unfilled;
   for (Character* character : everyone) {
     if (character->variant_count == 0) continue;
     const KnownBasis* const basis = basis_of(*character);
     const LatticeView& lattice = character->lattice;
     const ModeMap* const map = basis && lattice.model ? &basis->modes->map(lattice.level) : nullptr;
-    const auto [found, is_new] = unfilled.try_emplace({basis, map}, batches_.size());
+    const auto [found, is_new] = unfilled.try_emplace({basis, lattice.level}, batches_.size());
     if (is_new || batches_[found->second].count == kModeMapWidth) {
       found->second = batches_.size();
       batches_.push_back({basis, map});
@@ -229,7 +229,7 @@ void Publisher::encode(const Terms& terms, const Batch& batch) const {
     const std::span<const float> own = computed[i];
     encode(terms, *characters[i], batch.basis, {batch.map, batch.map ? own : characters[i]->lattice.coefficients});
   }
-  // A clock for each would take as long as the shortest frames.
+  // Reading the clock for each character would take as long as encoding the shortest frames.
   const std::int64_t each_ns = (clock_ns() - begun_ns) / static_cast<std::int64_t>(batch.count);
   for (Character* const character : characters) character->encode_ns = each_ns;
 }

@@ -1,8 +1,13 @@
 #include "tests/gallery/frames_sheet.hpp"
 
 #include <array>
-#include <cmath>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/assert.hpp"
 #include "core/learning/learn_hair.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/world/world.hpp"
@@ -39,9 +44,9 @@ std::pair<std::vector<float>, std::size_t> through_frame(const Pose& pose, const
   codec::EncodedFrame frame;
   codec::encode_frame(pose, &code, coefficients.first(detail.count), detail.step, frame);
   codec::DecodedFrame decoded;
-  const bool is_whole = codec::decode_frame(frame.bytes, &code, decoded);
-  HAIRNET_ASSERT(is_whole);
-  return {decoded.coefficients, frame.bytes.size() - frame.pose_bits / 8};
+  const bool is_decoded = codec::decode_frame(frame.bytes, &code, decoded);
+  HAIRNET_ASSERT(is_decoded);
+  return {decoded.coefficients, frame.bytes.size() - (frame.pose_bits + 7) / 8};
 }
 
 Result<std::shared_ptr<const LevelSet>> learnt_levels(const Hairstyle& style) {
@@ -53,8 +58,9 @@ Result<std::shared_ptr<const LevelSet>> learnt_levels(const Hairstyle& style) {
   return levels;
 }
 
-Result<std::vector<Row>> simulate_rows(const Hairstyle& style, const LevelSet& set,
-                                       const std::shared_ptr<const LevelSet>& levels, const std::string& name) {
+Result<std::vector<Row>> simulate_rows(const Hairstyle& style, const std::shared_ptr<const LevelSet>& levels,
+                                       const std::string& name) {
+  const LevelSet& set = *levels;
   const Result<Motion> motion = fidelity::load_motion(name, style.groom->body);
   if (!motion) return Refusal(motion.error());
   const fidelity::Clip clip = fidelity::make_clip(*motion, 1 / kLearntTick_s, kTimes_s.back() + kLearntTick_s);
@@ -101,7 +107,7 @@ Result<render::Image> frames_sheet(render::Renderer& renderer, const Hairstyle& 
                                    int size_px) {
   const Result<std::shared_ptr<const LevelSet>> levels = learnt_levels(style);
   if (!levels) return Refusal(levels.error());
-  const Result<std::vector<Row>> rows = simulate_rows(style, **levels, *levels, motion);
+  const Result<std::vector<Row>> rows = simulate_rows(style, *levels, motion);
   if (!rows) return Refusal(rows.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
@@ -117,7 +118,8 @@ Result<void> run(Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Pictures of every hairstyle: still and in motion, as strands and cards; from near to far; in wind; a crowd");
+      "Pictures of every hairstyle: still and in motion, as strands and cards; from near to far; in wind; a crowd; "
+      "frames");
   Options options;
   app.add_option("--out", options.out, "folder for the pictures")->capture_default_str();
   app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd, cost, frames; several may be named")

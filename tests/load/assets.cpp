@@ -12,7 +12,9 @@ Result<Assets> load_assets(const Plan& plan) {
   for (const std::string& spec : plan.grooms) {
     const Result<Groom> groom = load_groom(spec);
     if (!groom) return Refusal(spec + ": " + groom.error());
-    auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
+    const Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(spec);
+    if (!learnt) return Refusal(spec + ": " + learnt.error());
+    auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom, learnt->get()));
     if (bytes->empty()) return Refusal(spec + ": is too large to be sent");
     const wire::GroomHash hash = wire::hash_groom(*bytes);
     assets.grooms.push_back({spec, hash, std::move(bytes)});

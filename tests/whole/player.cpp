@@ -427,9 +427,10 @@ void Player::act() {
     characters_[number].level =
         std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
     haired_.erase(number);  // it may have been rigid for a moment
+    // A rigid character has no hair to keep, even if the connection breaks before its next frame.
     for (auto& [member, m] : members_) {
-      const bool is_it = m.own && server::number_of(m.key) == number;
-      if (is_it && characters_[number].level == LevelIndex::rigid) m.hair = false;  // also before the next frame
+      const bool is_changed = m.own && server::number_of(m.key) == number;
+      if (is_changed && characters_[number].level == LevelIndex::rigid) m.hair = false;
     }
     core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");

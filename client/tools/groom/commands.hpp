@@ -54,14 +54,16 @@ Result<void> inspect_groom(const InspectOptions& options);
 
 struct LearnOptions {
   std::vector<std::string> grooms;   // groom files
-  std::string levels;                // the folder of a server's level cache
+  std::string levels;                // the folder of a server's level cache; empty: none
+  std::string embed;                 // a folder for copies of the files with the learnt hair inside; empty: none
   bool again = false;                // also hair that is already learnt
   std::function<bool()> is_stopped;  // asked often; empty: never
   ModeTraining training;
   HairLearning learning;
 };
-// Learns the hair of each groom and writes it with its levels and modes into the folder, whole or not at all. All files
-// are read before the first is learnt. The error names the file; also where the hair of a groom is refused.
+// Learns the hair of each groom and writes it, with its levels and modes into the one folder, inside a copy of the
+// groom's file into the other, whole or not at all. All files are read before the first is learnt. The error names the
+// file; also where the hair of a groom is refused.
 Result<void> learn_grooms(const LearnOptions& options);
 
 void list_made();

@@ -127,6 +127,14 @@ void print_far_cards(const Groom& groom) {
   std::printf("\n");
 }
 
+void print_learnt(const LearntHair& hair) {
+  const auto percent = [](float share) { return 100 * static_cast<double>(share); };
+  std::printf(
+      "learnt     %zu hidden numbers, %zu modes; where it was learnt it erred by %.0f %% of the motion, the low level "
+      "by %.0f %%\n",
+      hair.hidden_count, hair.mode_count, percent(hair.error), percent(hair.low_error));
+}
+
 void print_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels) {
   const double start_s = now_s();
   const auto percent = [](float share) { return 100 * static_cast<double>(share); };
@@ -184,6 +192,9 @@ Result<void> inspect_groom(const InspectOptions& options) {
   if (!groom) return Refusal(options.groom + ": " + groom.error());
   print_groom(*groom);
   print_far_cards(*groom);
+  const Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(options.groom);
+  if (!learnt) return Refusal(options.groom + ": " + learnt.error());
+  if (*learnt) print_learnt(**learnt);
   if (!options.levels) return {};
   if (groom->points.empty()) return Refusal(options.groom + ": there is nothing to build levels from");
   print_levels(*groom);

@@ -33,7 +33,7 @@ struct Subject {
   std::string path;
   wire::GroomHash hash{};
   Groom groom;
-  std::string level_file;
+  std::string level_file, copy;  // empty: not wanted
 };
 
 std::span<const std::uint8_t> as_octets(const std::vector<std::byte>& bytes) {
@@ -54,13 +54,27 @@ void on_all_processors(std::size_t count, const std::function<void(std::size_t)>
 }
 
 Result<void> check_folder(const std::string& folder) {
+  if (folder.empty()) return {};
   std::error_code ignored;
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
-    return Refusal(folder + ": is no folder; give the folder of a level cache");
-  return check_can_write({(fs::path(folder) / "levels").string()});
+    return Refusal(folder + ": is no folder; give a folder to write to");
+  return check_can_write({(fs::path(folder) / ".hairnet-groom").string()});
 }
 
-Result<Subject> read_subject(const std::string& path, const std::string& folder) {
+// Where the copy of a groom's file goes, which must not replace anything that was named.
+Result<std::string> copy_of(const std::string& path, const LearnOptions& options) {
+  if (options.embed.empty()) return std::string();
+  const fs::path name = fs::path(path).filename(), copy = fs::path(options.embed) / name;
+  const auto has_name = [&](const std::string& other) { return fs::path(other).filename() == name; };
+  if (std::ranges::count_if(options.grooms, has_name) > 1)
+    return Refusal(path + ": another file has this name, and both go into " + options.embed);
+  std::error_code ignored;
+  if (fs::equivalent(path, copy, ignored))
+    return Refusal(path + ": lies in " + options.embed + " already; give another folder for its copy");
+  return copy.string();
+}
+
+Result<Subject> read_subject(const std::string& path, const LearnOptions& options) {
   if (is_made_spec(path)) {
     return Refusal(path + ": only files have learnt hair; 'hairnet-groom make " + std::string(made_name(path)) +
                    " --out FILE' makes one");
@@ -70,12 +84,17 @@ Result<Subject> read_subject(const std::string& path, const std::string& folder)
   Result<Groom> groom = wire::decode_groom(as_octets(*bytes));
   if (!groom) return Refusal(path + ": " + groom.error());
   if (groom->points.empty()) return Refusal(path + ": there is no hair to learn");
+  const Result<std::string> copy = copy_of(path, options);
+  if (!copy) return Refusal(copy.error());
   const wire::GroomHash hash = wire::hash_groom(as_octets(*bytes));
-  return Subject{path, hash, std::move(*groom), (fs::path(folder) / wire::level_file_name(hash)).string()};
+  const fs::path folder = options.levels;
+  return Subject{path, hash, std::move(*groom), folder.empty() ? "" : (folder / wire::level_file_name(hash)).string(),
+                 *copy};
 }
 
 // Null where the folder has no levels that a server would use.
 std::shared_ptr<LevelSet> read_levels(const Subject& subject) {
+  if (subject.level_file.empty()) return nullptr;
   const Result<std::vector<std::byte>> bytes = read_file(subject.level_file, wire::kLevelFileBytesMax);
   if (!bytes) return nullptr;
   wire::DecodedLevels decoded = wire::decode_levels(as_octets(*bytes), subject.hash);
@@ -106,7 +125,7 @@ class Learner {
     if (levels && levels->learnt && !options_.again) {
       std::printf("%s: its hair is already learnt: %s; --again repeats it\n", subject_.path.c_str(),
                   errors_of(*levels->learnt).c_str());
-      return true;
+      return embed(*levels->learnt).map([] { return true; });
     }
     const bool has_file = levels != nullptr;
     Result<std::shared_ptr<const LearntHair>> hair = nullptr;
@@ -132,6 +151,7 @@ class Learner {
       std::printf("%s: refused: %s\n", subject_.path.c_str(), hair.error().c_str());
       return false;
     }
+    if (const Result<void> embedded = embed(*levels->learnt); !embedded) return Refusal(embedded.error());
     std::printf("%s: learnt in %.0f s: %s\n", subject_.path.c_str(),
                 std::chrono::duration<double>(Clock::now() - begun).count(), errors_of(*levels->learnt).c_str());
     return true;
@@ -162,9 +182,16 @@ class Learner {
   }
 
   [[nodiscard]] Result<void> write(const LevelSet& levels) const {
-    const std::vector<std::uint8_t> bytes = wire::encode_levels(subject_.hash, levels);
-    const Result<void> written = write_file(subject_.level_file, std::as_bytes(std::span(bytes)));
-    return written ? written : Refusal(subject_.level_file + ": " + written.error());
+    if (subject_.level_file.empty()) return {};
+    return write(subject_.level_file, wire::encode_levels(subject_.hash, levels));
+  }
+  [[nodiscard]] Result<void> embed(const LearntHair& hair) const {
+    if (subject_.copy.empty()) return {};
+    return write(subject_.copy, wire::encode_groom(subject_.groom, &hair));
+  }
+  static Result<void> write(const std::string& path, const std::vector<std::uint8_t>& bytes) {
+    const Result<void> written = write_file(path, std::as_bytes(std::span(bytes)));
+    return written ? written : Refusal(path + ": " + written.error());
   }
 
   const LearnOptions& options_;
@@ -176,10 +203,11 @@ class Learner {
 }  // namespace
 
 Result<void> learn_grooms(const LearnOptions& options) {
-  if (const Result<void> possible = check_folder(options.levels); !possible) return possible;
+  for (const std::string& folder : {options.levels, options.embed})
+    if (const Result<void> possible = check_folder(folder); !possible) return possible;
   std::vector<Subject> subjects;
   for (const std::string& path : options.grooms) {
-    Result<Subject> subject = read_subject(path, options.levels);
+    Result<Subject> subject = read_subject(path, options);
     if (!subject) return Refusal(subject.error());
     subjects.push_back(std::move(*subject));
   }

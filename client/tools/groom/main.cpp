@@ -19,6 +19,7 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-groom import back.tfx side.tfx tail.tfx --face -z --unit 0.00254 --body head.obj --body-face +z --out tail.groom
   hairnet-groom inspect curls.groom --levels
   hairnet-groom learn curls.groom bob.groom --levels /var/cache/hairnet/levels
+  hairnet-groom learn curls.groom --embed upload
   hairnet-groom list
 )";
 
@@ -107,8 +108,10 @@ CLI::App& add_learn(CLI::App& app, groom::LearnOptions& o) {
   CLI::App& learn = *app.add_subcommand(
       "learn", "the hair of groom files by example, so that no server has to: a minute or more for each");
   learn.add_option("grooms", o.grooms, "groom files, as clients upload them")->required();
-  learn.add_option("--levels", o.levels, "folder of a server's level cache (its --level-cache), to write to")
-      ->required();
+  CLI::Option_group& folders = *learn.add_option_group("Folders, one or both");
+  folders.add_option("--levels", o.levels, "of a server's level cache (its --level-cache), to write to");
+  folders.add_option("--embed", o.embed, "for copies of the files with the learnt hair inside, to upload");
+  folders.require_option(1, 2);
   learn.add_flag("--again", o.again, "also hair that is already learnt");
   return learn;
 }

@@ -29,9 +29,16 @@ Result<CharacterSetup> load_character(const CharacterOptions& options, Grooms& g
     if (!loaded) return Refusal(options.groom + ": " + loaded.error());
     groom = std::make_shared<const Groom>(std::move(*loaded));
   }
+  std::shared_ptr<const LearntHair> learnt;
+  if (is_made_spec(options.groom) || !is_foreign_hair(options.groom)) {
+    Result<std::shared_ptr<const LearntHair>> loaded = load_learnt(options.groom);
+    if (!loaded) return Refusal(options.groom + ": " + loaded.error());
+    learnt = std::move(*loaded);
+  }
   Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
   if (!motion) return Refusal(options.motion + ": " + motion.error());
-  return CharacterSetup{groom, std::move(*motion), options.level, Vec3f::Zero(), options.material, options.name};
+  return CharacterSetup{groom,        std::move(*motion), options.level, Vec3f::Zero(), options.material,
+                        options.name, std::move(learnt)};
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ struct CharacterSetup {
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
   std::optional<Material> material;
-  std::string name = {};  // empty: none
+  std::string name = {};                               // empty: none
+  std::shared_ptr<const LearntHair> learnt = nullptr;  // in the groom's file; null: none
 };
 
 // Returns the characters that `options` names, then those of its files. Characters without a given place stand side by

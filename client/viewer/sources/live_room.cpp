@@ -75,7 +75,8 @@ Result<void> LiveRoom::open() {
     const auto same = std::find_if(characters_.begin(), characters_.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const CharacterSetup& a) { return a.groom == characters_[i].groom; });
     const auto first = static_cast<std::size_t>(same - characters_.begin());
-    own_characters_[i].groom = first == i ? link_.upload(*characters_[i].groom) : own_characters_[first].groom;
+    own_characters_[i].groom =
+        first == i ? link_.upload(*characters_[i].groom, characters_[i].learnt.get()) : own_characters_[first].groom;
     const auto character = static_cast<std::uint32_t>(i + 1);
     link_.add_character(character, own_characters_[i].groom, characters_[i].level, characters_[i].name,
                         appearance_of(characters_[i].hair_colour));

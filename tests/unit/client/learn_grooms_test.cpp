@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -8,6 +10,8 @@
 #include "client/assets/made/made.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "core/learnt/learnt_hair.hpp"
+#include "core/levels/build.hpp"
+#include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 
@@ -98,6 +102,85 @@ TEST_F(LearnGrooms, a_server_with_the_folder_has_the_learnt_level_at_once) {
   ASSERT_FALSE(batches.empty());
   ASSERT_EQ(batches.back().frames.size(), 1u);
   EXPECT_EQ(batches.back().frames[0].level, LevelIndex::learnt);
+}
+
+// With the network inside the file: the server has the levels that it was learnt on, or others on which it is worse
+// than the low level.
+class EmbeddedHair : public LearnGrooms {
+ protected:
+  EmbeddedHair() {
+    without_ = bytes_;
+    learnt_ = wire::decode_levels(read(file_in("learnt")), hash_).levels;
+    LearnOptions options = options_for("learnt");
+    options.embed = (suite_ / "levels").string();
+    EXPECT_EQ(refusal(options), "") << "what is learnt already is embedded as well";
+    bytes_ = read(suite_ / "levels" / "long.groom");
+    hash_ = wire::hash_groom(bytes_);
+    learn_ = [this](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
+      ++learnt_here_;
+      return learnt_->learnt;
+    };
+  }
+  void run_until_learnt() {
+    server::Config config;
+    config.grooms.learning = server::Learning::always;
+    start(config);
+    const auto owner = join("", LevelIndex::low);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(4);
+    while (metrics_.groom.grooms_learnt.value() == 0 && std::chrono::steady_clock::now() < deadline)
+      run_ms(100, {owner.get()});
+    EXPECT_EQ(metrics_.groom.grooms_learnt.value(), 1u);
+  }
+  Bytes without_;
+  std::shared_ptr<LevelSet> learnt_;
+  std::atomic<int> learnt_here_ = 0;
+};
+
+TEST_F(EmbeddedHair, is_that_which_was_learnt_beside_the_same_groom) {
+  const auto inside = wire::decode_learnt_of_groom(bytes_);
+  ASSERT_TRUE(inside && *inside);
+  EXPECT_EQ((*inside)->hidden_weights, learnt_->learnt->hidden_weights);
+  EXPECT_EQ((*inside)->output_weights, learnt_->learnt->output_weights);
+  EXPECT_EQ((*inside)->wind.weights, learnt_->learnt->wind.weights);
+  EXPECT_EQ(wire::encode_groom(*wire::decode_groom(bytes_)), without_);
+  const auto nothing = wire::decode_learnt_of_groom(without_);
+  ASSERT_TRUE(nothing);
+  EXPECT_EQ(*nothing, nullptr);
+}
+
+TEST_F(EmbeddedHair, is_taken_over_where_it_is_good) {
+  build_ = [this](const auto&, const auto&, const auto&, const Groom& groom, const server::GoesOn&) {
+    auto levels = std::make_shared<LevelSet>(*learnt_);
+    levels->learnt = nullptr;
+    make_level_maps(groom, *levels);
+    return server::LevelBuild{std::move(levels), server::BuildFault::none, ""};
+  };
+  run_until_learnt();
+  EXPECT_EQ(metrics_.groom.grooms_learnt_adopted.value(), 1u);
+  EXPECT_EQ(metrics_.groom.grooms_learnt_file_refused.value(), 0u);
+  EXPECT_EQ(learnt_here_, 0);
+}
+
+TEST_F(EmbeddedHair, is_refused_where_it_is_worse_than_the_low_level_and_learnt_there) {
+  run_until_learnt();
+  EXPECT_EQ(metrics_.groom.grooms_learnt_adopted.value(), 0u);
+  EXPECT_EQ(metrics_.groom.grooms_learnt_file_refused.value(), 1u);
+  EXPECT_EQ(learnt_here_, 1);
+}
+
+TEST_F(LearnGrooms, a_copy_replaces_no_file_that_was_named) {
+  LearnOptions options = options_for("learnt");
+  fs::create_directories(suite_ / "levels" / "copies");
+  fs::copy(suite_ / "long.groom", suite_ / "levels" / "copies" / "long.groom");
+  options.grooms = {(suite_ / "levels" / "copies" / "long.groom").string()};
+  options.embed = (suite_ / "levels" / "copies").string();
+  EXPECT_THAT(refusal(options), HasSubstr("long.groom: lies in "));
+  fs::create_directories(suite_ / "levels" / "other");
+  fs::copy(suite_ / "long.groom", suite_ / "levels" / "other" / "long.groom");
+  options.grooms.push_back((suite_ / "levels" / "other" / "long.groom").string());
+  options.embed = (suite_ / "levels").string();
+  EXPECT_THAT(refusal(options), HasSubstr("another file has this name"));
+  EXPECT_FALSE(fs::exists(suite_ / "levels" / "long.groom"));
 }
 
 TEST_F(LearnGrooms, hair_that_is_already_learnt_is_learnt_again_only_when_asked) {

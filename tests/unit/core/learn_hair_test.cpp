@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "client/assets/made/made.hpp"
+#include "core/learning/adopt_hair.hpp"
 #include "core/learning/learnt_examples.hpp"
 #include "core/modes/training_motion.hpp"
 #include "core/world/world.hpp"
@@ -107,6 +109,39 @@ TEST_F(LearntGroom, is_valid_and_errs_less_than_the_low_level) {
   ASSERT_FALSE(hair_->wind.weights.empty());
   EXPECT_LE(hair_->wind.error, hair_->wind.low_error);
   EXPECT_GT(hair_->wind.most_m_per_s, kLearntWindMax_m_per_s);
+}
+
+TEST_F(LearntGroom, is_taken_over_on_another_basis) {
+  ModeTraining training;
+  training.motion_count = 12;
+  const std::shared_ptr<const Modes> others = make_modes(*groom_, levels_, {}, {}, training);
+  ASSERT_NE(others->basis.modes, modes_->basis.modes);
+  const auto adopted = adopt_hair(*groom_, levels_, *others, *hair_);
+  ASSERT_TRUE(adopted) << adopted.error();
+  EXPECT_EQ(validate(**adopted), "");
+  EXPECT_NEAR((*adopted)->error, hair_->error, 0.05f);
+  EXPECT_NEAR((*adopted)->wind.error, hair_->wind.error, 0.05f);
+  EXPECT_EQ((*adopted)->most, hair_->most);
+  EXPECT_EQ((*adopted)->hidden_weights, hair_->hidden_weights);
+}
+
+TEST_F(LearntGroom, of_numbers_that_say_nothing_is_not_taken_over) {
+  LearntHair deaf = *hair_;
+  std::ranges::fill(deaf.input_weights, 0.0f);
+  std::ranges::fill(deaf.hidden_weights, 0.0f);
+  const auto adopted = adopt_hair(*groom_, levels_, *modes_, deaf);
+  ASSERT_FALSE(adopted);
+  EXPECT_NE(adopted.error().find("the low level by"), std::string::npos) << adopted.error();
+}
+
+TEST_F(LearntGroom, that_is_being_taken_over_can_be_stopped) {
+  BuildCallbacks callbacks;
+  int asked = 0;
+  callbacks.progress = [&asked](double, std::string_view) { return ++asked < 20; };
+  const auto adopted = adopt_hair(*groom_, levels_, *modes_, *hair_, callbacks);
+  ASSERT_TRUE(adopted);
+  EXPECT_EQ(*adopted, nullptr);
+  EXPECT_EQ(asked, 20);
 }
 
 TEST_F(LearntGroom, moves_as_the_finest_level_in_motions_that_it_has_not_seen) {

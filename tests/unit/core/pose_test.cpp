@@ -49,6 +49,12 @@ TEST(Pose, a_snap_turn_and_a_leap_are_teleports_and_lively_motion_is_not) {
   EXPECT_TRUE(is_teleport(rest, rigid_pose(turned(std::numbers::pi / 2, {0, 1, 0})), 1.0 / 30));
   EXPECT_TRUE(is_teleport(rest, rigid_pose({Quat::Identity(), {1, 0, 0}}), 1.0 / 30));
   EXPECT_FALSE(is_teleport(rest, rigid_pose(turned(0.5, {0, 1, 0}, {0.2, 0, 0})), 1.0 / 30));
+  const Pose half_a_turn = rigid_pose({Quat(0, 0, 1, 0), Vec3::Zero()});
+  EXPECT_TRUE(is_teleport(rest, half_a_turn, 1.0 / 30));
+  EXPECT_FALSE(is_teleport(rest, half_a_turn, 0.1)) << "1800 degrees a second";
+  Pose loose = rest;  // as long as a rotation on the wire may be
+  for (RigidTransform& bone : loose.bones) bone.rotation.coeffs() *= 0.9991;
+  EXPECT_FALSE(is_teleport(loose, loose, 1.0 / 1000));
 }
 
 TEST(RigidTransform, inverse_undoes_and_products_compose) {

@@ -24,9 +24,9 @@ class CoefficientTrackTest : public testing::Test {
   std::vector<float> at(std::uint64_t tick, const ModeMap* map, bool discontinuous = false) {
     std::vector<float> own(map ? 3 : 0);
     if (map) map->coefficients_of(hair(tick), own);
-    return all_of(track_.at(tick, kTickLength_s, {map, own}, 3, discontinuous));
+    return padded(track_.at(tick, kTickLength_s, {map, own}, 3, discontinuous));
   }
-  static std::vector<float> all_of(std::span<const float> first) {
+  static std::vector<float> padded(std::span<const float> first) {
     std::vector<float> all(first.begin(), first.end());
     all.resize(3);
     return all;
@@ -65,6 +65,22 @@ TEST_F(CoefficientTrackTest, jump_where_the_hair_does) {
   EXPECT_FLOAT_EQ(at(6, &coarse_, true)[0], 0.5f * hair(6)[0].x());
 }
 
+TEST_F(CoefficientTrackTest, do_not_go_on_from_before_a_jump_when_the_level_changes_after_it) {
+  const std::vector<float> far{-0.5f, 0, 0}, near{0.1f, 0, 0};
+  static_cast<void>(track_.at(4, kTickLength_s, {&fine_, far}, 3, false));
+  static_cast<void>(track_.at(5, kTickLength_s, {&fine_, near}, 3, true));
+  EXPECT_LT(track_.at(6, kTickLength_s, {&coarse_, near}, 3, false)[0], 0.11f);
+}
+
+TEST_F(CoefficientTrackTest, begin_again_with_a_basis_of_another_size) {
+  at(4, &fine_);
+  at(5, &fine_);
+  const std::vector<float> two{0.2f, 0.1f};
+  const std::span<const float> shown = track_.at(6, kTickLength_s, {&coarse_, two}, 2, false);
+  EXPECT_EQ(std::vector<float>(shown.begin(), shown.end()), two);
+  EXPECT_FALSE(track_.is_fading());
+}
+
 TEST_F(CoefficientTrackTest, that_nobody_has_seen_for_a_while_do_not_fade) {
   at(4, &fine_);
   at(5, &fine_);
@@ -78,18 +94,21 @@ TEST_F(CoefficientTrackTest, fade_to_rest_when_the_lattice_goes) {
   EXPECT_GT(std::abs(first), 0.5f * std::abs(before));
   for (std::uint64_t tick = 7; tick <= 20; ++tick) at(tick, nullptr);
   EXPECT_EQ(at(21, nullptr), std::vector<float>(3, 0.0f));
+  EXPECT_TRUE(track_.shown().empty());
 }
 
 TEST_F(CoefficientTrackTest, fade_to_those_of_a_network_and_back) {
   const std::vector<float> learnt{0.03f, -0.02f};  // it drives two of three
   const auto at_learnt = [&](std::uint64_t tick) {
-    return all_of(track_.at(tick, kTickLength_s, {nullptr, learnt}, 3, false));
+    return padded(track_.at(tick, kTickLength_s, {nullptr, learnt}, 3, false));
   };
   at(4, &fine_);
   const float before = at(5, &fine_)[0];
   EXPECT_LT(std::abs(at_learnt(6)[0] - before), 0.04f);
+  EXPECT_EQ(track_.shown().size(), 3u) << "the third fades";
   for (std::uint64_t tick = 7; tick <= 20; ++tick) at_learnt(tick);
   EXPECT_EQ(at_learnt(21), (std::vector<float>{0.03f, -0.02f, 0}));
+  EXPECT_EQ(track_.shown().size(), 2u);
   EXPECT_LT(std::abs(at(22, &fine_)[0] - 0.03f), 0.01f);
 }
 

@@ -28,16 +28,16 @@ export interface LearntWeights {
 
 /** With its matrices as `multiply` reads them. */
 export interface LearntHair extends LearntWeights {
-  readonly byFours: { readonly input: Float64Array; readonly hidden: Float64Array; readonly output: Float64Array };
+  readonly packed: { readonly input: Float64Array; readonly hidden: Float64Array; readonly output: Float64Array };
 }
 
 /** Throws `HairnetError` unless counts agree and all weights are in range. */
 export function makeLearntHair(weights: LearntWeights): LearntHair {
   validate(weights);
   const { hiddenCount, inputWeights, hiddenWeights, outputWeights } = weights;
-  const input = byFours(inputWeights, kPoseInputCount);
-  const hidden = byFours(hiddenWeights, hiddenCount);
-  return { ...weights, byFours: { input, hidden, output: byFours(outputWeights, hiddenCount) } };
+  const input = packByFours(inputWeights, kPoseInputCount);
+  const hidden = packByFours(hiddenWeights, hiddenCount);
+  return { ...weights, packed: { input, hidden, output: packByFours(outputWeights, hiddenCount) } };
 }
 
 function validate(weights: LearntWeights): void {
@@ -86,8 +86,8 @@ export function stepLearnt(hair: LearntHair, state: LearntState, pose: Pose, out
   state.poses.next(pose, inputs);
   const { hiddenCount: n, bias } = hair;
   const { hidden } = state;
-  multiply(hair.byFours.input, 3 * n, inputs, ofInputs);
-  multiply(hair.byFours.hidden, 3 * n, hidden, ofHidden);
+  multiply(hair.packed.input, 3 * n, inputs, ofInputs);
+  multiply(hair.packed.hidden, 3 * n, hidden, ofHidden);
   for (let i = 0; i < n; ++i) {
     const [zRow, nRow, rRow] = [i, n + i, 2 * n + i];
     const z = gate(bias[zRow] + ofInputs[zRow] + ofHidden[zRow]);
@@ -95,7 +95,7 @@ export function stepLearnt(hair: LearntHair, state: LearntState, pose: Pose, out
     const target = squash(bias[nRow] + ofInputs[nRow] + r * ofHidden[nRow]) - squash(bias[nRow]);
     hidden[i] += z * (target - hidden[i]);
   }
-  multiply(hair.byFours.output, hair.modeCount, hidden, driven);
+  multiply(hair.packed.output, hair.modeCount, hidden, driven);
   for (let k = 0; k < hair.modeCount; ++k) out[k] = driven[k];
 }
 
@@ -120,7 +120,7 @@ export function stepLearntMotion(hair: LearntHair, state: LearntState, motion: L
 // with four rows side by side memory is read in one direction.
 
 /** Rows of `columns` numbers, four by four: the first numbers of four rows, then their second ones. */
-function byFours(rows: Float32Array, columns: number): Float64Array {
+function packByFours(rows: Float32Array, columns: number): Float64Array {
   const out = new Float64Array(rows.length);
   for (let i = 0; i < rows.length; ++i) {
     const row = Math.floor(i / columns);
@@ -129,7 +129,7 @@ function byFours(rows: Float32Array, columns: number): Float64Array {
   return out;
 }
 
-/** The product of a matrix, as `byFours` made it, with `numbers`, one a column. */
+/** The product of a matrix, as `packByFours` made it, with `numbers`, one a column. */
 function multiply(matrix: Float64Array, rows: number, numbers: Float64Array, out: Float64Array): void {
   let at = 0;
   for (let row = 0; row < rows; row += 4) {

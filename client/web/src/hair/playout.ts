@@ -399,7 +399,7 @@ export class Playout {
 
 const kNone = new Float32Array(0);
 
-/** Most frames have few of all coefficients, and pictures add up those of four frames. */
+/** Most frames have only the first coefficients. Each picture adds up several frames, so zeros at the end are left out. */
 function withoutLastZeros(coefficients: Float32Array): Float32Array {
   let count = coefficients.length;
   while (count > 0 && coefficients[count - 1] === 0) --count;

@@ -42,7 +42,7 @@ class Member {
   }
 }
 
-/** What became of a frame. It is filled in while it is decoded. */
+/** `DecodedFrame`, while `Members` fills it in. */
 interface FrameInProgress {
   /**
    * undecodable: its bytes are wrong; unknown: no such member, of an earlier or later one of its number, or not newer
@@ -67,6 +67,7 @@ interface FrameInProgress {
   /** null: the hair is at rest, or its basis has not arrived yet */
   basis: KnownBasis | null;
 }
+/** What became of a frame. */
 export type DecodedFrame = Readonly<FrameInProgress>;
 
 /** The last frame of a character, decoded without its groom's basis. */
@@ -181,7 +182,7 @@ export class Members {
     member.lastPose = { pose: decoded.pose!, tick };
     member.waiting =
       frame.asleep && !isRigid && !known
-        ? { coded: { ...frame, content: frame.content.slice() }, tick, timeNs, decoded: { ...decoded } }
+        ? { coded: { ...frame, content: frame.content.slice() }, tick, timeNs, decoded }
         : null;
     return decoded;
   }

@@ -59,6 +59,20 @@ describe("link: learnt hair", () => {
     expect(driver.core.counters).toMatchObject({ framesEvaluated: 1, framesLackingLearnt: 0 });
   });
 
+  it("changes no frame that it has given out", () => {
+    const driver = told();
+    const given: { coefficients: Float32Array; copy: Float32Array }[] = [];
+    const keep = (n: number, more: object) => {
+      const coefficients = show(driver, n, more);
+      given.push({ coefficients, copy: coefficients.slice() });
+    };
+    keep(1, coded);
+    keep(2, evaluated);
+    driver.tell(data);
+    for (let n = 3; n < 15; ++n) keep(n, n % 3 === 0 ? coded : evaluated);
+    for (const { coefficients, copy } of given) expect(coefficients).toEqual(copy);
+  });
+
   it("keeps the last coefficients and counts when it cannot evaluate", () => {
     const driver = told();
     show(driver, 1, coded);

@@ -1,0 +1,87 @@
+#include "core/learning/adopt_hair.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "core/learning/held_out.hpp"
+#include "core/learning/learnt_examples.hpp"
+#include "core/learning/network.hpp"
+
+namespace hairnet {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::MatrixXf;
+using Eigen::VectorXf;
+
+constexpr std::uint32_t kMotions = 128, kHeldOutMotions = 32;
+constexpr std::size_t kTicks = 180;  // of each
+
+// The outputs with the least squares, of a network whose outputs are its hidden numbers:
+//
+//     V = C W H^T (H W H^T + ridge)^-1.
+MatrixXf fit_outputs(const VectorXf& weights, const NetworkSize& size, const std::vector<LearntExamples>& examples) {
+  constexpr double kRidge = 1e-4;  // of the mean square of a hidden number
+  const std::vector<VectorXf> weights_of_motions = motion_weights(examples);
+  MatrixXd squares = MatrixXd::Zero(size.hidden, size.hidden);
+  MatrixXd products = MatrixXd::Zero(size.hidden, examples[0].coefficients.rows());
+  Network<float> network(size);
+  for (std::size_t e = 0; e < examples.size(); ++e) {
+    MatrixXf h = MatrixXf::Zero(size.hidden, kLearntWidth);
+    const MatrixXf hidden = network.forward(weights, examples[e].inputs, h);
+    MatrixXf weighted = hidden;
+    for (Index c = 0; c < hidden.cols(); ++c) weighted.col(c) *= weights_of_motions[e][c % kLearntWidth];
+    squares += (weighted * hidden.transpose()).cast<double>();
+    products += (weighted * examples[e].coefficients.transpose()).cast<double>();
+  }
+  squares.diagonal().array() += kRidge * squares.trace() / static_cast<double>(size.hidden) + 1e-30;
+  return squares.llt().solve(products).transpose().cast<float>();
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const LearntHair>> adopt_hair(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                                                     const Modes& modes, const LearntHair& given,
+                                                     const BuildCallbacks& callbacks, const ParallelFor& parallel_for) {
+  HAIRNET_ASSERT(levels);
+  HAIRNET_ASSERT(validate(given).empty());
+  const auto at = [&callbacks](double begin, double end) {
+    return [&callbacks, begin, end](double share) {
+      return !callbacks.progress || callbacks.progress(begin + share * (end - begin), "moving the hair");
+    };
+  };
+  const ExampleRequest request{
+      .motion_count = kMotions,
+      .tick_count = kTicks,
+      .mode_count = static_cast<Index>(std::min(given.mode_count, modes.basis.mode_count() / 4 * 4))};
+  const std::vector<LearntExamples> seen = take_examples(groom, levels, modes, request, at(0, 0.75), parallel_for);
+  if (seen.empty()) return nullptr;
+  const std::vector<LearntExamples> held_out =
+      take_held_out(groom, levels, modes, kHeldOutMotions, kTicks, at(0.75, 1), parallel_for);
+  if (held_out.empty()) return nullptr;
+
+  // Its hidden numbers as outputs, then with outputs for this basis.
+  NetworkSize size = size_of(given);
+  const VectorXf own = weights_of(given);
+  const Index inner = own.size() - size.outputs * size.hidden;
+  size.outputs = size.hidden;
+  VectorXf weights(size.weight_count());
+  weights.head(inner) = own.head(inner);
+  NetworkWeights<float>(size, weights.data()).output.setIdentity();
+  const MatrixXf outputs = fit_outputs(weights, size, seen);
+  if (!outputs.allFinite()) return Refusal("learnt hair that does not move");
+  size.outputs = request.mode_count;
+  weights.conservativeResize(size.weight_count());
+  NetworkWeights<float>(size, weights.data()).output = outputs;
+  auto hair = std::make_shared<LearntHair>(given);
+  set_weights(size, std::move(weights), *hair);
+  if (given.wind.weights.empty()) hair->wind.weights.clear();
+  if (std::string fault = judge(held_out, *hair); !fault.empty()) return Refusal(std::move(fault));
+  return hair;
+}
+
+}  // namespace hairnet
