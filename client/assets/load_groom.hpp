@@ -5,10 +5,11 @@
 
 #include "client/assets/made/made.hpp"
 #include "core/groom/groom.hpp"
-#include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
 
 namespace hairnet {
+
+struct LearntHair;
 
 // Loads what a command line names as a groom: a groom file's path, or `made:STYLE` with the options `made`. Adds far
 // cards to a groom without them, so that every program can draw it far away.
