@@ -26,6 +26,7 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   const bool is_continued = !is_first && !discontinuous && tick - last_.tick <= kGapMax_ticks;
   if (!is_continued) {
     fading_.clear();
+    has_before_ = false;
   } else if (motion.map != map_ || is_learnt != was_learnt_) {
     begin_fade(tick, next);
   }
@@ -36,9 +37,9 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   const auto left = static_cast<float>(1 - smoothstep(std::min(age, 1.0)));
   next.resize(std::max(next.size(), fading_.size()));
   for (std::size_t k = 0; k < fading_.size(); ++k) next[k] += left * fading_[k];
-  if (!is_first && tick > last_.tick) {
+  if (is_continued && tick > last_.tick) {
     std::swap(before_, last_);
-    has_before_ = is_continued;
+    has_before_ = true;
   }
   last_.tick = tick;
   std::swap(last_.coefficients, next);

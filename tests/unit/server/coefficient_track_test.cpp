@@ -79,6 +79,7 @@ TEST_F(CoefficientTrackTest, begin_again_with_a_basis_of_another_size) {
   const std::span<const float> shown = track_.at(6, kTickLength_s, {&coarse_, two}, 2, false);
   EXPECT_EQ(std::vector<float>(shown.begin(), shown.end()), two);
   EXPECT_FALSE(track_.is_fading());
+  EXPECT_LT(track_.at(7, kTickLength_s, {&fine_, two}, 2, false)[0], 0.21f) << "not on from another basis";
 }
 
 TEST_F(CoefficientTrackTest, that_nobody_has_seen_for_a_while_do_not_fade) {
