@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <utility>
 
 #include "core/assert.hpp"
+#include "core/learning/learnt_weights.hpp"
+#include "core/learning/network.hpp"
 #include "core/modes/make_modes.hpp"
 
 namespace hairnet {
@@ -15,7 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
-using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Modes of which the error is measured; what the others move can be neglected.
 constexpr std::size_t kMeasuredModes = 64;
@@ -43,59 +42,7 @@ class MeanError {
   int count_ = 0;
 };
 
-// With 8 bits after the first.
-float shortened(float weight) {
-  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(weight) + 0x4000u) & ~0x7fffu);
-}
-
-std::vector<float> by_rows(const auto& matrix) {
-  std::vector<float> out;
-  for (Index row = 0; row < matrix.rows(); ++row)
-    for (Index column = 0; column < matrix.cols(); ++column) out.push_back(matrix(row, column));
-  return out;
-}
-
-Eigen::Map<const RowMajor> rows_of(const std::vector<float>& numbers, Index rows, Index columns) {
-  HAIRNET_ASSERT(static_cast<Index>(numbers.size()) == rows * columns);
-  return {numbers.data(), rows, columns};
-}
-
 }  // namespace
-
-std::uint32_t whole_thirty_twos(std::uint32_t count) {
-  constexpr std::uint32_t kWhole = 2 * kLearntWidth;
-  return (count + kWhole - 1) / kWhole * kWhole;
-}
-
-NetworkSize size_of(const LearntHair& hair) {
-  return {kPoseInputCount + kAirInputCount, static_cast<Index>(hair.hidden_count), static_cast<Index>(hair.mode_count)};
-}
-
-VectorXf weights_of(const LearntHair& hair) {
-  const NetworkSize size = size_of(hair);
-  const Index gates = 3 * size.hidden;
-  VectorXf weights = VectorXf::Zero(size.weight_count());
-  NetworkWeights<float> view(size, weights.data());
-  view.input.leftCols(kPoseInputCount) = rows_of(hair.input_weights, gates, kPoseInputCount);
-  if (!hair.wind.weights.empty())
-    view.input.rightCols(kAirInputCount) = rows_of(hair.wind.weights, gates, kAirInputCount);
-  view.hidden = rows_of(hair.hidden_weights, gates, size.hidden);
-  view.bias = rows_of(hair.bias, gates, 1);
-  view.output = rows_of(hair.output_weights, size.outputs, size.hidden);
-  return weights;
-}
-
-void set_weights(const NetworkSize& size, VectorXf weights, LearntHair& hair) {
-  for (float& weight : weights) weight = shortened(weight);
-  const NetworkWeights<const float> view(size, weights.data());
-  hair.hidden_count = static_cast<std::size_t>(size.hidden);
-  hair.mode_count = static_cast<std::size_t>(size.outputs);
-  hair.input_weights = by_rows(view.input.leftCols(kPoseInputCount));
-  hair.hidden_weights = by_rows(view.hidden);
-  hair.bias = by_rows(view.bias);
-  hair.output_weights = by_rows(view.output);
-  hair.wind.weights = by_rows(view.input.rightCols(kAirInputCount));
-}
 
 std::vector<LearntExamples> take_held_out(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
                                           const Modes& modes, std::uint32_t motion_count, std::size_t tick_count,

@@ -9,6 +9,7 @@
 #include "core/assert.hpp"
 #include "core/learning/held_out.hpp"
 #include "core/learning/learnt_examples.hpp"
+#include "core/learning/learnt_weights.hpp"
 #include "core/learning/network.hpp"
 #include "core/random.hpp"
 

@@ -130,6 +130,11 @@ bool take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& le
 
 }  // namespace
 
+std::uint32_t whole_thirty_twos(std::uint32_t count) {
+  constexpr std::uint32_t kWhole = 2 * kLearntWidth;
+  return (count + kWhole - 1) / kWhole * kWhole;
+}
+
 std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
                                           const Modes& modes, const ExampleRequest& request,
                                           const std::function<bool(double)>& keep_going,

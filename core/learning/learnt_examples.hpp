@@ -34,6 +34,9 @@ struct ExampleRequest {
   bool with_low = false;
 };
 
+// Rounds up.
+std::uint32_t whole_thirty_twos(std::uint32_t count);
+
 // Steps the hair through training motions, as it was built, one tick each kLearntTick_s. Empty when `keep_going`, which
 // gets the finished share, returns false. The same bits for any `parallel_for`.
 std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
