@@ -11,6 +11,7 @@
 #include "schema/wire/earlier_pose.hpp"
 #include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
@@ -144,15 +145,16 @@ bool write(const std::filesystem::path& folder, const char* name, const Json& js
   return write(folder, name, std::as_bytes(std::span(text)));
 }
 
-// For a server to build and step.
-std::vector<std::uint8_t> whole_groom() {
-  return wire::encode_groom(make_hairstyle("bob", {.strand_count = 120}).value());
+// For a server to build and step. `learnt`: goes into the file.
+std::vector<std::uint8_t> whole_groom(const LearntHair* learnt = nullptr) {
+  return wire::encode_groom(make_hairstyle("bob", {.strand_count = 120}).value(), learnt);
 }
 
 int write_all(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  const std::vector<std::uint8_t> groom = whole_groom();
+  const LearntHair learnt = support::random_learnt_hair(7);
+  const std::vector<std::uint8_t> groom = whole_groom(), with_learnt = whole_groom(&learnt);
   const bool done =
       write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
       write(folder, "frame_datagrams.json", frame_datagram_cases()) &&
@@ -162,7 +164,8 @@ int write_all(const std::filesystem::path& folder) {
       write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases()) &&
       write(folder, "drawing.json", drawing_cases()) && write(folder, "frame.json", frame_code_cases()) &&
       write(folder, "basis.json", basis_cases()) && write(folder, "skin.json", skin_case()) &&
-      write(folder, "learnt.json", learnt_cases()) && write(folder, "bob.groom", std::as_bytes(std::span(groom)));
+      write(folder, "learnt.json", learnt_cases()) && write(folder, "bob.groom", std::as_bytes(std::span(groom))) &&
+      write(folder, "bob_learnt.groom", std::as_bytes(std::span(with_learnt)));
   return done ? 0 : 1;
 }
 

@@ -12,6 +12,7 @@
 
 #include "schema/wire/groom_numbers.hpp"
 #include "schema/wire/packing.hpp"
+#include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/support/spoilt_grooms.hpp"
 #include "tests/unit/schema/equal.hpp"
@@ -458,6 +459,40 @@ TEST(GroomHash, of_pieces_is_that_of_the_whole) {
   }
   EXPECT_EQ(hasher.hash(), hash_groom(bytes));
   EXPECT_EQ(GroomHasher().hash(), hash_groom(Bytes{}));
+}
+
+TEST(GroomFile, has_learnt_hair_that_only_those_who_ask_for_it_see) {
+  RandomMessages random(11);
+  const Groom groom = decode_groom(encode_groom(random.groom(20))).value();
+  const LearntHair hair = support::random_learnt_hair(3);
+  const Bytes file = encode_groom(groom, &hair);
+  const Result<Groom> got = decode_groom(file);
+  ASSERT_TRUE(got) << got.error();
+  EXPECT_TRUE(equal(*got, groom));
+  const auto learnt = decode_learnt_of_groom(file);
+  ASSERT_TRUE(learnt && *learnt);
+  EXPECT_EQ((*learnt)->hidden_weights, hair.hidden_weights);
+  EXPECT_EQ((*learnt)->wind.weights, hair.wind.weights);
+  EXPECT_EQ((*learnt)->most, hair.most);
+  const auto none = decode_learnt_of_groom(encode_groom(groom));
+  ASSERT_TRUE(none);
+  EXPECT_EQ(*none, nullptr);
+  for (std::size_t n = 0; n < file.size(); n += 97) EXPECT_FALSE(decode_learnt_of_groom(std::span(file).first(n))) << n;
+}
+
+TEST(GroomFile, with_learnt_hair_of_wrong_numbers_is_still_a_groom) {
+  RandomMessages random(12);
+  const LearntHair hair = support::random_learnt_hair(3);
+  Bytes table = unpack(encode_groom(random.groom(20), &hair), kPackedGroom).value();
+  const auto* const first = reinterpret_cast<const std::uint8_t*>(hair.hidden_weights.data());
+  const auto found = std::search(table.begin(), table.end(), first, first + 16);
+  ASSERT_NE(found, table.end());
+  const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(&*found, &not_a_number, sizeof(not_a_number));
+  EXPECT_TRUE(decode_groom(table));
+  const auto learnt = decode_learnt_of_groom(table);
+  ASSERT_FALSE(learnt);
+  EXPECT_EQ(learnt.error(), "learnt hair with a weight that is not finite, or too great");
 }
 
 }  // namespace

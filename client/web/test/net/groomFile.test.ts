@@ -1,9 +1,11 @@
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { describe, expect, it } from "vitest";
 import type { Groom } from "../../src/hair/groom";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { decodeGroom } from "../../src/net/groomFile";
 import { hashGroom } from "../../src/net/groomHash";
-import { fromHex, seeded, vectors } from "../support/vectors";
+import { fromHex, seeded, vectorFolder, vectors } from "../support/vectors";
 
 const cases = vectors<{ file: string; hash: string; groom: unknown }[]>("grooms.json");
 
@@ -22,6 +24,13 @@ function attempt(file: Uint8Array): Groom | HairnetError {
 }
 
 describe("groom files", () => {
+  it("overlooks learnt hair, which is for servers", () => {
+    const read = (name: string) => new Uint8Array(readFileSync(join(vectorFolder, name)));
+    const withLearnt = read("bob_learnt.groom");
+    expect(withLearnt.length).toBeGreaterThan(read("bob.groom").length + 1000);
+    expect(decodeGroom(withLearnt)).toEqual(decodeGroom(read("bob.groom")));
+  });
+
   it("reads every groom as C++ does, with all that can be in one", () => {
     for (const each of cases) {
       const groom = decodeGroom(fromHex(each.file));
