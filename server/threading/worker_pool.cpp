@@ -26,38 +26,45 @@ void WorkerPool::parallel_for(std::size_t count, const std::function<void(std::s
   {
     const std::lock_guard lock(mutex_);
     HAIRNET_ASSERT(helping_ == 0);
+    HAIRNET_ASSERT(!body_);
     HAIRNET_ASSERT(!stopping_);
     body_ = &body;
     count_ = count;
     next_.store(0, std::memory_order_relaxed);
-    helping_ = helpers_.size();
     ++round_;
   }
-  begun_.notify_all();
-  work();
+  if (count > helpers_.size()) {
+    begun_.notify_all();
+  } else {
+    for (std::size_t i = 1; i < count; ++i) begun_.notify_one();
+  }
+  work(count, body);
   std::unique_lock lock(mutex_);
+  body_ = nullptr;
   ended_.wait(lock, [this] { return helping_ == 0; });
   HAIRNET_ASSERT(next_.load() >= count);
 }
 
 void WorkerPool::help() {
   std::uint64_t round = 0;
+  std::unique_lock lock(mutex_);
   while (true) {
-    {
-      std::unique_lock lock(mutex_);
-      begun_.wait(lock, [&] { return stopping_ || round_ != round; });
-      if (stopping_) return;
-      round = round_;
-    }
-    work();
-    const std::lock_guard lock(mutex_);
+    begun_.wait(lock, [&] { return stopping_ || (body_ && round_ != round); });
+    if (stopping_) return;
+    round = round_;
+    ++helping_;
+    const std::size_t count = count_;
+    const std::function<void(std::size_t)>& body = *body_;
+    lock.unlock();
+    work(count, body);
+    lock.lock();
     HAIRNET_ASSERT(helping_ > 0);
     if (--helping_ == 0) ended_.notify_one();
   }
 }
 
-void WorkerPool::work() {
-  for (std::size_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) (*body_)(i);
+void WorkerPool::work(std::size_t count, const std::function<void(std::size_t)>& body) {
+  for (std::size_t i = next_.fetch_add(1); i < count; i = next_.fetch_add(1)) body(i);
 }
 
 }  // namespace hairnet::server

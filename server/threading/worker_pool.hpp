@@ -11,6 +11,7 @@
 namespace hairnet::server {
 
 // Runs the tick's independent loops on the calling thread and helpers. Results do not depend on the number of helpers.
+// A loop never waits for a helper that has not begun: one that the system wakes late finds the loop done.
 class WorkerPool {
  public:
   explicit WorkerPool(std::size_t worker_count);  // including the caller
@@ -24,14 +25,14 @@ class WorkerPool {
 
  private:
   void help();
-  void work();
+  void work(std::size_t count, const std::function<void(std::size_t)>& body);
 
   std::mutex mutex_;
   std::condition_variable begun_, ended_;
   std::uint64_t round_ = 0;
-  std::size_t helping_ = 0;  // helpers that have not ended this round
+  std::size_t helping_ = 0;  // helpers that work on this round
   bool stopping_ = false;
-  const std::function<void(std::size_t)>* body_ = nullptr;
+  const std::function<void(std::size_t)>* body_ = nullptr;  // null: no helper may begin
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::vector<std::thread> helpers_;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <barrier>
 #include <vector>
 
 #include "server/threading/worker_pool.hpp"
@@ -76,6 +77,16 @@ TEST(WorkerPool, calls_each_index_once_for_any_worker_count) {
       pool.parallel_for(calls.size(), [&](std::size_t i) { ++calls[i]; });
       for (const auto& count : calls) ASSERT_EQ(count, 1);
     }
+  }
+}
+
+TEST(WorkerPool, has_a_thread_for_each_call_up_to_its_workers) {
+  constexpr int kWorkers = 5;
+  WorkerPool pool(kWorkers);
+  for (int round = 0; round < 200; ++round) {
+    const int count = 2 + round % (kWorkers - 1);
+    std::barrier all_are_here(count);
+    pool.parallel_for(static_cast<std::size_t>(count), [&](std::size_t) { all_are_here.arrive_and_wait(); });
   }
 }
 
