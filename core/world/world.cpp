@@ -108,6 +108,16 @@ struct World::Impl {
     HAIRNET_VALIDATE(!is_arranged || is_order_right());
   }
 
+  bool change_level(const LevelChange& change) {
+    Character* c = find(change.id);
+    if (!c || !has_level(change.level, *c)) return false;
+    if (change.level == LevelIndex::learnt && !is_learnt_tick(def.tick_s)) return false;
+    switch_level(change.level, *c);
+    HAIRNET_ASSERT(c->level == change.level || c->rigid_ease_s >= 0);
+    hairnet::check_invariants(*c);
+    return true;
+  }
+
   void begin_ticks() {
     constexpr std::size_t kChunk = 64;
     const TickContext shared = terms();
@@ -236,14 +246,24 @@ void World::set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels
 
 bool World::set_level(CharacterId id, LevelIndex index) {
   Impl& w = between_steps();
-  Character* c = w.find(id);
-  if (!c || !has_level(index, *c)) return false;
-  if (index == LevelIndex::learnt && !is_learnt_tick(w.def.tick_s)) return false;
-  switch_level(index, *c);
+  const bool is_changed = w.change_level({id, index});
+  if (is_changed) w.is_arranged = false;
+  return is_changed;
+}
+
+void World::set_levels(std::span<const LevelChange> changes) {
+  constexpr std::size_t kPartCountMax = 64;
+  Impl& w = between_steps();
+  if (changes.empty()) return;
   w.is_arranged = false;
-  HAIRNET_ASSERT(c->level == index || c->rigid_ease_s >= 0);
-  check_invariants(*c);
-  return true;
+  // A part has all changes of its characters, so that these are made in turn.
+  const std::size_t part_count = std::min(changes.size(), kPartCountMax);
+  const auto change_part = [&](std::size_t part) {
+    for (const LevelChange& change : changes) {
+      if (change.id.slot % part_count == part) w.change_level(change);
+    }
+  };
+  run_loop(w.def.parallel_for, part_count, std::cref(change_part));
 }
 
 void World::set_material(CharacterId id, const MaterialScale& material) {

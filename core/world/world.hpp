@@ -39,6 +39,11 @@ struct CharacterDef {
 
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
 
+struct LevelChange {
+  CharacterId id;
+  LevelIndex level = LevelIndex::rigid;
+};
+
 struct StepReport {
   std::uint32_t stepped = 0;  // characters whose lattice was stepped in this tick
   std::uint32_t teleports = 0;
@@ -87,6 +92,8 @@ class World {
   // common state with lattices: it begins as if the pose had been held, ends at rest, and needs ticks of kLearntTick_s.
   // Returns false when the character has no such level.
   bool set_level(CharacterId id, LevelIndex level);
+  // As set_level() of each change in turn, on the threads of `parallel_for`: a transfer costs about half a step.
+  void set_levels(std::span<const LevelChange> changes);
   void set_material(CharacterId id, const MaterialScale& material);  // asserts that it is valid; from the next step on
   // Sets the environment of the characters with that index; from the next step on. Asserts that the index is below
   // kEnvironmentCountMax and gravity is finite.

@@ -44,7 +44,7 @@ StepReport Simulation::step(const wire::RecordedTick& inputs) {
     characters_.erase(placed);
   }
   for (const wire::RecordedAdd& added : inputs.added) add(added);
-  for (const wire::RecordedLevel& change : inputs.levels) set_level(change);
+  set_levels(inputs.levels);
   for (const wire::RecordedMaterial& change : inputs.materials) {
     const auto placed = characters_.find(change.character);
     if (placed != characters_.end()) world_.set_material(placed->second.id, change.scale);
@@ -86,18 +86,22 @@ void Simulation::add(const wire::RecordedAdd& added) {
   if (id) characters_[added.character] = {id, added.groom, has_levels, has_learnt};
 }
 
-void Simulation::set_level(const wire::RecordedLevel& change) {
-  const auto placed = characters_.find(change.character);
-  if (placed == characters_.end()) return;
-  Placed& character = placed->second;
-  if (!character.has_levels || (change.level == LevelIndex::learnt && !character.has_learnt)) {
-    auto set = levels(character.groom);
-    if (!set) return;
-    character.has_levels = true;
-    character.has_learnt = set->learnt != nullptr;
-    world_.set_level_set(character.id, std::move(set));
+void Simulation::set_levels(std::span<const wire::RecordedLevel> changes) {
+  level_changes_.clear();
+  for (const wire::RecordedLevel& change : changes) {
+    const auto placed = characters_.find(change.character);
+    if (placed == characters_.end()) continue;
+    Placed& character = placed->second;
+    if (!character.has_levels || (change.level == LevelIndex::learnt && !character.has_learnt)) {
+      auto set = levels(character.groom);
+      if (!set) continue;
+      character.has_levels = true;
+      character.has_learnt = set->learnt != nullptr;
+      world_.set_level_set(character.id, std::move(set));
+    }
+    level_changes_.push_back({character.id, change.level});
   }
-  world_.set_level(character.id, change.level);
+  world_.set_levels(level_changes_);
 }
 
 std::span<const Vec3f> Simulation::velocity(CharacterKey key) const {

@@ -50,7 +50,7 @@ class Simulation {
     bool has_levels = false, has_learnt = false;
   };
   void add(const wire::RecordedAdd& added);
-  void set_level(const wire::RecordedLevel& change);
+  void set_levels(std::span<const wire::RecordedLevel> changes);
 
   void set_wind(std::uint32_t room, const Wind& wind);
 
@@ -59,6 +59,7 @@ class Simulation {
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;
   std::vector<CharacterKey> hair_states_refused_;
+  std::vector<LevelChange> level_changes_;  // of one tick
 };
 
 }  // namespace hairnet::server

@@ -5,6 +5,7 @@
 #include <array>
 #include <numeric>
 #include <random>
+#include <thread>
 
 #include "core/levels/level_map.hpp"
 #include "tests/support/levels.hpp"
@@ -172,6 +173,41 @@ TEST(World, switching_levels_keeps_a_lean) {
   EXPECT_FALSE(world.set_level(CharacterId{77, 1}, LevelIndex::low));
   EXPECT_TRUE(world.set_level(id, LevelIndex::rigid));
   EXPECT_TRUE(world.lattice(id).displacement.empty());
+}
+
+TEST(World, many_changes_of_level_at_once_are_what_each_in_turn_is) {
+  const auto levels = make_levels();
+  const ParallelFor on_threads = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < count; ++i) threads.emplace_back([&body, i] { body(i); });
+  };
+  std::array<std::uint64_t, 2> hashes{};
+  for (const bool at_once : {false, true}) {
+    WorldDef def;
+    if (at_once) def.parallel_for = on_threads;
+    World world(def);
+    std::vector<CharacterId> ids;
+    for (std::uint32_t i = 0; i < 100; ++i)
+      ids.push_back(world.add({levels, static_cast<LevelIndex>(i % 4), shaken(i, 0)}));
+    for (int tick = 1; tick < 5; ++tick) {
+      for (std::uint32_t i = 0; i < ids.size(); ++i) world.set_pose(ids[i], shaken(i, tick));
+      world.step();
+    }
+    world.remove(ids[7]);
+    std::vector<LevelChange> changes{{{77, 9}, LevelIndex::low}};
+    for (std::size_t i = 0; i < ids.size(); ++i) changes.push_back({ids[i], static_cast<LevelIndex>(i % 5)});
+    for (std::size_t i = 0; i < ids.size(); i += 3) changes.push_back({ids[i], LevelIndex::medium});
+    if (at_once) {
+      world.set_levels(changes);
+    } else {
+      for (const LevelChange& change : changes) world.set_level(change.id, change.level);
+    }
+    EXPECT_EQ(world.lattice(ids[3]).level, LevelIndex::medium);
+    EXPECT_EQ(world.lattice(ids[5]).level, LevelIndex::high);
+    world.step();
+    hashes[at_once ? 1 : 0] = world.hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
 }
 
 TEST(World, a_non_finite_lattice_returns_to_rest_and_is_counted) {
