@@ -119,15 +119,11 @@ struct World::Impl {
   }
 
   void begin_ticks() {
-    constexpr std::size_t kChunk = 64;
     const TickContext shared = terms();
     outcomes.resize(order.size());
-    const auto begin_chunk = [&](std::size_t chunk) {
-      for (std::size_t i = chunk * kChunk; i < std::min(order.size(), (chunk + 1) * kChunk); ++i) {
-        outcomes[i] = begin_tick(shared, at(i));
-      }
-    };
-    run_loop(def.parallel_for, (order.size() + kChunk - 1) / kChunk, std::cref(begin_chunk));
+    run_chunks(def.parallel_for, order.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) outcomes[i] = begin_tick(shared, at(i));
+    });
   }
 
   void step_batches() {

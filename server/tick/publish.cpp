@@ -55,7 +55,6 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
     observer.send_ns = 0;
     if (observer.sink) observers_.push_back(&observer);
   }
-  const auto begin_frame_of = [&](std::size_t i) { begin_frame(terms, *everyone[i]); };
   const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
   const auto encode_batch = [&](std::size_t i) { encode(terms, batches_[i]); };
   const auto send_to = [&](std::size_t i) {
@@ -64,7 +63,9 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
     observer.throttle.end_tick(observer.sent_bytes, def_.tick_s, observer.observe.bytes_per_s,
                                observer.sink->bytes_per_s());
   };
-  run_loop(parallel_for, everyone.size(), begin_frame_of);
+  run_chunks(parallel_for, everyone.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) begin_frame(terms, *everyone[i]);
+  });
   run_loop(parallel_for, rooms.rooms().size(), request_for);
   gather_batches(everyone);
   run_loop(parallel_for, batches_.size(), encode_batch);

@@ -14,7 +14,6 @@ namespace {
 constexpr std::uint64_t kInterestTicks = 8;     // from one choice of members by place to the next
 constexpr std::uint32_t kWindChangesPer_s = 4;  // of one room
 constexpr std::uint64_t kStateWait_s = 2;
-constexpr std::size_t kChunk = 64;  // characters that a worker takes at once
 constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;
 
@@ -121,7 +120,9 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   counters_->ticks_run.add();
   counters_->ticks_skipped.add(tick.skipped);
   if (tick.late) counters_->ticks_late.add();
+  std::vector<wire::RecordedPose> poses = std::move(inputs_.poses);
   inputs_ = {};
+  inputs_.poses = std::move(poses);  // sample_poses() writes over them
   inputs_.tick = tick.tick;
   inputs_.sample_time_ns = tick.time_ns - def_.pose_delay_ns;
 
@@ -147,18 +148,23 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
 
 void Scheduler::sample_poses() {
   const std::span<Character* const> everyone = rooms_.everyone();
-  run_loop(def_.world.parallel_for, (everyone.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+  run_chunks(def_.world.parallel_for, everyone.size(), [&](std::size_t begin, std::size_t end) {
     Histogram::Tally ages(counters_->histograms.pose_age_seconds);
-    for (Character* character : everyone.subspan(chunk * kChunk, std::min(kChunk, everyone.size() - chunk * kChunk)))
-      sample_pose(*character, ages);
+    for (std::size_t i = begin; i < end; ++i) sample_pose(*everyone[i], ages);
   });
+  moved_.clear();
   for (Character* character : everyone) {
     if (!character->pose_changed) continue;
     if (character->in_world)
-      inputs_.poses.push_back({character->key, character->pose_teleport, character->pose});
+      moved_.push_back(character);
     else if (!awaits_levels(*character))
       place(*character);
   }
+  inputs_.poses.resize(moved_.size());
+  run_chunks(def_.world.parallel_for, moved_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      inputs_.poses[i] = {moved_[i]->key, moved_[i]->pose_teleport, moved_[i]->pose};
+  });
 }
 
 void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {

@@ -94,6 +94,7 @@ class Scheduler {
   std::set<CharacterKey> materials_changed_;    // that the World does not know yet
   std::set<CharacterKey> appearances_changed_;  // that other sessions do not know yet
   wire::RecordedTick inputs_;                   // of the tick being made
+  std::vector<Character*> moved_;               // that the World gets a new pose of
   std::vector<MemberHead> heads_;               // of one room at a time
   std::vector<bool> wanted_;
   std::size_t state_bytes_ = 0;                            // of all hair states that wait

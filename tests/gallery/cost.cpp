@@ -126,11 +126,12 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
       pass->run(records);
     });
   };
+  std::printf("drawn by %s\n", reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   std::printf("nodes of lattices, ms  summed up by the GPU  by the processor  asleep\n");
   for (const std::size_t count : {1, 32, 500}) {
     for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 2, kModeCountMax / 16}) {
       const auto ms = [&](render::NodeSum sum, bool sleeps) { return ms_of(count, coefficient_count, sum, sleeps); };
-      std::printf("%3zu of %3zu coefficients %18.2f %17.2f %7.2f\n", count, coefficient_count,
+      std::printf("%3zu of %3zu coefficients %18.3f %17.3f %7.3f\n", count, coefficient_count,
                   ms(render::NodeSum::gpu, false), ms(render::NodeSum::processor, false),
                   ms(render::NodeSum::gpu, true));
     }
@@ -170,11 +171,11 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
 
   const double empty_ms = fastest_ms([&] { (*stage)->draw({}, camera, {}, width_px, height_px, true, {}); });
   const double lines_ms = fastest_ms([&] { lines.draw(to_clip); });
-  std::printf("%s, %zu strands, %zu points, %d x %d pixels of 4 samples; background alone %.1f ms (taken off below)\n",
+  std::printf("%s, %zu strands, %zu points, %d x %d pixels of 4 samples; background alone %.2f ms (taken off below)\n",
               style.name.c_str(), geometry.strand_count, geometry.strand_points.rest.size(), width_px, height_px,
               empty_ms);
   std::printf("%-38s %8s %12s %10s\n", "", "ms", "a ms", "x lines");
-  std::printf("%-38s %8.1f %7.0f strands\n", "plain lines, no FFD, no light", lines_ms,
+  std::printf("%-38s %8.2f %7.0f strands\n", "plain lines, no FFD, no light", lines_ms,
               static_cast<double>(geometry.strand_count) / lines_ms);
   struct Way {
     const char* name;
@@ -202,7 +203,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
     character.lattice = lattice;
     const render::StageStatistics& s = (*stage)->statistics();
     const bool cards = way.detail.cards > 0;
-    std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(cards ? s.cards : s.strands) / ms,
+    std::printf("%-38s %8.2f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(cards ? s.cards : s.strands) / ms,
                 cards ? "cards " : "strands", ms / lines_ms);
   }
   Result<render::Picture> picture = render::Picture::build();
@@ -217,7 +218,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   const double averaged_ms = fastest_ms([&] {
     picture->draw(**stage, {&character, 1}, camera, {}, width_px, height_px);
   });
-  std::printf("a window's picture of all of it: %.1f ms; averaged with those before it: %.1f ms\n", single_ms,
+  std::printf("a window's picture of all of it: %.2f ms; averaged with those before it: %.2f ms\n", single_ms,
               averaged_ms);
   const render::StageStatistics& s = (*stage)->statistics();
   std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level, %.1f MB of strands' points\n",
