@@ -1,6 +1,6 @@
 #include "core/levels/level_map.hpp"
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/Cholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <optional>
@@ -64,72 +64,43 @@ struct LevelMap::End {
       : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
     HAIRNET_ASSERT(!of.rest.empty());
     HAIRNET_ASSERT(of.rest.size() == of.geometry.active_nodes.size());
-    Matrix normal = F_transposed * F;
-    const auto count = static_cast<double>(of.rest.size());
-    follow = kFollow * std::max(normal.diagonal().sum() / count, 1e-9);
-    Matrix identity(normal.rows(), normal.cols());
-    identity.setIdentity();
-    normal += follow * identity;
-    factor = std::make_shared<const Factor>(normal);
-    HAIRNET_ASSERT(factor->info() == Eigen::Success);
+    Eigen::MatrixXd normal = F_transposed * F;
+    follow = kFollow * std::max(normal.diagonal().mean(), 1e-9);
+    normal.diagonal().array() += follow;
+    factor.compute(normal);
+    HAIRNET_ASSERT(factor.info() == Eigen::Success);
   }
 
-  using Factor = Eigen::SimplicialLDLT<Matrix>;
   const Level* level;
   Matrix F, F_transposed;
   double follow = 0;
-  std::shared_ptr<const Factor> factor;
-};
-
-// (F^T F + follow) to = (F^T F_from + follow S) from
-struct LevelMap::LeastSquares {
-  LeastSquares(const End& from, const End& to)
-      : factor(to.factor),
-        right(Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level)) {
-    HAIRNET_ASSERT(right.rows() == static_cast<Eigen::Index>(to.level->rest.size()));
-    HAIRNET_ASSERT(right.cols() == static_cast<Eigen::Index>(from.level->rest.size()));
-  }
-  std::shared_ptr<const End::Factor> factor;  // shared by all maps to one level
-  Matrix right;
+  Eigen::LLT<Eigen::MatrixXd> factor;
 };
 
 LevelMap::LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend)
     : LevelMap(End(from, points_head, blend), End(to, points_head, blend)) {}
 
+// (F^T F + follow) to = (F^T F_from + follow S) from
 LevelMap::LevelMap(const End& from, const End& to) {
   if (has_same_nodes(from.level->geometry, to.level->geometry)) return;
-  least_squares_ = std::make_unique<const LeastSquares>(from, to);
+  const Matrix right = Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level);
+  matrix_ = to.factor.solve(Eigen::MatrixXd(right)).cast<float>();
+  HAIRNET_ASSERT(matrix_.rows() == static_cast<Eigen::Index>(to.level->rest.size()));
+  HAIRNET_ASSERT(matrix_.cols() == static_cast<Eigen::Index>(from.level->rest.size()));
 }
 
-LevelMap::~LevelMap() = default;
-
 void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
-  if (!least_squares_) {
+  using Nodes = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  if (matrix_.size() == 0) {
     HAIRNET_ASSERT(from.size() == to.size());
     std::ranges::copy(from, to.begin());
     return;
   }
-  HAIRNET_ASSERT(static_cast<Eigen::Index>(from.size()) == least_squares_->right.cols());
-  HAIRNET_ASSERT(static_cast<Eigen::Index>(to.size()) == least_squares_->right.rows());
-  Eigen::MatrixX3d old_nodes(static_cast<Eigen::Index>(from.size()), 3);
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    old_nodes.row(static_cast<Eigen::Index>(i)) = from[i].cast<double>().transpose();
-  }
-  const Eigen::MatrixX3d nodes = least_squares_->factor->solve(least_squares_->right * old_nodes);
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    to[i] = nodes.row(static_cast<Eigen::Index>(i)).transpose().cast<float>();
-  }
-}
-
-std::size_t LevelMap::bytes() const {
-  if (!least_squares_) return sizeof(LevelMap);
-  const auto bytes_of = [](const Matrix& matrix) {
-    return static_cast<std::size_t>(matrix.nonZeros()) * (sizeof(double) + sizeof(Matrix::StorageIndex)) +
-           static_cast<std::size_t>(matrix.outerSize()) * sizeof(Matrix::StorageIndex);
-  };
-  const std::size_t factor_bytes = bytes_of(least_squares_->factor->matrixL().nestedExpression());
-  return sizeof(LevelMap) + sizeof(LeastSquares) + bytes_of(least_squares_->right) +
-         factor_bytes / static_cast<std::size_t>(least_squares_->factor.use_count());
+  HAIRNET_ASSERT(static_cast<Eigen::Index>(from.size()) == matrix_.cols());
+  HAIRNET_ASSERT(static_cast<Eigen::Index>(to.size()) == matrix_.rows());
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  Eigen::Map<Nodes>(to.front().data(), matrix_.rows(), 3).noalias() =
+      matrix_ * Eigen::Map<const Nodes>(from.front().data(), matrix_.cols(), 3);
 }
 
 void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <memory>
 #include <span>
 
 #include "core/levels/level.hpp"
@@ -18,23 +18,24 @@ class LevelMap {
   // `points_head`: hair points at rest. `blend`: delta of each point (root_blend); points with a small delta count
   // little. Asserts that there is one delta for each point, and that both levels have nodes.
   LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend);
-  ~LevelMap();
 
   // Makes all maps of a set in less time: the matrices of each level are computed once and shared by its maps.
   friend void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
                               const ParallelFor& parallel_for);
 
-  // Head space. Asserts that there is one entry for each active node. Costs about as much as two iterations of a step.
+  // Head space. Asserts that there is one entry for each active node.
   void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
-  // Of memory. What all maps to one level share counts with an equal part in each.
-  [[nodiscard]] std::size_t bytes() const;
+  // [node of the new level][node of the old one]; empty when both have the same nodes.
+  [[nodiscard]] const Eigen::MatrixXf& matrix() const { return matrix_; }
+  [[nodiscard]] std::size_t bytes() const {  // of memory
+    return sizeof(LevelMap) + static_cast<std::size_t>(matrix_.size()) * sizeof(float);
+  }
 
  private:
-  struct LeastSquares;
   struct End;
   LevelMap(const End& from, const End& to);
 
-  std::unique_ptr<const LeastSquares> least_squares_;  // null when both have the same nodes
+  Eigen::MatrixXf matrix_;
 };
 
 // Makes the maps between all levels of a set.

@@ -133,19 +133,6 @@ MatrixXf by_axis_first(const ModeMap::Matrix& matrix) {
   return out;
 }
 
-// What `map` makes of each node's displacement along one axis: [node of the finest level][node].
-MatrixXf nodes_of(const LevelMap& map, Index to_count, Index from_count) {
-  MatrixXf matrix(to_count, from_count);
-  std::vector<Vec3f> from(static_cast<std::size_t>(from_count), Vec3f::Zero()), to(static_cast<std::size_t>(to_count));
-  for (Index node = 0; node < from_count; ++node) {
-    from[static_cast<std::size_t>(node)].x() = 1;
-    map.apply(from, to);
-    from[static_cast<std::size_t>(node)].x() = 0;
-    for (Index i = 0; i < to_count; ++i) matrix(i, node) = to[static_cast<std::size_t>(i)].x();
-  }
-  return matrix;
-}
-
 // The map that brings a coarse level's snapshots (X) nearest to the coefficients (C) that the finest level has at the
 // same moments. It corrects the map R0, which moves the hair as the coarse lattice does. With Y = L^T X, the ridge
 // prefers small corrections of the hair's own distances:
@@ -211,10 +198,12 @@ std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_pt
     const LevelMap* map = levels->map(static_cast<LevelIndex>(i), LevelIndex::high);
     HAIRNET_ASSERT(map);
     const Index own_nodes = snapshots.levels[i].rows() / 3;
-    const MatrixXf to_finest = nodes_of(*map, nodes, own_nodes);
-    MatrixXf first(projection.rows(), 3 * own_nodes);
-    for (Index axis = 0; axis < 3; ++axis) {
-      first.middleCols(axis * own_nodes, own_nodes) = projection.middleCols(axis * nodes, nodes) * to_finest;
+    MatrixXf first = projection;  // as it is where the level has the nodes of the finest
+    if (map->matrix().size() > 0) {
+      first.resize(projection.rows(), 3 * own_nodes);
+      for (Index axis = 0; axis < 3; ++axis) {
+        first.middleCols(axis * own_nodes, own_nodes) = projection.middleCols(axis * nodes, nodes) * map->matrix();
+      }
     }
     modes->maps[i] = fit_map(first, std::move(snapshots.levels[i]), coefficients, weights,
                              hair_metric(groom, levels->levels[i]), parallel_for);

@@ -92,7 +92,7 @@ class World {
   // common state with lattices: it begins as if the pose had been held, ends at rest, and needs ticks of kLearntTick_s.
   // Returns false when the character has no such level.
   bool set_level(CharacterId id, LevelIndex level);
-  // As set_level() of each change in turn, on the threads of `parallel_for`: a transfer costs about half a step.
+  // As set_level() of each change in turn, on the threads of `parallel_for`.
   void set_levels(std::span<const LevelChange> changes);
   void set_material(CharacterId id, const MaterialScale& material);  // asserts that it is valid; from the next step on
   // Sets the environment of the characters with that index; from the next step on. Asserts that the index is below

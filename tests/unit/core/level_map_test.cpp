@@ -110,12 +110,11 @@ TEST_F(LevelMaps, back_and_forth_a_thousand_times_adds_no_energy) {
   }
 }
 
-// A map to n nodes has a factor of n x n nodes at least on its diagonal, and a row of combinations for each.
 TEST_F(LevelMaps, count_the_memory_of_their_matrices) {
   const LevelMap& map = *levels_->map(LevelIndex::low, LevelIndex::high);
-  const std::size_t high = (*levels_)[LevelIndex::high].rest.size();
-  EXPECT_GT(map.bytes(), high * 8 * sizeof(double));
-  EXPECT_GT(map.bytes(), levels_->map(LevelIndex::ether, LevelIndex::low)->bytes());
+  const std::size_t low = (*levels_)[LevelIndex::low].rest.size(), high = (*levels_)[LevelIndex::high].rest.size();
+  EXPECT_EQ(map.bytes(), sizeof(LevelMap) + low * high * sizeof(float));
+  EXPECT_EQ(levels_->map(LevelIndex::ether, LevelIndex::low)->bytes(), sizeof(LevelMap));
 }
 
 TEST(LevelMapDeathTest, asserts_that_there_is_one_entry_for_each_node) {
