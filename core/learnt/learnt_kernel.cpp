@@ -17,22 +17,22 @@ using D = hn::CappedTag<float, kLearntWidth>;
 using V = hn::Vec<D>;
 constexpr std::size_t kLanes = hn::MaxLanes(D());
 constexpr std::size_t kRegisters = kLearntWidth / kLanes < 2 ? 1 : 2;
-constexpr D d{};
+constexpr D kD{};
 
 template <std::size_t kRows>
 struct Sums {
   V at[kRows][kRegisters];
 
   HWY_INLINE void set(std::size_t row, float value) {
-    for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::Set(d, value);
+    for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::Set(kD, value);
   }
   // Adds the products of each row's weights with `count` numbers.
   HWY_INLINE void add(const float* const (&weights)[kRows], const float* numbers, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i, numbers += kLearntWidth) {
       V x[kRegisters];
-      for (std::size_t v = 0; v < kRegisters; ++v) x[v] = hn::Load(d, numbers + v * kLanes);
+      for (std::size_t v = 0; v < kRegisters; ++v) x[v] = hn::Load(kD, numbers + v * kLanes);
       for (std::size_t row = 0; row < kRows; ++row) {
-        const V w = hn::Set(d, weights[row][i]);
+        const V w = hn::Set(kD, weights[row][i]);
         for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::MulAdd(w, x[v], at[row][v]);
       }
     }
@@ -41,12 +41,12 @@ struct Sums {
 
 // f(x) = x (27 + x²) / (27 + 9 x²) of x within -3 and 3
 HWY_INLINE V squash(V x) {
-  const V a = hn::Min(hn::Max(x, hn::Set(d, -3.0f)), hn::Set(d, 3.0f)), square = hn::Mul(a, a);
-  const V above = hn::Mul(a, hn::Add(hn::Set(d, 27.0f), square));
-  return hn::Div(above, hn::MulAdd(hn::Set(d, 9.0f), square, hn::Set(d, 27.0f)));
+  const V a = hn::Min(hn::Max(x, hn::Set(kD, -3.0f)), hn::Set(kD, 3.0f)), square = hn::Mul(a, a);
+  const V above = hn::Mul(a, hn::Add(hn::Set(kD, 27.0f), square));
+  return hn::Div(above, hn::MulAdd(hn::Set(kD, 9.0f), square, hn::Set(kD, 27.0f)));
 }
 HWY_INLINE V gate(V x) {
-  return hn::MulAdd(hn::Set(d, 0.5f), squash(x), hn::Set(d, 0.5f));
+  return hn::MulAdd(hn::Set(kD, 0.5f), squash(x), hn::Set(kD, 0.5f));
 }
 
 // Two hidden numbers.
@@ -78,12 +78,12 @@ HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float*
   }
   sums.add({h, h + n, h + 2 * n * n, h + (2 * n + 1) * n, h + n * n, h + (n + 1) * n}, hidden, n);
   for (std::size_t i = 0; i < 2; ++i) {
-    const V rest = squash(hn::Set(d, bias[n + i]));
+    const V rest = squash(hn::Set(kD, bias[n + i]));
     for (std::size_t v = 0; v < kRegisters; ++v) {
       const std::size_t at = (first + i) * kLearntWidth + v * kLanes;
-      const V before = hn::Load(d, hidden + at);
+      const V before = hn::Load(kD, hidden + at);
       const V target = hn::Sub(squash(hn::MulAdd(gate(sums.at[2 + i][v]), sums.at[4 + i][v], own[i][v])), rest);
-      hn::Store(hn::MulAdd(gate(sums.at[i][v]), hn::Sub(target, before), before), d, out + at);
+      hn::Store(hn::MulAdd(gate(sums.at[i][v]), hn::Sub(target, before), before), kD, out + at);
     }
   }
 }
@@ -100,7 +100,7 @@ void learnt_kernel_here(const LearntHair& hair, const float* inputs, const float
       sums.add({w, w + n, w + 2 * n, w + 3 * n}, hidden_out + lane, n);
       for (std::size_t row = 0; row < 4; ++row) {
         for (std::size_t v = 0; v < kRegisters; ++v) {
-          hn::Store(sums.at[row][v], d, coefficients_out + (k + row) * kLearntWidth + lane + v * kLanes);
+          hn::Store(sums.at[row][v], kD, coefficients_out + (k + row) * kLearntWidth + lane + v * kLanes);
         }
       }
     }

@@ -15,24 +15,24 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, kModeMapWidth>;
 constexpr std::size_t kLanes = hn::MaxLanes(D());
 constexpr std::size_t kRegisters = kModeMapWidth / kLanes < 2 ? 1 : 2;
-constexpr D d{};
+constexpr D kD{};
 
 template <std::size_t kRows>
 HWY_INLINE void add_rows(const float* matrix, std::size_t stride, std::size_t columns, const float* numbers,
                          float* sums) {
   hn::Vec<D> at[kRows][kRegisters];
   for (std::size_t row = 0; row < kRows; ++row)
-    for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::Load(d, sums + row * kModeMapWidth + v * kLanes);
+    for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::Load(kD, sums + row * kModeMapWidth + v * kLanes);
   for (std::size_t i = 0; i < columns; ++i, numbers += kModeMapWidth) {
     hn::Vec<D> x[kRegisters];
-    for (std::size_t v = 0; v < kRegisters; ++v) x[v] = hn::Load(d, numbers + v * kLanes);
+    for (std::size_t v = 0; v < kRegisters; ++v) x[v] = hn::Load(kD, numbers + v * kLanes);
     for (std::size_t row = 0; row < kRows; ++row) {
-      const hn::Vec<D> w = hn::Set(d, matrix[row * stride + i]);
+      const hn::Vec<D> w = hn::Set(kD, matrix[row * stride + i]);
       for (std::size_t v = 0; v < kRegisters; ++v) at[row][v] = hn::MulAdd(w, x[v], at[row][v]);
     }
   }
   for (std::size_t row = 0; row < kRows; ++row)
-    for (std::size_t v = 0; v < kRegisters; ++v) hn::Store(at[row][v], d, sums + row * kModeMapWidth + v * kLanes);
+    for (std::size_t v = 0; v < kRegisters; ++v) hn::Store(at[row][v], kD, sums + row * kModeMapWidth + v * kLanes);
 }
 
 void mode_map_kernel_here(const float* matrix, std::size_t stride, std::size_t rows, std::size_t columns,
