@@ -14,6 +14,7 @@
 
 #include "core/closest_name.hpp"
 #include "core/solver/step.hpp"
+#include "core/version.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/app/config_file.hpp"
 #include "server/app/process_memory.hpp"
@@ -125,6 +126,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   CLI::App app("Simulates the hair of many characters for clients that stream head poses.", "hairnet-server");
   app.footer(kExamples);
   app.get_formatter()->column_width(28);
+  app.set_version_flag("--version", app.get_name() + " " + kVersionAndCommit, "show the version, and exit");
   std::string file;
   app.add_option("--config", file, "TOML file of settings; flags override it")->type_name("FILE");
   app.add_flag("--check", parsed.check_only, "check the configuration, show it, and exit");
@@ -132,12 +134,11 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   for (const Setting& setting : settings) add_flag(app, setting, given);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
-    parsed.exit_code = 0;
+  } catch (const CLI::Success& asked) {  // --help, --version
+    parsed.exit_code = app.exit(asked);
     return parsed;
   } catch (const CLI::ExtrasError&) {
-    std::vector<std::string> flags{"config", "check", "help"};
+    std::vector<std::string> flags{"config", "check", "help", "version"};
     for (const Setting& setting : settings) flags.push_back(setting.flag.substr(2));
     return refused(unexpected_argument(app.remaining(), flags, {}));
   } catch (const CLI::ParseError& error) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/assert.hpp"
+#include "core/version.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -66,7 +67,7 @@ class Families {
 
 MetricFamily build_info() {
   ClientMetric metric;
-  metric.label.push_back({"version", HAIRNET_VERSION});
+  metric.label.push_back({"version", kVersion});
   metric.gauge.value = 1;
   return {"hairnet_build_info", "", MetricType::Gauge, {metric}};
 }

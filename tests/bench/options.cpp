@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/parse.hpp"
 
 namespace hairnet::bench {
 namespace {
@@ -57,7 +58,6 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   CLI::App app("How fast a step is, beside the paper's own way in the same run, and whether it is still right.",
                "hairnet-bench");
   app.footer(kFooter);
-  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   app.add_option("--groom", o.groom, "a hairstyle of the fidelity corpus (made:long_straight)");
   app.add_option("--motion", o.motions, "its motions, by commas; times are of the first")->delimiter(',');
   app.add_option("--section", sections, "paper, ffd, accuracy, crowd, codec, by commas (all)")->delimiter(',');
@@ -81,12 +81,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--kernel", o.kernel, "of --callgrind: crowd or single (crowd)")
       ->check(CLI::IsMember({"crowd", "single"}));
   app.add_option("--steps", o.callgrind_steps, "of --callgrind (4)")->check(CLI::Range(1, 100'000));
-  try {
-    app.parse(argc, argv);
+  const auto take_sections = [&] {
     if (!sections.empty()) o.sections = sections_of(sections);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  };
+  if (const auto exit_status = parse_command_line(app, argc, argv, take_sections)) return *exit_status;
   if (quick) make_quick(o);
   return o;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "tests/fidelity/decimation_report.hpp"
 
 namespace {
@@ -95,7 +96,8 @@ Result<void> run(Options options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("How far a decimated model lies from all springs and attachments, integrated to convergence");
+  CLI::App app("How far a decimated model lies from all springs and attachments, integrated to convergence",
+               "hairnet-fidelity-decimation");
   app.add_option("--groom", options.grooms, "yuksel, ponytail, harolongo, sintel or made:NAME; again for more [seven]");
   app.add_option("--motion", options.motions, "a motion of the corpus or made:NAME; again for more [three real ones]");
   app.add_flag("--quick", options.is_quick, "two hairstyles, one motion, one random subset");
@@ -104,7 +106,7 @@ int main(int argc, char** argv) {
   app.add_option("--json", options.json, "write every figure to this file");
   app.add_option("--plot", options.plot, "draw mean error against count to this file (SVG)");
   app.footer(kExamples);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   const auto done = run(std::move(options));
   if (done) return 0;
   std::fprintf(stderr, "hairnet-fidelity-decimation: %s\n", done.error().c_str());

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/learning/learn_hair.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
@@ -339,6 +340,6 @@ int main(int argc, char** argv) {
   app.add_option("--rate", learning.rate, "of the first steps")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--decay", learning.decay, "of weights")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
@@ -177,6 +178,6 @@ int main(int argc, char** argv) {
   app.add_option("--motion", o.motions, "motions of the corpus");
   app.add_option("--tilt", o.tilt_rad, "of the head at rest, rad")->check(CLI::Range(0.0, 3.1));
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

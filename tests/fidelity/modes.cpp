@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
 #include "schema/codec/frame.hpp"
@@ -252,6 +253,6 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 100.0))
       ->capture_default_str();
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

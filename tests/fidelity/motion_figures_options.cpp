@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
 #include "tests/fidelity/motion_sets.hpp"
 #include "tests/support/corpus.hpp"
@@ -52,7 +53,6 @@ std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** 
   CLI::App app("What one sees go wrong with hair: in the body, drawn out, jumping, and not coming home.",
                "hairnet-fidelity-motion");
   app.footer(std::string(kFooter));
-  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   const auto add_names = [&](const char* flag, Names& names, const char* about) {
     app.add_option(flag, names, about)->delimiter(',');
   };
@@ -72,13 +72,11 @@ std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** 
   app.add_flag("--picture", flags.picture, "the commands that draw the worst ticks of made hair in made motions");
   app.add_option("--json", flags.json, "file for the figures");
   add_wind_flags(app, wind);
-  try {
-    app.parse(argc, argv);
+  const auto take_levels_and_wind = [&] {
     if (!levels.empty()) flags.levels = levels_of(levels);
     if (const std::string fault = validate(wind); !fault.empty()) throw CLI::ValidationError("wind", fault);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  };
+  if (const auto exit_status = parse_command_line(app, argc, argv, take_levels_and_wind)) return *exit_status;
   flags.measure.environment.wind = WindField(wind);
   const auto is_real = [](const std::string& name) { return !name.starts_with("made:"); };
   if (flags.grooms.empty()) {

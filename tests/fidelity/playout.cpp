@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/link/playout.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/world/world.hpp"
@@ -230,6 +231,6 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/untangle.hpp"
 #include "core/world/world.hpp"
@@ -265,6 +266,6 @@ int main(int argc, char** argv) {
   app.add_option("--random-steps", o.random_steps, "of the random trial of each hairstyle");
   app.add_option("--seed", o.seed, "of the random trials");
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

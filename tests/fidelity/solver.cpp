@@ -10,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
 #include "tests/fidelity/cut_off.hpp"
@@ -149,6 +150,6 @@ int main(int argc, char** argv) {
   app.add_option("--stiffness", o.stiffness, "times the default material's")->check(CLI::Range(0.01, 100.0));
   app.add_option("--duration", o.duration_s, "seconds of each motion")->check(CLI::Range(0.5, 60.0));
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
 #include "schema/channel/monotonic_clock.hpp"
@@ -145,6 +146,6 @@ int main(int argc, char** argv) {
   app.add_option("--rate", o.rate_hz, "ticks a second")->check(CLI::Range(1.0, 1000.0));
   app.add_option("--duration", o.duration_s, "seconds of each motion")->check(CLI::Range(0.5, 60.0));
   app.add_option("--json", o.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(o);
 }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
@@ -175,6 +176,6 @@ int main(int argc, char** argv) {
   Options options{{"yuksel", "harolongo", "sintel", "made:long_straight"}, {}};
   app.add_option("--groom", options.grooms, "hairstyles of the corpus");
   app.add_option("--json", options.json, "the rows as JSON");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return run(options);
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/codec/frame.hpp"
 #include "schema/http3/settings.hpp"
@@ -285,6 +286,6 @@ int main(int argc, char** argv) {
   app.footer("Example:\n  hairnet-fuzz-seeds tests/fuzz/corpus\n");
   std::string folder;
   app.add_option("folder", folder, "where; a folder for each target is made there")->required();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return hairnet::fuzz::write_seeds(folder);
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "client/assets/made_spec.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "tests/gallery/cost.hpp"
 #include "tests/gallery/frames_sheet.hpp"
 #include "tests/gallery/sheets.hpp"
@@ -119,7 +120,8 @@ Result<void> run(Options& options) {
 int main(int argc, char** argv) {
   CLI::App app(
       "Pictures of every hairstyle: still and in motion, as strands and cards; from near to far; in wind; a crowd; "
-      "frames");
+      "frames",
+      "hairnet-gallery");
   Options options;
   app.add_option("--out", options.out, "folder for the pictures")->capture_default_str();
   app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd, cost, frames; several may be named")
@@ -130,7 +132,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Examples:\n  hairnet-gallery --out pictures\n  hairnet-gallery --section hairstyles --groom made:bob --size "
       "600");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   const Result<void> done = run(options);
   if (done) return 0;
   std::fprintf(stderr, "hairnet-gallery: %s\n", done.error().c_str());

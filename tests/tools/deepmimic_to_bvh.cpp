@@ -5,6 +5,7 @@
 #include "client/assets/print_warnings.hpp"
 #include "client/files/read_file.hpp"
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "tests/support/bvh_text.hpp"
 #include "tests/support/deepmimic_clip.hpp"
 
@@ -36,18 +37,12 @@ int convert(const std::string& in, const std::string& out, double rate_hz) {
 int run(int argc, char** argv) {
   CLI::App app("Converts a motion clip of DeepMimic's humanoid to BVH.", "hairnet-deepmimic-to-bvh");
   app.footer(kFooter);
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return std::string("hairnet-deepmimic-to-bvh: ") + e.what() + "\n"; });
   std::string in, out;
   double rate_hz = 60;
   app.add_option("in", in, "clip: JSON with 44 numbers a frame")->required();
   app.add_option("out", out, "BVH file to write")->required();
   app.add_option("--rate", rate_hz, "frames a second (60)")->check(CLI::Range(1.0, 1000.0));
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 1;
-  }
+  if (const auto exit_status = parse_command_line(app, argc, argv)) return *exit_status;
   return convert(in, out, rate_hz);
 }
 

@@ -8,6 +8,7 @@
 #include "client/assets/made/made.hpp"
 #include "client/files/read_file.hpp"
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/parse.hpp"
 #include "schema/wire/earlier_pose.hpp"
 #include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"
@@ -213,6 +214,6 @@ int main(int argc, char** argv) {
   app.add_option("folder", folder, "to write vectors to");
   app.add_option("--check", packets, "packets.json of the web client's tests, to read");
   app.require_option(1);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   return packets.empty() ? hairnet::write_all(folder) : hairnet::check(packets);
 }

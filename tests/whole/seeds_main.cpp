@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "tests/whole/fleet_scenario.hpp"
 #include "tests/whole/frame_gaps.hpp"
 #include "tests/whole/refusals.hpp"
@@ -178,7 +179,7 @@ int main(int argc, char** argv) {
   app.add_option("--kbit", line.kbit_per_s, "that line's rate; 0: as fast as may be");
   app.add_option("--characters", line.characters, "that the viewer sees")->check(CLI::Range(1u, 64u));
   app.add_option("--seconds", line.seconds, "for so long, simulated, with each of --count seeds");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   spdlog::set_level(options.is_verbose ? spdlog::level::debug : spdlog::level::off);
   for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) std::signal(signal, tell_seed);
   return measures_gaps ? print_gaps(options, line) : Sweep(options).run();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/closest_name.hpp"
+#include "core/version.hpp"
 
 namespace hairnet {
 namespace {
@@ -43,12 +44,13 @@ int refuse_unknown(const CLI::App& app, const CLI::ParseError& error) {
 
 std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv,
                                       const std::function<void()>& check) {
+  app.set_version_flag("--version", app.get_name() + " " + kVersionAndCommit, "show the version, and exit");
   try {
     app.parse(argc, argv);
     check();
     return std::nullopt;
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
+  } catch (const CLI::Success& asked) {
+    return app.exit(asked);
   } catch (const CLI::ExtrasError& error) {
     return refuse_unknown(app, error);
   } catch (const CLI::RequiredError& error) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "client/tools/command_line/parse.hpp"
 #include "tests/whole/fleet_chaos/chaos.hpp"
 
 namespace {
@@ -47,7 +48,7 @@ int main(int argc, char** argv) {
   app.add_option("--owner-limit", options.owner_limit_s, "seconds until a killed server's room has an owner");
   app.add_option("--claim-limit", options.claim_limit_s, "seconds until a new room has an owner, after etcd's return");
   app.add_option("--folder", options.folder, "for logs and data, kept; else a temporary one, kept after a failure");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
   options.duration_s = 60 * minutes;
   spdlog::set_level(spdlog::level::off);
 
