@@ -46,8 +46,13 @@ std::string words_about(const Setting& s) {
   if (s.kind() == Setting::Kind::integer && s.integer_max < std::numeric_limits<std::int64_t>::max())
     text += fmt::format("; {} to {}", s.integer_min, s.integer_max);
   if (s.kind() == Setting::Kind::number) text += fmt::format("; {} to {}", s.number_min, s.number_max);
-  if (!s.choices.empty()) text += fmt::format("; {}", fmt::join(s.choices, ", "));
   return text + ")";
+}
+
+// The words that a flag takes, as CLI11 shows those of its own checks, where they can be listed.
+std::string choices_of(const Setting& s) {
+  if (s.kind() == Setting::Kind::boolean) return "{true,false}";
+  return s.choices.empty() ? "" : fmt::format("{{{}}}", fmt::join(s.choices, ","));
 }
 
 void add_flag(CLI::App& app, const Setting& setting, Given& given) {
@@ -62,7 +67,7 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
          words_about(setting))
       ->expected(setting.kind() == Setting::Kind::triple ? 3 : 1)
       ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
-      ->type_name("")
+      ->type_name(choices_of(setting))
       ->group("[" + setting.section + "]");
 }
 
