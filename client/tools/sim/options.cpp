@@ -118,9 +118,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.footer(std::string(kFooter));
   add_simulation_flags(app, simulate);
   app.add_option("--replay", replay.recording, "a server's recording: step it again and check every tick's hash");
-  app.add_option("--trace", replay.trace, "--replay: folder for every frame of every character");
+  app.add_option("--trace", replay.trace, "with --replay: folder for every frame of every character");
   const auto* character_flag = app.add_option(
-      "--character", character, "--replay: whose nodes --out holds; client's number, or session << 32 | number");
+      "--character", character, "with --replay: whose nodes --out holds; client's number, or session << 32 | number");
   const auto check_flags = [&] {
     if (character_flag->count() > 0) replay.character = character;
     replay.out = simulate.out;
