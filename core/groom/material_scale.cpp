@@ -9,12 +9,12 @@
 namespace hairnet {
 namespace {
 
-struct Range {
+struct ScaleRange {
   const char* name;
   float MaterialScale::*value;
   float low, high;
 };
-constexpr std::array<Range, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
+constexpr std::array<ScaleRange, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
                                         {"damping", &MaterialScale::damping, 0, 100},
                                         {"density", &MaterialScale::density, 0.1f, 10},
                                         {"ether_damping", &MaterialScale::ether_damping, 0, 100},
@@ -41,7 +41,7 @@ double ether_damping_over_mass(const Material& m, double gel_per_s2) {
 }  // namespace
 
 std::string validate(const MaterialScale& scale) {
-  for (const Range& range : kRanges) {
+  for (const ScaleRange& range : kRanges) {
     const float value = scale.*range.value;
     if (value >= range.low && value <= range.high) continue;
     return std::string("material scale ") + range.name + " is " + std::to_string(value) + ", must be from " +
@@ -62,7 +62,7 @@ MaterialScale scale_between(const Material& built, const Material& wanted) {
   scale.ether_damping = ratio(ether_damping_over_mass(wanted, gel), ether_damping_over_mass(built, gel_built));
   scale.air_drag = ratio(wanted.air_drag_ns_per_m2, built.air_drag_ns_per_m2);
   scale.gel_per_s2 = static_cast<float>(gel - gel_built);
-  for (const Range& range : kRanges) scale.*range.value = std::clamp(scale.*range.value, range.low, range.high);
+  for (const ScaleRange& range : kRanges) scale.*range.value = std::clamp(scale.*range.value, range.low, range.high);
   HAIRNET_ASSERT(validate(scale).empty());
   return scale;
 }

@@ -1,11 +1,11 @@
 #include "core/levels/trim.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdlib>
 #include <numeric>
 
 #include "core/assert.hpp"
+#include "core/geometry/symmetric_matrix.hpp"
 
 namespace hairnet {
 namespace {
@@ -54,10 +54,9 @@ std::vector<double> affine_weights(std::span<const Neighbour> near) {
     const Vec4 row(1, n.offset[0], n.offset[1], n.offset[2]);
     normal += row * row.transpose() / n.offset.squaredNorm();
   }
-  const Eigen::SelfAdjointEigenSolver<Mat4> eigen(normal);
-  if (eigen.eigenvalues()[0] < 1e-6 * eigen.eigenvalues()[3]) return {};
-  const Vec4 at_node =
-      eigen.eigenvectors() * (eigen.eigenvectors().row(0).transpose().array() / eigen.eigenvalues().array()).matrix();
+  const SymmetricEigen<4> eigen = symmetric_eigen(normal);
+  if (eigen.values[0] < 1e-6 * eigen.values[3]) return {};
+  const Vec4 at_node = eigen.vectors * (eigen.vectors.row(0).transpose().array() / eigen.values.array()).matrix();
   std::vector<double> weights;
   for (const Neighbour& n : near) {
     const Vec4 row(1, n.offset[0], n.offset[1], n.offset[2]);

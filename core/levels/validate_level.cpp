@@ -1,8 +1,8 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/symmetric_matrix.hpp"
 #include "core/levels/level.hpp"
 
 namespace hairnet {
@@ -30,10 +30,10 @@ bool is_positive_semi_definite(const std::array<float, 6>& q) {
   for (const float c : q) {
     if (!within(c, -kMax)) return false;
   }
-  Eigen::Matrix3d drag;
+  Mat3 drag;
   drag << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(drag, Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] >= -1e-5 * std::abs(eigen.eigenvalues()[2]);
+  const Vec3 eigenvalues = symmetric_eigen(drag).values;
+  return eigenvalues[0] >= -1e-5 * std::abs(eigenvalues[2]);
 }
 
 std::string validate_nodes(const Level& level) {

@@ -62,7 +62,7 @@ void in_order_of_grid(const std::array<int, 3>& dims, const std::vector<std::uin
   }
 }
 
-flatbuffers::Offset<fb::BoneSkin> write(FlatBufferBuilder& to, const SkinDistanceField& field) {
+flatbuffers::Offset<fb::BoneSkin> write_bone_skin(FlatBufferBuilder& to, const SkinDistanceField& field) {
   std::vector<std::uint8_t> bytes, less;
   for (const float distance_m : field.distance) bytes.push_back(skin_byte(distance_m));
   in_order_of_grid(field.dims, bytes, [&](std::size_t node, int before) {
@@ -110,7 +110,7 @@ std::vector<std::uint8_t> encode_basis(const LevelGeometry& geometry, const Basi
   const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(geometry.lattice.dims[axis]); };
   const std::vector<std::uint8_t> planes = planes_of(basis);
   std::vector<flatbuffers::Offset<fb::BoneSkin>> fields;
-  for (const SkinDistanceField& field : skin) fields.push_back(write(to, field));
+  for (const SkinDistanceField& field : skin) fields.push_back(write_bone_skin(to, field));
   const auto root =
       fb::CreateHairBasisDirect(to, &origin, &spacing, dims(0), dims(1), dims(2), &geometry.active_nodes,
                                 &geometry.trimmed_nodes, &geometry.trimmed_begin, &geometry.trimmed_from,

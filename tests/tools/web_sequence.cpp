@@ -15,8 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFrames = 16;
-constexpr std::int64_t kTick_ns = 33'000'000;
+constexpr int kSequenceFrames = 16;
+constexpr std::int64_t kSequenceTick_ns = 33'000'000;
 constexpr std::uint32_t kCharacter = 7, kMember = 300;
 
 Pose pose_at(double t) {
@@ -39,8 +39,8 @@ Json sequence_case() {
   const std::string fault = members.bases().take({hash, file, {}});
   HAIRNET_ASSERT(fault.empty());
   Json out{{"file", hex(*file)}, {"contents", Json::array()}, {"coefficients", Json::array()}};
-  for (int n = 0; n < kFrames; ++n) {
-    const double t = 1e-9 * static_cast<double>(n * kTick_ns);
+  for (int n = 0; n < kSequenceFrames; ++n) {
+    const double t = 1e-9 * static_cast<double>(n * kSequenceTick_ns);
     std::vector<float> coefficients;
     for (std::size_t k = 0; k < code.mode_count(); ++k)
       coefficients.push_back(static_cast<float>(0.02 * std::sin(3 * t + static_cast<double>(k))));
@@ -51,7 +51,7 @@ Json sequence_case() {
     frame.level = LevelIndex::low;
     frame.content = encoded.bytes;
     const link::Members::DecodedFrame decoded =
-        members.decode_frame(frame, std::nullopt, static_cast<std::uint64_t>(n + 1), n * kTick_ns, 0);
+        members.decode_frame(frame, std::nullopt, static_cast<std::uint64_t>(n + 1), n * kSequenceTick_ns, 0);
     HAIRNET_ASSERT(decoded.outcome == link::Members::Outcome::decoded);
     out["contents"].push_back(hex(encoded.bytes));
     out["coefficients"].push_back(std::vector<float>(decoded.coefficients.begin(), decoded.coefficients.end()));

@@ -91,7 +91,11 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
 // The smallest rotation from `up` to +Y; for an upside-down file it is about the axis of the face.
 Quat upright_turn(const Vec3& up, const Vec3& face) {
   if (up.y() < -0.999) return Quat(Eigen::AngleAxisd(std::numbers::pi, face));
-  return Quat::FromTwoVectors(up, Vec3::UnitY());
+  const double s = std::sqrt(2 * (1 + up.y()));  // twice the cosine of half the angle
+  Quat turn;
+  turn.vec() = up.cross(Vec3::UnitY()) / s;
+  turn.w() = s / 2;
+  return turn;
 }
 
 // Converts file axes and units to the world's. It rotates only the up axis: an actor who faces +x in the file does so

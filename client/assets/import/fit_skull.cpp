@@ -1,12 +1,10 @@
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "client/assets/import/skull_fit.hpp"
+#include "core/geometry/symmetric_matrix.hpp"
 
 namespace hairnet {
 namespace {
@@ -39,17 +37,12 @@ class Draw {
 };
 
 std::optional<Sphere> sphere_through(const std::array<Vec3, 4>& points) {
-  Mat3 edges;
-  Vec3 half_squares;
-  double size = 0;
-  for (int i = 0; i < 3; ++i) {
-    const Vec3 edge = points[static_cast<std::size_t>(i) + 1] - points[0];
-    edges.row(i) = edge.transpose();
-    half_squares[i] = 0.5 * edge.squaredNorm();
-    size = std::max(size, edge.norm());
-  }
-  if (!(std::abs(edges.determinant()) > 1e-4 * size * size * size)) return {};
-  const Vec3 to_centre = edges.partialPivLu().solve(half_squares);
+  const Vec3 a = points[1] - points[0], b = points[2] - points[0], c = points[3] - points[0];
+  const double size = std::max({a.norm(), b.norm(), c.norm()}), volume = a.dot(b.cross(c));
+  if (!(std::abs(volume) > 1e-4 * size * size * size)) return {};
+  // The centre has equal distances: edge . to_centre = edge^2 / 2 for each edge, by Cramer's rule.
+  const Vec3 to_centre =
+      (a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b)) / (2 * volume);
   return Sphere{points[0] + to_centre, to_centre.norm()};
 }
 
@@ -120,10 +113,10 @@ std::optional<RootBand> band_of(std::span<const Vec3> points, const Vec3& centre
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
   Mat3 covariance = Mat3::Zero();
   for (const Vec3& x : points) covariance += (x - mean) * (x - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
+  const SymmetricEigen<3> axes = symmetric_eigen(covariance);
   constexpr double kNarrow = 1.0 / 3;  // of the arc's height
-  if (!(axes.eigenvalues()[0] < kNarrow * kNarrow * axes.eigenvalues()[1])) return {};
-  const Vec3 across = axes.eigenvectors().col(0);
+  if (!(axes.values[0] < kNarrow * kNarrow * axes.values[1])) return {};
+  const Vec3 across = axes.vectors.col(0);
   double inwards = 0;
   for (const Vec3& x : points) inwards += std::abs(across.dot((x - centre).normalized()));
   if (inwards > 0.7 * static_cast<double>(points.size())) return {};
@@ -169,7 +162,7 @@ void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double
     normal.topLeftCorner<3, 3>() += band_precision * band->across * band->across.transpose();
     right.head<3>() -= band_precision * band->across.dot(sphere.centre - band->middle) * band->across;
   }
-  const Eigen::Vector4d step = normal.ldlt().solve(right);
+  const Eigen::Vector4d step = solve_symmetric(normal, right);
   if (!step.allFinite()) return;
   const double most = 0.2 * usual_radius;
   sphere.centre += step.head<3>().cwiseMax(-most).cwiseMin(most);
@@ -183,7 +176,7 @@ double conditioning_of(const Sphere& sphere, std::span<const Vec3> inliers) {
     gradient << (x - sphere.centre).normalized(), 1;
     told += gradient * gradient.transpose() / static_cast<double>(inliers.size());
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(told).eigenvalues()[0];
+  return symmetric_eigen(told).values[0];
 }
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
@@ -214,7 +207,7 @@ void refine(SkullFit& fit, const Sphere& sphere, std::span<const Vec3> inliers, 
     normal(3 + axis, 3 + axis) += ridge;
     right[3 + axis] -= ridge * std::log(fit.semi_axes[axis] / sphere.radius);
   }
-  const Vec6 step = normal.ldlt().solve(right);
+  const Vec6 step = solve_symmetric(normal, right);
   if (!step.allFinite()) return;
   const double most = 0.2 * sphere.radius;
   fit.centre += step.head<3>().cwiseMax(-most).cwiseMin(most);

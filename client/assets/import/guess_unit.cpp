@@ -1,11 +1,11 @@
 #include "client/assets/import/guess_unit.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "client/assets/import/skull_fit.hpp"
+#include "core/geometry/symmetric_matrix.hpp"
 
 namespace hairnet {
 namespace {
@@ -22,7 +22,7 @@ double longest_extent(std::span<const Vec3> points) {
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
   Mat3 covariance = Mat3::Zero();
   for (const Vec3& x : points) covariance += (x - mean) * (x - mean).transpose();
-  const Vec3 axis = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(2);
+  const Vec3 axis = symmetric_eigen(covariance).vectors.col(2);
   std::vector<double> along;
   for (const Vec3& x : points) along.push_back(axis.dot(x));
   std::ranges::sort(along);

@@ -1,56 +1,19 @@
 #include "core/levels/build_estimate.hpp"
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 #include "client/assets/made/made.hpp"
 #include "core/levels/build.hpp"
 #include "tests/support/build_grooms.hpp"
-
-namespace {
-
-// What the whole program holds, by the sizes that malloc gives, and its peak since the last reset.
-std::atomic<std::size_t> held_bytes = 0, peak_bytes = 0;
-
-void* counted(void* block) {
-  if (!block) throw std::bad_alloc();
-  const std::size_t held = held_bytes += malloc_usable_size(block);
-  std::size_t peak = peak_bytes;
-  while (held > peak && !peak_bytes.compare_exchange_weak(peak, held)) {
-  }
-  return block;
-}
-
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  return counted(std::malloc(size));
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  const auto bytes = static_cast<std::size_t>(alignment);
-  return counted(std::aligned_alloc(bytes, (size + bytes - 1) / bytes * bytes));
-}
-[[gnu::noinline]] void operator delete(void* block) noexcept {
-  held_bytes -= block ? malloc_usable_size(block) : 0;
-  std::free(block);
-}
-void operator delete(void* block, std::size_t) noexcept {
-  operator delete(block);
-}
-void operator delete(void* block, std::align_val_t) noexcept {
-  operator delete(block);
-}
-void operator delete(void* block, std::size_t, std::align_val_t) noexcept {
-  operator delete(block);
-}
+#include "tests/support/own_allocator.hpp"
 
 namespace hairnet {
 namespace {
+
+using own_allocator::held_bytes;
+using own_allocator::peak_bytes;
 
 // Each loop on threads of its own, so that all levels are built at once.
 void on_threads(std::size_t count, const std::function<void(std::size_t)>& body) {

@@ -2,46 +2,17 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 #include "core/solver/crowd_step.hpp"
 #include "core/world/world.hpp"
 #include "tests/support/levels.hpp"
-
-// Counts every allocation of this program, for the test that steps make none. Not inlined: g++ would take what malloc
-// and free do here for mismatched calls.
-namespace {
-std::atomic<std::size_t> allocation_count = 0;
-}
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocation_count;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocation_count;
-  const auto align = static_cast<std::size_t>(alignment);
-  if (void* p = std::aligned_alloc(align, (size + align - 1) / align * align)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept {
-  std::free(p);
-}
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
-[[gnu::noinline]] void operator delete(void* p, std::align_val_t) noexcept {
-  std::free(p);
-}
-[[gnu::noinline]] void operator delete(void* p, std::size_t, std::align_val_t) noexcept {
-  std::free(p);
-}
+#include "tests/support/own_allocator.hpp"
 
 namespace hairnet {
 namespace {
 
+using own_allocator::allocation_count;
 using support::make_random_level;
 using support::turned;
 

@@ -3,33 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
 #include <map>
-#include <new>
 #include <random>
 #include <set>
 #include <vector>
 
-// Counts every allocation of this program, for the test that warm calls make none. Not inlined: g++ would take what
-// malloc and free do here for mismatched calls.
-namespace {
-std::atomic<std::size_t> allocation_count = 0;
-}
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocation_count;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept {
-  std::free(p);
-}
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#include "tests/support/own_allocator.hpp"
 
 namespace hairnet::server {
 namespace {
+
+using own_allocator::allocation_count;
 
 constexpr double kTick_s = 1.0 / 30;
 

@@ -8,8 +8,8 @@
 #include "server/app/memory_watch.hpp"
 #include "server/app/server.hpp"
 #include "server/threading/memory_reserve.hpp"
+#include "tests/support/own_allocator.hpp"
 #include "tests/unit/server/build_quickly.hpp"
-#include "tests/unit/server/failing_allocator.hpp"
 #include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
@@ -25,8 +25,8 @@ constexpr std::size_t kReserve_bytes = std::size_t{1} << 20;
 class MemoryReserveTest : public testing::Test {
  protected:
   ~MemoryReserveTest() override {
-    failing_allocator::until_failure = failing_allocator::kNever;
-    failing_allocator::failing_bytes = std::numeric_limits<std::size_t>::max();
+    own_allocator::until_failure = own_allocator::kNever;
+    own_allocator::failing_bytes = std::numeric_limits<std::size_t>::max();
   }
   static void allocate(std::size_t bytes) { std::vector<char>(bytes).back() = 1; }
 };
@@ -34,7 +34,7 @@ class MemoryReserveTest : public testing::Test {
 TEST_F(MemoryReserveTest, an_allocation_that_fails_takes_the_reserve_and_succeeds) {
   MemoryReserve reserve(kReserve_bytes);
   EXPECT_FALSE(reserve.is_spent());
-  failing_allocator::until_failure = 1;
+  own_allocator::until_failure = 1;
   EXPECT_NO_THROW(allocate(100));
   EXPECT_TRUE(reserve.is_spent());
   EXPECT_TRUE(reserve.refill());
@@ -43,14 +43,14 @@ TEST_F(MemoryReserveTest, an_allocation_that_fails_takes_the_reserve_and_succeed
 
 TEST_F(MemoryReserveTest, the_owner_gets_bad_alloc_when_the_reserve_does_not_help) {
   MemoryReserve reserve(kReserve_bytes);
-  failing_allocator::failing_bytes = 1000;
+  own_allocator::failing_bytes = 1000;
   EXPECT_THROW(allocate(2000), std::bad_alloc);
   EXPECT_TRUE(reserve.is_spent());
 }
 
 TEST_F(MemoryReserveTest, an_allocation_that_may_fail_leaves_the_reserve_alone) {
   MemoryReserve reserve(kReserve_bytes);
-  failing_allocator::failing_bytes = 1000;
+  own_allocator::failing_bytes = 1000;
   {
     const MemoryReserve::MayFail outer;
     { const MemoryReserve::MayFail inner; }
@@ -63,8 +63,8 @@ TEST_F(MemoryReserveTest, an_allocation_that_may_fail_leaves_the_reserve_alone) 
 
 TEST_F(MemoryReserveTest, another_thread_waits_until_there_is_memory) {
   MemoryReserve reserve(kReserve_bytes);
-  failing_allocator::failing_bytes = 1000;
-  const long failures = failing_allocator::failure_count;
+  own_allocator::failing_bytes = 1000;
+  const long failures = own_allocator::failure_count;
   std::optional<bool> has_got;
   std::thread other([&has_got] {
     try {
@@ -75,15 +75,15 @@ TEST_F(MemoryReserveTest, another_thread_waits_until_there_is_memory) {
     }
   });
   // Beyond the failure that took the reserve and the try after it.
-  while (failing_allocator::failure_count < failures + 5) std::this_thread::yield();
-  failing_allocator::failing_bytes = std::numeric_limits<std::size_t>::max();
+  while (own_allocator::failure_count < failures + 5) std::this_thread::yield();
+  own_allocator::failing_bytes = std::numeric_limits<std::size_t>::max();
   other.join();
   EXPECT_EQ(has_got, true);
 }
 
 TEST_F(MemoryReserveTest, without_a_reserve_allocations_fail_as_usual) {
   { const MemoryReserve former(kReserve_bytes); }
-  failing_allocator::until_failure = 1;
+  own_allocator::until_failure = 1;
   EXPECT_THROW(allocate(100), std::bad_alloc);
 }
 
@@ -250,11 +250,11 @@ TEST_F(ServerMemoryTest, whichever_allocation_fails_only_the_session_that_asked_
   for (long number = 1;; ++number) {
     const std::uint64_t ended_before = metrics_.session.sessions_closed_by_server_memory.value();
     const std::size_t frames_before = bystander.connection->all<wire::FrameBatch>().size();
-    const long failures = failing_allocator::failure_count;
+    const long failures = own_allocator::failure_count;
     bystander.pose(1, pose(), now_ns_);
     {
       FakeClient client(*server_, now_ns_);
-      failing_allocator::until_failure = number;
+      own_allocator::until_failure = number;
       client.hello(now_ns_);
       client.upload(bytes_, hash_, now_ns_);
       client.send(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
@@ -265,7 +265,7 @@ TEST_F(ServerMemoryTest, whichever_allocation_fails_only_the_session_that_asked_
       client.send(wire::GroomRequest{hash_, 0}, now_ns_);
       client.send(wire::RemoveCharacter{2}, now_ns_);
       run_ms(34);
-      failing_allocator::until_failure = failing_allocator::kNever;
+      own_allocator::until_failure = own_allocator::kNever;
       ended += static_cast<long>(metrics_.session.sessions_closed_by_server_memory.value() - ended_before);
       client.send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
     }
@@ -274,7 +274,7 @@ TEST_F(ServerMemoryTest, whichever_allocation_fails_only_the_session_that_asked_
     ASSERT_GT(bystander.connection->all<wire::FrameBatch>().size(), frames_before);
     ASSERT_EQ(server_->session_count(), 1u);
     ASSERT_FALSE(server_->is_memory_full());
-    if (failing_allocator::failure_count == failures) break;  // it needed no more allocations
+    if (own_allocator::failure_count == failures) break;  // it needed no more allocations
     ++failed;
   }
   EXPECT_GT(failed, 100);

@@ -1,0 +1,1 @@
+// Compiling this file compiles the headers that tests/CMakeLists.txt lists.
