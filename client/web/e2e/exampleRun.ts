@@ -91,7 +91,7 @@ export class ExampleRun {
 
   async #startServer(command: string, port: number): Promise<void> {
     const portFile = join(this.#folder, "port");
-    this.#spawn(`exec ${command} --port ${port} --port-file ${portFile} --workers 1`);
+    this.#spawn(`exec ${command} --port ${port} --port-file ${portFile} --workers 1 --webtransport off`);
     await until("the server listens", () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "");
   }
 
