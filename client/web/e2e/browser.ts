@@ -51,6 +51,8 @@ export class Browser {
 
 /** Runs in pages, before their programs: pictures come this seldom. Callbacks for one come in the order of their requests. */
 function drawSeldom(everyMs: number): void {
+  const pictures = { everyMs };
+  Object.assign(window, { pictures }); // a test may want more of them
   const request = requestAnimationFrame.bind(window);
   const waiting = new Map<number, FrameRequestCallback>();
   let [count, lastMs] = [0, 0];
@@ -61,7 +63,7 @@ function drawSeldom(everyMs: number): void {
     for (const each of now) each(timeMs);
   };
   window.requestAnimationFrame = (callback) => {
-    if (waiting.size === 0) setTimeout(() => request(draw), lastMs + everyMs - performance.now());
+    if (waiting.size === 0) setTimeout(() => request(draw), lastMs + pictures.everyMs - performance.now());
     waiting.set(++count, callback);
     return count;
   };

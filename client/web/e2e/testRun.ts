@@ -45,7 +45,8 @@ export default async function start(project: TestProject): Promise<() => Promise
       "--disable-renderer-backgrounding",
       "--disable-backgrounding-occluded-windows",
       `--host-resolver-rules=MAP localhost:7420 127.0.0.1:${examplePort}`,
-      ...(process.env.EXTRA?.split(" ") ?? []),
+      // A busy machine takes longer for a picture than the watchdog allows for.
+      "--disable-gpu-watchdog",
     ],
   });
   project.provide("chromium", server.wsEndpoint());
