@@ -43,7 +43,7 @@ beforeAll(async () => {
       ["hairnet_grooms", "hairnet_grooms_waiting"].map((each) => server.metric(each)),
     );
     return grooms === kStyles.length && waiting === 0;
-  });
+  }, 200_000);
   await browser.start({ width: 1280, height: 720 });
 }, 240_000);
 afterAll(async () => {

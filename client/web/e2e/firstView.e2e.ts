@@ -172,8 +172,6 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
 test("the loading line is there before any hair, and the slow orbit stops for reduced motion", async () => {
   const page = await browser.open("about:blank");
   await page.addInitScript(() => {
-    // Each line is there for a picture at least.
-    (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
     const lines: string[] = [];
     Object.assign(window, { lines });
     document.addEventListener("DOMContentLoaded", () => {
@@ -189,6 +187,8 @@ test("the loading line is there before any hair, and the slow orbit stops for re
     });
   });
   await page.emulateMedia({ reducedMotion: "reduce" });
+  // The connection takes longer than the first picture.
+  await page.route("**/wt.json", (route) => setTimeout(() => void route.continue(), 1000));
   await page.goto(`${server.address}/?room=front&observe`);
   await until("both are ready", async () => (await readyCount(page)) === 2, 90_000);
   const lines = await page.evaluate(() => (window as unknown as { lines: string[] }).lines);
