@@ -10,7 +10,7 @@ import { program } from "./hairnetServer";
 const kEveryMs = 15;
 
 /** Makes a groom file with hairnet-groom; few strands, for a browser that draws in software. */
-export function makeGroomFile(style: string, strands = 1500): { path: string; bytes: Uint8Array } {
+export function makeGroomFile(style: string, strands = 300): { path: string; bytes: Uint8Array } {
   const path = join(mkdtempSync(join(tmpdir(), "hairnet-groom-")), `${style}.groom`);
   execFileSync(program("hairnet-groom"), ["make", style, "--strands", String(strands), "--out", path]);
   return { path, bytes: new Uint8Array(readFileSync(path)) };

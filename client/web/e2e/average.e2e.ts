@@ -7,7 +7,7 @@ import { Browser } from "./browser";
 import { StageServer } from "./stageServer";
 
 const browser = new Browser();
-const grooms = ["long_curly", "long_straight"].map((style) => makeGroomFile(style).path);
+const grooms = ["long_curly", "long_straight"].map((style) => makeGroomFile(style, 1500).path);
 let server: StageServer | undefined;
 
 interface Globals {
@@ -31,7 +31,7 @@ test.each([
   const result = await server!.page.evaluate(
     async ([address, hex]) => {
       const { AverageStage: Stage, difference: apart } = window as unknown as Globals;
-      const stage = await Stage.open(address, 160, hex);
+      const stage = await Stage.open(address, 80, hex);
       const single = stage.single(1);
       const references = [stage.reference(1), stage.reference(2)];
       const averages = Array.from({ length: 16 }, () => stage.averaged()).slice(-2);

@@ -1,37 +1,20 @@
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { chromium, type BrowserContext, type Page } from "playwright-core";
+import { chromium, type Browser as Connection, type BrowserContext, type Page } from "playwright-core";
+import { inject } from "vitest";
 
-/** Chromium with its own profile, drawing in software: pictures are few and slow, but correct. */
+/** Drawing as often as they can, pages would leave no time to servers and to each other. */
+const kPictureEveryMs = 200;
+
+/** Pages of the run's Chromium (testRun.ts) that share nothing with those of other test files. */
 export class Browser {
   readonly faults: string[] = [];
-  #profile = "";
+  #connection: Connection | null = null;
   #context: BrowserContext | null = null;
 
-  /** `flags` are more of Chromium's. Without QUIC there is no WebTransport. */
-  async start(size = { width: 960, height: 600 }, flags: readonly string[] = [], withQuic = false): Promise<void> {
-    this.#profile = mkdtempSync(join(tmpdir(), "hairnet-chromium-"));
-    this.#context = await chromium.launchPersistentContext(this.#profile, {
-      executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-      headless: false, // the flag below is the newer kind
-      viewport: size,
-      args: [
-        "--headless=new",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        ...(withQuic ? [] : ["--disable-quic"]),
-        "--no-first-run",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--disable-background-timer-throttling",
-        "--disable-renderer-backgrounding",
-        "--disable-backgrounding-occluded-windows",
-        ...flags,
-      ],
-    });
+  /** `pixelRatio`: of drawn pixels to those of `size`: software takes long for the picture of a whole desktop. */
+  async start(size = { width: 960, height: 600 }, pixelRatio = 1 / 4): Promise<void> {
+    this.#connection = await chromium.connect(inject("chromium"));
+    this.#context = await this.#connection.newContext({ viewport: size, deviceScaleFactor: pixelRatio });
+    await this.#context.addInitScript(drawSeldom, kPictureEveryMs);
   }
 
   /** Opens a page; `faults` collects its errors. */
@@ -53,9 +36,7 @@ export class Browser {
 
   /** A page that continues to draw slows all others down. */
   async closePages(): Promise<void> {
-    // Without any page the browser would end.
-    const blank = await this.#context!.newPage();
-    for (const page of this.#context!.pages()) if (page !== blank) await page.close();
+    for (const page of this.#context!.pages()) await page.close();
   }
 
   /** The errors since the last call. */
@@ -64,7 +45,27 @@ export class Browser {
   }
 
   async dispose(): Promise<void> {
-    await this.#context?.close();
-    rmSync(this.#profile, { recursive: true, force: true });
+    await this.#connection?.close();
   }
+}
+
+/** Runs in pages, before their programs: pictures come this seldom. Callbacks for one come in the order of their requests. */
+function drawSeldom(everyMs: number): void {
+  const pictures = { everyMs };
+  Object.assign(window, { pictures }); // a test may want more of them
+  const request = requestAnimationFrame.bind(window);
+  const waiting = new Map<number, FrameRequestCallback>();
+  let [count, lastMs] = [0, 0];
+  const draw = (timeMs: number) => {
+    lastMs = timeMs;
+    const now = [...waiting.values()];
+    waiting.clear();
+    for (const each of now) each(timeMs);
+  };
+  window.requestAnimationFrame = (callback) => {
+    if (waiting.size === 0) setTimeout(() => request(draw), lastMs + pictures.everyMs - performance.now());
+    waiting.set(++count, callback);
+    return count;
+  };
+  window.cancelAnimationFrame = (number) => waiting.delete(number);
 }

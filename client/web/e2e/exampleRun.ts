@@ -2,6 +2,7 @@ import { execFileSync, spawn, type ChildProcess } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
+import { inject } from "vitest";
 import { kBin, until } from "./hairnetServer";
 
 const kRoot = resolve("../..");
@@ -31,7 +32,8 @@ function run(command: string, cwd: string): void {
 
 /**
  * Follows the commands of an example's page, from the root of the repository. They run as they are written, except that
- * programs come from HAIRNET_BIN, and that servers listen on free ports: those of the page may be in use.
+ * programs come from HAIRNET_BIN, that servers listen on free ports, since those of the page may be in use, and that they
+ * share levels with those of other tests.
  */
 export class ExampleRun {
   readonly #started: ChildProcess[] = [];
@@ -91,7 +93,8 @@ export class ExampleRun {
 
   async #startServer(command: string, port: number): Promise<void> {
     const portFile = join(this.#folder, "port");
-    this.#spawn(`exec ${command} --port ${port} --port-file ${portFile} --workers 1`);
+    const flags = `--workers 1 --webtransport off --level-cache ${inject("levelCache")} --learn-hair never`;
+    this.#spawn(`exec ${command} --port ${port} --port-file ${portFile} ${flags}`);
     await until("the server listens", () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "");
   }
 

@@ -1,9 +1,7 @@
 import { existsSync, mkdirSync } from "node:fs";
-import { createServer } from "node:net";
-import type { AddressInfo } from "node:net";
 import type { Page } from "playwright-core";
 import { PNG } from "pngjs";
-import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, inject, test } from "vitest";
 import { Browser } from "./browser";
 import { areExamplesInstalled, ExampleRun, readPage } from "./exampleRun";
 import { until } from "./hairnetServer";
@@ -13,29 +11,18 @@ const shots = process.env.HAIRNET_SHOTS ?? "e2e/shots";
 /** Small: a browser that draws in software takes seconds for a large picture. */
 const kSize = { width: 240, height: 180 };
 const browser = new Browser();
-let port = 0;
+const port = inject("examplePort");
 let run: ExampleRun;
 
 if (!areExamplesInstalled)
   console.warn("client/web/examples are NOT TESTED: their packages are missing; deploy/web --examples installs them");
-
-/** A port that is free now, for servers one after the other. */
-function freePort(): Promise<number> {
-  return new Promise((done) => {
-    const probe = createServer();
-    probe.listen(0, "127.0.0.1", () => {
-      const { port: found } = probe.address() as AddressInfo;
-      probe.close(() => done(found));
-    });
-  });
-}
 
 /** What the page shows, whatever draws it. */
 async function look(page: Page, name: string): Promise<Picture> {
   const { width, height, data } = PNG.sync.read(
     await page.screenshot({ path: `${shots}/example_${name}.png`, timeout: 90_000 }),
   );
-  return { width, height, pixels: Array.from(data) };
+  return { width, height, pixels: data };
 }
 
 /** Opens a page that is to show hair that moves, and waits until it does. */
@@ -58,9 +45,7 @@ async function watch(name: string, address: URL): Promise<void> {
 beforeAll(async () => {
   if (!existsSync("dist/index.js")) throw new Error("client/web/dist is missing: npm run build");
   mkdirSync(shots, { recursive: true });
-  port = await freePort();
-  // The pages say port 7420, which another server of this machine may have.
-  await browser.start(kSize, [`--host-resolver-rules=MAP localhost:7420 127.0.0.1:${port}`]);
+  await browser.start(kSize, 1);
 });
 beforeEach(() => {
   browser.takeFaults();

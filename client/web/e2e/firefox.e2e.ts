@@ -6,7 +6,7 @@ import { HairnetServer } from "./hairnetServer";
 
 const kWaitMs = 90_000;
 
-const server = new HairnetServer();
+const server = new HairnetServer([]);
 const firefox = new Firefox();
 let actor: Actor;
 

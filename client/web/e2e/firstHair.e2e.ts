@@ -38,12 +38,16 @@ beforeAll(async () => {
     const { bytes } = makeGroomFile(style, kStrands);
     actors.push(await Actor.join(server.address, "five", bytes, [0.6 * (n - kCentral), 1.6, 0]));
   }
-  await until("the server has built all levels", async () => {
-    const [grooms, waiting] = await Promise.all(
-      ["hairnet_grooms", "hairnet_grooms_waiting"].map((each) => server.metric(each)),
-    );
-    return grooms === kStyles.length && waiting === 0;
-  });
+  await until(
+    "the server has built all levels",
+    async () => {
+      const [grooms, waiting] = await Promise.all(
+        ["hairnet_grooms", "hairnet_grooms_waiting"].map((each) => server.metric(each)),
+      );
+      return grooms === kStyles.length && waiting === 0;
+    },
+    200_000,
+  );
   await browser.start({ width: 1280, height: 720 });
 }, 240_000);
 afterAll(async () => {

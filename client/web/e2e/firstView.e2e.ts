@@ -187,6 +187,8 @@ test("the loading line is there before any hair, and the slow orbit stops for re
     });
   });
   await page.emulateMedia({ reducedMotion: "reduce" });
+  // The connection takes longer than the first picture.
+  await page.route("**/wt.json", (route) => setTimeout(() => void route.continue(), 1000));
   await page.goto(`${server.address}/?room=front&observe`);
   await until("both are ready", async () => (await readyCount(page)) === 2, 90_000);
   const lines = await page.evaluate(() => (window as unknown as { lines: string[] }).lines);

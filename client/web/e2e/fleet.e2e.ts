@@ -1,6 +1,5 @@
 import { spawn, type ChildProcess } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
-import { createServer, type AddressInfo } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -8,6 +7,7 @@ import type { PageViewer } from "../page/viewer";
 import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
+import { freePort } from "./testRun";
 
 const kEtcd = "/usr/bin/etcd";
 const kWaitMs = 60_000;
@@ -19,14 +19,6 @@ let etcdUrl = "";
 
 interface Globals {
   hairnet: PageViewer;
-}
-
-async function freePort(): Promise<number> {
-  const server = createServer();
-  await new Promise<void>((done) => server.listen(0, "127.0.0.1", done));
-  const { port } = server.address() as AddressInfo;
-  await new Promise((done) => server.close(done));
-  return port;
 }
 
 /** Between two looks at which frames had come. */
@@ -63,7 +55,7 @@ beforeAll(async () => {
     { stdio: "ignore" },
   );
   await until("etcd answers", async () => (await fetch(`${etcdUrl}/health`).catch(() => null))?.ok === true);
-  await browser.start({ width: 480, height: 320 }, [], true);
+  await browser.start({ width: 480, height: 320 });
 });
 afterAll(async () => {
   await browser.dispose();
@@ -74,8 +66,8 @@ afterAll(async () => {
 test.each(["on", "off"])("a page follows its room to another server, with WebTransport %s", async (webTransport) => {
   if (!etcd) return console.warn(`NOT TESTED: there is no ${kEtcd}; deploy/setup installs it`);
   const flags = ["--etcd", etcdUrl, "--fleet-name", `wt-${webTransport}`, "--fleet-address", "127.0.0.1"];
-  const folders = ["--level-cache", join(folder, "levels"), "--groom-cache", join(folder, "grooms")];
-  const servers = [0, 1].map(() => new HairnetServer([...flags, ...folders, "--webtransport", webTransport]));
+  flags.push("--groom-cache", join(folder, "grooms"), "--webtransport", webTransport);
+  const servers = [0, 1].map(() => new HairnetServer(flags));
   for (const server of servers) await server.start();
   const actor = await Actor.join(servers[0].address, "hall", makeGroomFile("bob", 300).bytes);
   try {

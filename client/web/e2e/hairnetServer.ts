@@ -1,5 +1,6 @@
 import { existsSync } from "node:fs";
 import { join, resolve } from "node:path";
+import { inject } from "vitest";
 import { Server } from "../test/support/server";
 
 export { until } from "../test/support/until";
@@ -16,8 +17,10 @@ export function program(name: string): string {
 
 /** A server with its own port that serves the built page. */
 export class HairnetServer extends Server {
-  constructor(flags: readonly string[] = []) {
-    super(program("hairnet-server"), ["--web-root", kPage, "--workers", "1", ...flags]);
+  /** By default pages get a WebSocket, which is everywhere. */
+  constructor(flags: readonly string[] = ["--webtransport", "off"]) {
+    const own = ["--web-root", kPage, "--workers", "1", "--level-cache", inject("levelCache"), "--learn-hair", "never"];
+    super(program("hairnet-server"), [...own, ...flags]);
   }
 
   get address(): string {

@@ -49,10 +49,9 @@ class OneHead implements HairSource {
   }
 }
 
-/** The picture of a set-up as a PNG's address, and its pixels from the top left. */
+/** The picture of a set-up: its pixels from the top left. */
 export interface Shot {
-  png: string;
-  pixels: number[];
+  pixels: Uint8ClampedArray;
   size: number;
 }
 
@@ -110,7 +109,7 @@ export class LightStage {
     copy.width = copy.height = kSize;
     const context = copy.getContext("2d", { willReadFrequently: true })!;
     context.drawImage(this.canvas, 0, 0);
-    return { png: copy.toDataURL(), pixels: Array.from(context.getImageData(0, 0, kSize, kSize).data), size: kSize };
+    return { pixels: context.getImageData(0, 0, kSize, kSize).data, size: kSize };
   }
 
   /** The scene's environment becomes three.js's room. */

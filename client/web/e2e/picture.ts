@@ -8,11 +8,11 @@ export interface PageGlobals {
   hair: HairScene | null;
 }
 
-/** Rows of RGBA pixels, drawn at this moment. */
+/** Rows of RGBA pixels. */
 export interface Picture {
   width: number;
   height: number;
-  pixels: number[];
+  pixels: Uint8Array | Uint8ClampedArray;
 }
 
 export function readyCount(page: Page): Promise<number> {
@@ -22,19 +22,17 @@ export function readyCount(page: Page): Promise<number> {
   });
 }
 
-/** Draws and reads a small picture at once, as screenshots take seconds in software. */
-export function takePicture(page: Page, width = 320): Promise<Picture> {
-  return page.evaluate((wanted) => {
-    const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
-    stage.renderer.render(stage.scene, stage.camera);
-    const canvas = document.createElement("canvas");
-    canvas.width = wanted;
-    canvas.height = Math.round((wanted * stage.canvas.height) / stage.canvas.width);
-    const context = canvas.getContext("2d", { willReadFrequently: true })!;
-    context.drawImage(stage.canvas, 0, 0, canvas.width, canvas.height);
-    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-    return { width: canvas.width, height: canvas.height, pixels: Array.from(data) };
-  }, width);
+/** Reads the page's next picture right after it is drawn: later the canvas is empty, and screenshots take longer. */
+export function takePicture(page: Page): Promise<Picture> {
+  return page.evaluate(async () => {
+    const { canvas, renderer } = (window as unknown as { hairnet: PageGlobals }).hairnet.stage;
+    const { frame } = renderer.info.render;
+    while (renderer.info.render.frame === frame) await new Promise(requestAnimationFrame);
+    const { width, height } = canvas;
+    const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true })!;
+    context.drawImage(canvas, 0, 0);
+    return { width, height, pixels: context.getImageData(0, 0, width, height).data };
+  });
 }
 
 /** The share of all pixels that differ by more than `margin` of 255 in a colour. */

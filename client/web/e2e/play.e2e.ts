@@ -83,7 +83,8 @@ test("clips are downloaded as WebM and as GIF", async () => {
   ]) {
     const download = page.waitForEvent("download", { timeout: 90_000 });
     await choose(name);
-    const file = await (await download).path();
+    const file = `${shots}/${name}.clip`;
+    await (await download).saveAs(file); // Chromium is not a child of this process
     const bytes = readFileSync(file);
     expect(bytes.toString("latin1", 0, start.length)).toBe(start);
     expect(bytes.length).toBeGreaterThan(10_000);

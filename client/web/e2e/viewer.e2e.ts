@@ -62,6 +62,9 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
   // A touch stops the camera.
   await page.mouse.click(30, 300);
+  await page.evaluate(() => {
+    (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
+  });
   await actor.turnTo(0, 2);
   await actor.turnTo(0.9, 0.25);
   const headYaw = () =>

@@ -1,0 +1,59 @@
+import { mkdtempSync, rmSync } from "node:fs";
+import { createServer, type AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { chromium } from "playwright-core";
+import type { TestProject } from "vitest/node";
+
+declare module "vitest" {
+  interface ProvidedContext {
+    /** where a test connects to Chromium */
+    chromium: string;
+    /** Chromium finds the server of the examples' pages, localhost:7420, on this port: another one may have theirs. */
+    examplePort: number;
+    /** Levels that one server of the run has built, all others have. */
+    levelCache: string;
+  }
+}
+
+/** A port that is free now. */
+export async function freePort(): Promise<number> {
+  const probe = createServer();
+  await new Promise<void>((done) => probe.listen(0, "127.0.0.1", done));
+  const { port } = probe.address() as AddressInfo;
+  await new Promise((done) => probe.close(done));
+  return port;
+}
+
+/** Starts what all test files share: Chromium, which draws in software: pictures are few and slow, but correct. */
+export default async function start(project: TestProject): Promise<() => Promise<void>> {
+  const folder = mkdtempSync(join(tmpdir(), "hairnet-e2e-"));
+  const examplePort = await freePort();
+  const server = await chromium.launchServer({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    headless: false, // the flag below is the newer kind
+    args: [
+      "--headless=new",
+      "--no-sandbox",
+      "--use-angle=swiftshader",
+      "--enable-unsafe-swiftshader",
+      "--no-first-run",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
+      "--disable-background-timer-throttling",
+      "--disable-renderer-backgrounding",
+      "--disable-backgrounding-occluded-windows",
+      `--host-resolver-rules=MAP localhost:7420 127.0.0.1:${examplePort}`,
+      // A busy machine takes longer for a picture than the watchdog allows for.
+      "--disable-gpu-watchdog",
+    ],
+  });
+  project.provide("chromium", server.wsEndpoint());
+  project.provide("examplePort", examplePort);
+  project.provide("levelCache", join(folder, "levels"));
+  return async () => {
+    await server.close();
+    rmSync(folder, { recursive: true, force: true });
+  };
+}
