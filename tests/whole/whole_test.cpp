@@ -20,6 +20,21 @@ namespace {
 // A busy machine skips ticks, and a slow build more of them.
 constexpr double kMissedShareMax = HAIRNET_SANITIZED ? 0.5 : 0.2;
 
+// What servers of earlier tests built, so that the levels of a hairstyle are built once for all tests.
+const std::filesystem::path kBuiltLevels = std::filesystem::path(HAIRNET_BIN_DIR).parent_path() / "test-levels";
+
+// A file appears at once, because tests beside this one read the folder.
+void copy_new_files(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::filesystem::create_directories(to);
+  for (const auto& entry : std::filesystem::directory_iterator(from)) {
+    const std::filesystem::path file = to / entry.path().filename();
+    if (!entry.is_regular_file() || entry.path().extension() == ".part" || std::filesystem::exists(file)) continue;
+    const std::filesystem::path part = file.string() + "." + std::to_string(::getpid()) + ".part";
+    std::filesystem::copy_file(entry.path(), part);
+    std::filesystem::rename(part, file);
+  }
+}
+
 }  // namespace
 
 void WholeTest::SetUp() {
@@ -27,13 +42,17 @@ void WholeTest::SetUp() {
   folder_ = std::filesystem::temp_directory_path() /
             ("hairnet_" + std::string(info->name()).substr(0, 60) + "_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder_);
+  std::filesystem::create_directories(kBuiltLevels);
+  copy_new_files(kBuiltLevels, path("levels"));
 }
 
 void WholeTest::TearDown() {
-  if (HasFailure())
+  if (HasFailure()) {
     std::printf("kept: %s\n", folder_.c_str());
-  else
+  } else {
+    if (!has_put_learnt_hair_ && !IsSkipped()) copy_new_files(path("levels"), kBuiltLevels);
     std::filesystem::remove_all(folder_);
+  }
 }
 
 std::unique_ptr<Process> WholeTest::start(const std::string& program, const Arguments& arguments,
@@ -102,6 +121,7 @@ std::vector<WholeTest::BuiltGroom> WholeTest::built_grooms() const {
 }
 
 void WholeTest::put_learnt_hair(const LearntHair& hair) {
+  has_put_learnt_hair_ = true;
   for (const BuiltGroom& groom : built_grooms()) {
     groom.levels->learnt = std::make_shared<const LearntHair>(hair);
     const std::vector<std::uint8_t> bytes = wire::encode_levels(groom.hash, *groom.levels);

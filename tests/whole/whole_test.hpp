@@ -51,6 +51,7 @@ class WholeTest : public ::testing::Test {
   [[nodiscard]] std::vector<BuiltGroom> built_grooms() const;
 
   std::filesystem::path folder_;
+  bool has_put_learnt_hair_ = false;
   std::string port_;
 };
 
