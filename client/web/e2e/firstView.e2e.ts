@@ -174,6 +174,7 @@ test("the loading line is there before any hair, and the slow orbit stops for re
   await page.addInitScript(() => {
     const lines: string[] = [];
     Object.assign(window, { lines });
+    (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
     document.addEventListener("DOMContentLoaded", () => {
       const line = document.querySelector<HTMLElement>("#loading")!;
       const note = () => !line.hidden && lines.push(line.textContent!.trim());
@@ -187,8 +188,6 @@ test("the loading line is there before any hair, and the slow orbit stops for re
     });
   });
   await page.emulateMedia({ reducedMotion: "reduce" });
-  // The connection takes longer than the first picture.
-  await page.route("**/wt.json", (route) => setTimeout(() => void route.continue(), 1000));
   await page.goto(`${server.address}/?room=front&observe`);
   await until("both are ready", async () => (await readyCount(page)) === 2, 90_000);
   const lines = await page.evaluate(() => (window as unknown as { lines: string[] }).lines);
