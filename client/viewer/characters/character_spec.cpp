@@ -10,7 +10,7 @@
 namespace hairnet::viewer {
 namespace {
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   return std::string("'").append(text).append("'");
 }
 
@@ -32,19 +32,19 @@ Result<LevelIndex> parse_level(const std::string& text) {
   for (std::size_t i = 0; i < kLevelCount; ++i) {
     if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
   }
-  return Refusal("level " + quoted(text) + " is not one of high, medium, low, ether, learnt, rigid");
+  return Refusal("level " + in_quotes(text) + " is not one of high, medium, low, ether, learnt, rigid");
 }
 
 Result<std::size_t> parse_strand_count(const std::string& text) {
   const Result<double> number = parse_finite_number(text);
   if (!number || *number < 1 || *number > 200'000 || *number != std::floor(*number))
-    return Refusal("strands " + quoted(text) + " is not a whole number in 1 ... 200000");
+    return Refusal("strands " + in_quotes(text) + " is not a whole number in 1 ... 200000");
   return static_cast<std::size_t>(*number);
 }
 
 Result<double> parse_unit(const std::string& text) {
   const Result<double> number = parse_finite_number(text);
-  if (!number || !(*number > 0)) return Refusal("unit " + quoted(text) + " is not a number above 0");
+  if (!number || !(*number > 0)) return Refusal("unit " + in_quotes(text) + " is not a number above 0");
   return number;
 }
 
@@ -69,7 +69,7 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
   if (key == "material") return store_optional(make_material(value), o.material);
   if (key == "name") return store(parse_name(value), o.name);
   if (key == "colour") return store_optional(parse_hair_colour(value), o.colour);
-  return Refusal(quoted(key) +
+  return Refusal(in_quotes(key) +
                  " is not one of groom, motion, level, material, at, name, colour, strands, rest, up, face, unit");
 }
 
@@ -80,7 +80,7 @@ Result<double> parse_finite_number(std::string_view text) {
   const char* end = text.data() + text.size();
   const auto [parsed, error] = std::from_chars(text.data(), end, number);
   if (error != std::errc() || parsed != end || !std::isfinite(number))
-    return Refusal(quoted(text) + " is not a number");
+    return Refusal(in_quotes(text) + " is not a number");
   return number;
 }
 
@@ -90,7 +90,7 @@ Result<CharacterOptions> parse_character(const std::string& spec) {
     const std::size_t end = std::min(spec.find(',', begin), spec.size());
     const std::string part = spec.substr(begin, end - begin);
     const std::size_t equals = part.find('=');
-    if (equals == std::string::npos) return Refusal(quoted(part) + " is not key=value");
+    if (equals == std::string::npos) return Refusal(in_quotes(part) + " is not key=value");
     if (const Result<void> done = set(options, part.substr(0, equals), part.substr(equals + 1)); !done)
       return Refusal(done.error());
     begin = end + 1;
