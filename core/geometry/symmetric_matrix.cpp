@@ -14,9 +14,13 @@ SymmetricEigen<kSize> eigen_of(const Eigen::Matrix<double, kSize, kSize>& symmet
 
 }  // namespace
 
-SymmetricEigen<3> symmetric_eigen(const Mat3& symmetric) { return eigen_of<3>(symmetric); }
+SymmetricEigen<3> symmetric_eigen(const Mat3& symmetric) {
+  return eigen_of<3>(symmetric);
+}
 
-SymmetricEigen<4> symmetric_eigen(const Eigen::Matrix4d& symmetric) { return eigen_of<4>(symmetric); }
+SymmetricEigen<4> symmetric_eigen(const Eigen::Matrix4d& symmetric) {
+  return eigen_of<4>(symmetric);
+}
 
 Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& right) {
   return symmetric.ldlt().solve(right);

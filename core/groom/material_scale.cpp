@@ -15,11 +15,11 @@ struct ScaleRange {
   float low, high;
 };
 constexpr std::array<ScaleRange, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
-                                        {"damping", &MaterialScale::damping, 0, 100},
-                                        {"density", &MaterialScale::density, 0.1f, 10},
-                                        {"ether_damping", &MaterialScale::ether_damping, 0, 100},
-                                        {"air_drag", &MaterialScale::air_drag, 0, 100},
-                                        {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}}};
+                                             {"damping", &MaterialScale::damping, 0, 100},
+                                             {"density", &MaterialScale::density, 0.1f, 10},
+                                             {"ether_damping", &MaterialScale::ether_damping, 0, 100},
+                                             {"air_drag", &MaterialScale::air_drag, 0, 100},
+                                             {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}}};
 
 // A built value of zero cannot be scaled: it stays zero.
 float ratio(double wanted, double built) {
