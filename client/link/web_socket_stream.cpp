@@ -69,7 +69,7 @@ class WebSocketStream : public ServerStream {
 
   virtual asio::awaitable<std::string> open_socket() = 0;
   const StreamOptions options_;
-  websocket::stream<Socket> stream_;
+  websocket::stream<Socket, false> stream_;  // without compression
   NameLookup lookup_;
 
  private:

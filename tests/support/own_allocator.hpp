@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-// Replaces the allocator of a test program that links hairnet_own_allocator: it counts, and fails where a test wants it.
+// Replaces the allocator of a test program that links hairnet_own_allocator: it counts, and fails on request.
 namespace hairnet::own_allocator {
 
 extern std::atomic<std::size_t> allocation_count;

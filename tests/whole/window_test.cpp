@@ -59,8 +59,8 @@ class WindowTest : public WholeTest {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return start("hairnet-view", arguments, "view");
   }
-  // A window that draws in software takes the processor from the server's builder, whose priority is low. Without one the
-  // levels of the character are there soon.
+  // A window that draws in software takes the processor from the server's builder, whose priority is low. Without one
+  // the levels of the character are there soon.
   void await_levels() {
     auto view = start_view({"--no-draw", "--character", kCharacter, "--duration", "0.1"}, "first");
     finish(*view, 0);
