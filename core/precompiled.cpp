@@ -1,1 +1,1 @@
-// Compiling this file compiles the headers that tests/CMakeLists.txt lists.
+// Compiling this file compiles the headers that a CMakeLists.txt lists for several targets.

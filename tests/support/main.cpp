@@ -15,6 +15,7 @@ constexpr double kMost_s = 20;
 // These take longer, or come so near to it that a slower machine exceeds it. Why they do is in tests/README.md.
 constexpr std::string_view kLongCases[] = {
     "RealData.four_hairstyles_dance_through_a_socket_and_come_to_rest_near_their_design",
+    "BuildLevels.can_be_cancelled_at_every_call",
     "RealEtcd.a_server_that_is_short_of_time_hands_rooms_over_to_one_that_joins",
     "Replay.a_damaged_recording_has_a_plain_reason",
     "Replay.every_received_frame_is_what_the_recording_computes_again",

@@ -20,15 +20,24 @@ namespace {
 // A busy machine skips ticks, and a slow build more of them.
 constexpr double kMissedShareMax = HAIRNET_SANITIZED ? 0.5 : 0.2;
 
+const std::filesystem::path kServer = std::filesystem::path(HAIRNET_BIN_DIR) / "hairnet-server";
 // What servers of earlier tests built, so that the levels of a hairstyle are built once for all tests.
 const std::filesystem::path kBuiltLevels = std::filesystem::path(HAIRNET_BIN_DIR).parent_path() / "test-levels";
+
+// Another server may build other levels.
+bool is_of_this_server(const std::filesystem::path& file) {
+  return std::filesystem::exists(file) &&
+         std::filesystem::last_write_time(file) >= std::filesystem::last_write_time(kServer);
+}
 
 // A file appears at once, because tests beside this one read the folder.
 void copy_new_files(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::filesystem::create_directories(to);
   for (const auto& entry : std::filesystem::directory_iterator(from)) {
     const std::filesystem::path file = to / entry.path().filename();
-    if (!entry.is_regular_file() || entry.path().extension() == ".part" || std::filesystem::exists(file)) continue;
+    if (!entry.is_regular_file() || entry.path().extension() == ".part" || !is_of_this_server(entry.path()) ||
+        is_of_this_server(file))
+      continue;
     const std::filesystem::path part = file.string() + "." + std::to_string(::getpid()) + ".part";
     std::filesystem::copy_file(entry.path(), part);
     std::filesystem::rename(part, file);

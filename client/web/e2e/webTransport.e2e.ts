@@ -6,10 +6,10 @@ import { Browser } from "./browser";
 import { HairnetServer } from "./hairnetServer";
 
 const kWaitMs = 60_000;
-/** What a page waits for, and waits here: a minute until it tries WebTransport again is long; a busy machine needs more than three
- * seconds to open a session. */
-const kAgainSoon = { asMs: 60_000, isMs: 5_000 };
-const kPatient = { asMs: 3_000, isMs: 30_000 };
+/** A page waits a minute until it tries WebTransport again: that is long for a test. */
+const kAgainSoon = { usualMs: 60_000, hereMs: 5_000 };
+/** A page waits three seconds for a session to open: a busy machine needs longer. */
+const kPatient = { usualMs: 3_000, hereMs: 30_000 };
 
 const browser = new Browser();
 const { bytes: groom } = makeGroomFile("bob", 300);
@@ -22,12 +22,12 @@ beforeAll(() => browser.start({ width: 480, height: 320 }));
 afterAll(() => browser.dispose());
 
 /** Opens the page, joins with hair on, and returns what it knows of another person while that one turns. */
-async function watch(server: HairnetServer, actor: Actor, wait: { asMs: number; isMs: number }) {
+async function watch(server: HairnetServer, actor: Actor, wait: { usualMs: number; hereMs: number }) {
   const page = await browser.open("about:blank");
-  await page.addInitScript(({ asMs, isMs }) => {
+  await page.addInitScript(({ usualMs, hereMs }) => {
     const set = setTimeout;
-    // A wait may be longer or shorter by chance.
-    const setOther = (then: () => void, ms = 0) => set(then, Math.abs(ms / asMs - 1) < 0.1 ? isMs : ms);
+    // Times that a page varies by chance are near to the usual one.
+    const setOther = (then: () => void, ms = 0) => set(then, Math.abs(ms / usualMs - 1) < 0.1 ? hereMs : ms);
     Object.assign(window, { setTimeout: setOther });
   }, wait);
   await page.goto(`${server.address}/?room=wt`);

@@ -192,7 +192,7 @@ TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
 
 // At every call but those of the skin's many rows, of which some are tried.
 TEST(BuildLevels, can_be_cancelled_at_every_call) {
-  constexpr std::size_t kRowsApart = 499;
+  constexpr std::size_t kRowsApart = 101;
   const Groom groom = groom_with_body(support::make_head_of_hair(60));
   std::vector<std::string> stages;
   BuildCallbacks observer;

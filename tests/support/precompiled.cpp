@@ -1,1 +1,0 @@
-// Compiling this file compiles the headers that tests/CMakeLists.txt lists.
