@@ -1,12 +1,10 @@
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
-#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
-#include "client/link/server_stream.hpp"
-#include "client/link/tls.hpp"
+#include "client/link/socket.hpp"
 
 namespace hairnet::link {
 
@@ -20,19 +18,12 @@ class PageRequest {
     asio::ip::address server;
   };
 
-  PageRequest(asio::io_context& io, StreamOptions options);
+  PageRequest(asio::io_context& io, StreamOptions options) : socket_(io, std::move(options)) {}
   asio::awaitable<Answer> get(std::string_view path);
-  void cancel();  // get() ends soon, also one that comes later
+  void cancel() { socket_.close(); }  // get() ends soon, also one that comes later
 
  private:
-  asio::awaitable<std::string> open();
-  void close();
-
-  const StreamOptions options_;
-  asio::ssl::context context_;
-  const std::string fault_;  // of the TLS options
-  TlsSocket socket_;         // its lower layer alone where there is no TLS
-  NameLookup lookup_;
+  Socket socket_;
 };
 
 }  // namespace hairnet::link

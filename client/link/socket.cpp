@@ -1,10 +1,13 @@
 #include "client/link/socket.hpp"
 
 #include <netinet/tcp.h>
+#include <openssl/ssl.h>
+#include <openssl/x509_vfy.h>
 #include <sys/socket.h>
 
 #include <boost/asio.hpp>
-#include <boost/asio/ssl/error.hpp>
+#include <boost/asio/ssl.hpp>
+#include <utility>
 
 namespace hairnet::link {
 namespace {
@@ -49,28 +52,102 @@ asio::awaitable<void> connect_from(tcp::socket& socket, const asio::ip::address&
   }
 }
 
+// Returns an empty string, or one line with the reason of the failure.
+std::string configure(asio::ssl::context& context, const TlsOptions& options) {
+  SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
+  error_code error;
+  context.set_verify_mode(options.insecure ? asio::ssl::verify_none : asio::ssl::verify_peer, error);
+  if (error) return "TLS cannot be set up: " + error.message();
+  if (options.insecure) return {};
+  if (options.ca_file.empty())
+    context.set_default_verify_paths(error);
+  else
+    context.load_verify_file(options.ca_file, error);
+  if (error) return "'" + options.ca_file + "' cannot be read as certificates: " + error.message();
+  return {};
+}
+
 }  // namespace
 
-asio::awaitable<std::string> connect_socket(tcp::socket& socket, NameLookup& lookup, const StreamOptions& options) {
-  const Address& address = options.server;
+Socket::Socket(asio::io_context& io, StreamOptions options)
+    : options_(std::move(options)), socket_(io), lookup_(io.get_executor()) {}
+
+asio::ip::address Socket::remote_address() const {
+  error_code ignored;
+  return socket_.remote_endpoint(ignored).address();
+}
+
+asio::awaitable<std::string> Socket::open() {
+  if (!options_.server.encrypted()) co_return co_await connect();
+  context_.emplace(asio::ssl::context::tls_client);
+  std::string fault = configure(*context_, options_.tls);
+  if (fault.empty()) fault = co_await connect();
+  if (fault.empty()) fault = co_await shake_hands();
+  co_return fault;
+}
+
+asio::awaitable<std::string> Socket::connect() {
+  const Address& address = options_.server;
   error_code error;
-  const auto redirect = [&] { return asio::redirect_error(asio::use_awaitable, error); };
-  const NameLookup::Found found = co_await lookup.find(address, error);
+  const NameLookup::Found found = co_await lookup_.find(address, error);
   if (error) co_return "cannot find " + name_of(address) + ": " + error.message();
-  if (options.local)
-    co_await connect_from(socket, *options.local, found, error);
+  if (options_.local)
+    co_await connect_from(socket_, *options_.local, found, error);
   else
-    co_await asio::async_connect(socket, found, redirect());
+    co_await asio::async_connect(socket_, found, asio::redirect_error(asio::use_awaitable, error));
   if (error)
     co_return "cannot connect to " + name_of(address) + ": " + error.message() + "; is hairnet-server running there?";
-  tune(socket);
+  tune(socket_);
   co_return std::string();
 }
 
-std::string describe_failure(const error_code& error, const Address& address) {
+asio::awaitable<std::string> Socket::shake_hands() {
+  tls_.emplace(socket_, *context_);
+  const std::string& host = options_.server.host;
+  error_code error, not_an_address;
+  asio::ip::make_address(host, not_an_address);
+  if (not_an_address) SSL_set_tlsext_host_name(tls_->native_handle(), host.c_str());
+  if (!options_.tls.insecure) tls_->set_verify_callback(asio::ssl::host_name_verification(host), error);
+  if (!error)
+    co_await tls_->async_handshake(asio::ssl::stream_base::client, asio::redirect_error(asio::use_awaitable, error));
+  if (!error) co_return std::string();
+  const long verdict = SSL_get_verify_result(tls_->native_handle());
+  const std::string why =
+      verdict == X509_V_OK || options_.tls.insecure
+          ? error.message()
+          : std::string("its certificate is refused (") + X509_verify_cert_error_string(verdict) + ")";
+  co_return "no TLS with " + to_string(options_.server) + ": " + why;
+}
+
+void Socket::read_some(asio::mutable_buffer into, Handler handler) {
+  if (tls_)
+    tls_->async_read_some(into, std::move(handler));
+  else
+    socket_.async_read_some(into, std::move(handler));
+}
+
+void Socket::write_some(const WriteBuffers& from, Handler handler) {
+  if (tls_)
+    tls_->async_write_some(from, std::move(handler));
+  else
+    socket_.async_write_some(from, std::move(handler));
+}
+
+void Socket::half_close() {
+  error_code ignored;
+  socket_.shutdown(tcp::socket::shutdown_send, ignored);
+}
+
+void Socket::close() {
+  lookup_.cancel();
+  error_code ignored;
+  socket_.close(ignored);
+}
+
+std::string Socket::describe(const error_code& error) const {
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
     return "the server closed the connection without a goodbye";
-  return "the connection to " + name_of(address) + " broke: " + error.message();
+  return "the connection to " + name_of(options_.server) + " broke: " + error.message();
 }
 
 }  // namespace hairnet::link

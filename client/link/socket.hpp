@@ -1,20 +1,66 @@
 #pragma once
 
+#include <boost/asio/append.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/beast/core/role.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "client/link/name_lookup.hpp"
 #include "client/link/server_stream.hpp"
+#include "schema/stream/any_stream.hpp"
 
 namespace hairnet::link {
 
-// Resolves and connects. Returns an empty string, or one line with the reason of the failure. Ends soon after both
-// `lookup` is cancelled and the socket is closed.
-asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, NameLookup& lookup,
-                                            const StreamOptions& options);
+// A socket to a server, plain or inside TLS as the address says. One thread.
+class Socket : public AnyStream {
+ public:
+  Socket(asio::io_context& io, StreamOptions options);
 
-// Describes the end of a connection in one line.
-std::string describe_failure(const boost::system::error_code& error, const Address& address);
+  executor_type get_executor() override { return socket_.get_executor(); }
+  [[nodiscard]] const StreamOptions& options() const { return options_; }
+  // The server's, of an open socket.
+  [[nodiscard]] asio::ip::address remote_address() const;
+
+  // Resolves and connects; with TLS, names the host to the server and checks its certificate. Once. Returns an empty
+  // string, or one line with the reason of the failure.
+  asio::awaitable<std::string> open();
+  // Ends TCP's sending direction alone: whoever reads until the server closes loses nothing of TLS.
+  void half_close();
+  void close();  // open() and other operations end soon
+  // Describes the end of the connection in one line.
+  [[nodiscard]] std::string describe(const boost::system::error_code& error) const;
+
+ private:
+  void read_some(asio::mutable_buffer into, Handler handler) override;
+  void write_some(const WriteBuffers& from, Handler handler) override;
+  asio::awaitable<std::string> connect();
+  asio::awaitable<std::string> shake_hands();
+
+  const StreamOptions options_;
+  asio::ip::tcp::socket socket_;
+  std::optional<asio::ssl::context> context_;
+  std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;  // once connected
+  NameLookup lookup_;
+};
+
+// Beast calls these to end the socket below a WebSocket.
+template <class Handler>
+void async_teardown(boost::beast::role_type, Socket& socket, Handler&& handler) {
+  socket.half_close();
+  asio::post(socket.get_executor(), asio::append(std::forward<Handler>(handler), boost::system::error_code()));
+}
+inline void teardown(boost::beast::role_type, Socket& socket, boost::system::error_code& error) {
+  error = {};
+  socket.close();
+}
+inline void beast_close_socket(Socket& socket) {
+  socket.close();
+}
 
 }  // namespace hairnet::link

@@ -1,15 +1,11 @@
 #include <boost/asio.hpp>
-#include <boost/asio/ssl.hpp>
 #include <boost/beast/core.hpp>
-#include <boost/beast/ssl.hpp>
 #include <boost/beast/websocket.hpp>
-#include <boost/beast/websocket/ssl.hpp>
 #include <chrono>
 #include <utility>
 
 #include "client/link/server_stream.hpp"
 #include "client/link/socket.hpp"
-#include "client/link/tls.hpp"
 #include "schema/wire/messages.hpp"
 
 // One binary message for each packet, over a WebSocket on TCP or TLS.
@@ -18,14 +14,14 @@ namespace {
 
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
-using asio::ip::tcp;
 using boost::system::error_code;
 
-template <class Socket>
 class WebSocketStream : public ServerStream {
  public:
+  WebSocketStream(asio::io_context& io, StreamOptions options) : stream_(io, std::move(options)) {}
+
   asio::awaitable<std::string> open() override {
-    std::string fault = co_await open_socket();
+    std::string fault = co_await socket().open();
     if (fault.empty()) fault = co_await upgrade();
     co_return fault;
   }
@@ -48,31 +44,16 @@ class WebSocketStream : public ServerStream {
   }
 
   // Sends nothing: the link has already sent the protocol's own goodbye, and the server then closes.
-  void half_close() override {
-    error_code ignored;
-    beast::get_lowest_layer(stream_).shutdown(tcp::socket::shutdown_send, ignored);
-  }
-
-  void close() override {
-    lookup_.cancel();
-    error_code ignored;
-    beast::get_lowest_layer(stream_).close(ignored);
-  }
+  void half_close() override { socket().half_close(); }
+  void close() override { socket().close(); }
 
   [[nodiscard]] bool has_messages() const override { return true; }
-  [[nodiscard]] std::string_view transport() const override { return to_string(options_.server.transport); }
-
- protected:
-  template <class... Arguments>
-  explicit WebSocketStream(StreamOptions options, Arguments&&... socket)
-      : options_(std::move(options)), stream_(std::forward<Arguments>(socket)...), lookup_(stream_.get_executor()) {}
-
-  virtual asio::awaitable<std::string> open_socket() = 0;
-  const StreamOptions options_;
-  websocket::stream<Socket, false> stream_;  // without compression
-  NameLookup lookup_;
+  [[nodiscard]] std::string_view transport() const override { return to_string(socket().options().server.transport); }
 
  private:
+  Socket& socket() { return stream_.next_layer(); }
+  [[nodiscard]] const Socket& socket() const { return stream_.next_layer(); }
+
   asio::awaitable<std::string> upgrade() {
     // No compression; a server that vanished is noticed by its pings.
     stream_.read_message_max(wire::kPacketBytesMax);
@@ -86,63 +67,32 @@ class WebSocketStream : public ServerStream {
       request.set(beast::http::field::sec_websocket_protocol, "hairnet");
       request.set(beast::http::field::user_agent, "hairnet");
     }));
+    const Address& server = socket().options().server;
     error_code error;
     websocket::response_type response;
-    co_await stream_.async_handshake(response, options_.server.authority(), options_.server.path,
+    co_await stream_.async_handshake(response, server.authority(), server.path,
                                      asio::redirect_error(asio::use_awaitable, error));
     if (!error) co_return std::string();
     std::string why = error.message();
     if (error == websocket::error::upgrade_declined)
       why = "it answers " + std::to_string(response.result_int()) + " " + std::string(response.reason());
-    co_return "no WebSocket at " + to_string(options_.server) + ": " + why;
+    co_return "no WebSocket at " + to_string(server) + ": " + why;
   }
 
   [[nodiscard]] std::string plain(const error_code& error) const {
-    if (error != websocket::error::closed) return describe_failure(error, options_.server);
+    if (error != websocket::error::closed) return socket().describe(error);
     const std::string why(stream_.reason().reason.data(), stream_.reason().reason.size());
     return "the server closed the WebSocket without a goodbye" + (why.empty() ? why : ": " + why);
   }
 
+  websocket::stream<Socket, false> stream_;  // without compression
   beast::flat_buffer buffer_;
-};
-
-class PlainWebSocket : public WebSocketStream<tcp::socket> {
- public:
-  PlainWebSocket(asio::io_context& io, StreamOptions options) : WebSocketStream(std::move(options), io) {}
-
- private:
-  asio::awaitable<std::string> open_socket() override {
-    return connect_socket(stream_.next_layer(), lookup_, options_);
-  }
-};
-
-// Members that TLS needs before its stream is constructed, and that must outlive the stream.
-struct TlsBase {
-  explicit TlsBase(const TlsOptions& options) : context(make_tls_context()), fault(configure(context, options)) {}
-  asio::ssl::context context;
-  const std::string fault;
-};
-
-class TlsWebSocket : private TlsBase, public WebSocketStream<TlsSocket> {
- public:
-  TlsWebSocket(asio::io_context& io, StreamOptions options)
-      : TlsBase(options.tls), WebSocketStream(std::move(options), io, context) {}
-
- private:
-  asio::awaitable<std::string> open_socket() override {
-    if (!TlsBase::fault.empty()) co_return TlsBase::fault;
-    TlsSocket& socket = stream_.next_layer();
-    std::string why_not = co_await connect_socket(socket.next_layer(), lookup_, options_);
-    if (why_not.empty()) why_not = co_await tls_handshake(socket, options_);
-    co_return why_not;
-  }
 };
 
 }  // namespace
 
 std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, StreamOptions options) {
-  if (options.server.encrypted()) return std::make_unique<TlsWebSocket>(io, std::move(options));
-  return std::make_unique<PlainWebSocket>(io, std::move(options));
+  return std::make_unique<WebSocketStream>(io, std::move(options));
 }
 
 }  // namespace hairnet::link

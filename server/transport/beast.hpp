@@ -1,6 +1,6 @@
 #pragma once
 
-// Compiled separately, in deploy/cmake/beast: it is slow to build, and only this folder's own .cpp files include it.
+// Compiled separately, in schema/stream: it is slow to build, and only this folder's own .cpp files include it.
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <boost/asio/any_completion_handler.hpp>
-#include <boost/container/static_vector.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "schema/stream/any_stream.hpp"
 #include "server/transport/admission.hpp"
 #include "server/transport/asio.hpp"
 #include "server/transport/transport_counters.hpp"
@@ -24,15 +23,13 @@ inline constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 // A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
 // Bytes that were read to detect the protocol can be put back. Reads and writes fail once the time of expires_after()
 // has passed. Lives in a shared_ptr, on the loop's serial executor.
-class ByteStream : public std::enable_shared_from_this<ByteStream> {
+class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStream> {
  public:
-  using executor_type = asio::ip::tcp::socket::executor_type;
-
   ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer, Admission::Ticket ticket,
              TransportCounters& counters);
   ~ByteStream();
 
-  executor_type get_executor() { return socket_.get_executor(); }
+  executor_type get_executor() override { return socket_.get_executor(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
   // The peer's IPv4 address or IPv6 /64 network; empty when no limits of one address apply to the connection.
   [[nodiscard]] std::string_view network() const { return ticket_.has_address() ? network_ : std::string_view(); }
@@ -62,42 +59,9 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   // plain; no write may be in progress. An error is ignored here: the next write meets the same error and reports it.
   std::size_t write_now(std::span<const std::uint8_t> bytes);
 
-  // Each operation of TLS and of the socket is compiled once, in byte_stream.cpp: their handlers are of one type here.
-  // A read fills the first buffer that has room, a write takes up to kWriteBuffersMax buffers: both may do a part of
-  // what is asked.
-  template <class Buffers, class Token>
-  auto async_read_some(const Buffers& into, Token&& token) {
-    return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
-        [this](auto handler, const Buffers& buffers) {
-          asio::mutable_buffer first;
-          for (auto at = asio::buffer_sequence_begin(buffers);
-               first.size() == 0 && at != asio::buffer_sequence_end(buffers); ++at)
-            first = *at;
-          read_some(first, std::move(handler));
-        },
-        token, into);
-  }
-
-  template <class Buffers, class Token>
-  auto async_write_some(const Buffers& from, Token&& token) {
-    return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
-        [this](auto handler, const Buffers& buffers) {
-          WriteBuffers some;
-          for (auto at = asio::buffer_sequence_begin(buffers);
-               at != asio::buffer_sequence_end(buffers) && some.size() < kWriteBuffersMax; ++at)
-            some.push_back(*at);
-          write_some(some, std::move(handler));
-        },
-        token, from);
-  }
-
  private:
-  static constexpr std::size_t kWriteBuffersMax = 16;
-  using WriteBuffers = boost::container::static_vector<asio::const_buffer, kWriteBuffersMax>;
-  using Handler = asio::any_completion_handler<void(boost::system::error_code, std::size_t)>;
-
-  void read_some(asio::mutable_buffer into, Handler handler);
-  void write_some(const WriteBuffers& from, Handler handler);
+  void read_some(asio::mutable_buffer into, Handler handler) override;
+  void write_some(const WriteBuffers& from, Handler handler) override;
   void write_corked(std::size_t bytes, Handler handler);
 
   asio::ip::tcp::socket socket_;

@@ -12,7 +12,7 @@
 namespace {
 
 constexpr int kMutations = 200'000;
-constexpr std::chrono::seconds kMutating_max{10};  // of a target whose inputs take long, fewer
+constexpr std::chrono::seconds kMutating_max{3};  // of a target whose inputs take long, fewer
 
 void feed(const std::vector<std::uint8_t>& bytes) {
   LLVMFuzzerTestOneInput(bytes.data(), bytes.size());

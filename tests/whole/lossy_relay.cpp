@@ -93,7 +93,7 @@ struct LossyRelay::Impl {
       boost::system::error_code error;
       const std::size_t count =
           co_await socket->async_receive(asio::buffer(bytes), asio::redirect_error(asio::use_awaitable, error));
-      if (error == asio::error::operation_aborted) co_return;
+      if (!socket->is_open()) co_return;
       if (!error) pass(to_client, Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)), client);
     }
   }

@@ -68,7 +68,7 @@ TEST_F(Replay, two_clients_at_once_each_get_their_own_characters) {
 
 TEST_F(Replay, learnt_hair_that_the_client_evaluates_is_computed_again_too) {
   const Arguments character{"--character", "groom=made:bob,motion=made:nod,level=learnt,strands=200"};
-  auto builder = start_server({"--learn-hair", "never"}, "builder");
+  auto builder = start_server({}, "builder");
   finish(*start_view(with(character, {"--duration", "0.2", "--no-draw"}), "upload"), 0);
   drain(*builder);
   put_learnt_hair(support::random_learnt_hair(5));

@@ -73,7 +73,8 @@ std::unique_ptr<Process> WholeTest::start(const std::string& program, const Argu
 
 std::unique_ptr<Process> WholeTest::start_server(const Arguments& more, const std::string& name) {
   const std::string port_file = path(name + ".port");
-  Arguments arguments{"--port", "0", "--port-file", port_file, "--level-cache", path("levels")};
+  Arguments arguments{"--port",       "0",    "--port-file", port_file, "--level-cache", path("levels"),
+                      "--learn-hair", "never"};  // learning takes longer than the tests, and other tests have it
   arguments.insert(arguments.end(), more.begin(), more.end());
   auto server = start("hairnet-server", arguments, name);
   EXPECT_TRUE(wait_for_file(port_file, 1, *server)) << server->err();

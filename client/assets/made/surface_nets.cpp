@@ -1,6 +1,8 @@
 #include "client/assets/made/surface_nets.hpp"
 
+#include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace hairnet::made {
 namespace {
@@ -11,8 +13,13 @@ class SurfaceNet {
     for (std::size_t a = 0; a < 3; ++a) {
       dims_[a] = planes[a].size();
     }
-    values_.resize(dims_[0] * dims_[1] * dims_[2]);
-    each_node([&](const Node& n) { values_[index(n)] = field(position(n)); });
+    values_.assign(dims_[0] * dims_[1] * dims_[2], kUnknown);
+    evaluate_near_surface(field);
+    // The surface passes between no two nodes that are next to each other and unknown.
+    each_node([&](const Node& n) {
+      double& value = values_[index(n)];
+      if (std::isnan(value)) value = n[0] == 0 ? 1 : std::copysign(1, values_[index(n) - 1]);
+    });
   }
 
   TriangleMesh mesh() {
@@ -26,6 +33,7 @@ class SurfaceNet {
  private:
   using Node = std::array<std::size_t, 3>;
   static constexpr std::uint32_t kNone = ~0u;
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
   [[nodiscard]] std::size_t index(const Node& n) const { return n[0] + dims_[0] * (n[1] + dims_[1] * n[2]); }
   [[nodiscard]] Vec3 position(const Node& n) const { return {planes_[0][n[0]], planes_[1][n[1]], planes_[2][n[2]]}; }
@@ -39,6 +47,34 @@ class SurfaceNet {
         for (n[0] = 0; n[0] < dims_[0]; ++n[0]) {
           visit(n);
         }
+      }
+    }
+  }
+
+  // Asks for the field at the corners of the cells that the surface crosses, and of those beside them.
+  void evaluate_near_surface(const std::function<double(const Vec3&)>& field) {
+    Node first{0, dims_[1] / 2, dims_[2] / 2};
+    while (first[0] + 2 < dims_[0] && !(field(position({first[0] + 1, first[1], first[2]})) < 0)) ++first[0];
+    std::vector<bool> is_known(values_.size());
+    std::vector<Node> open{first};
+    while (!open.empty()) {
+      const Node cell = open.back();
+      open.pop_back();
+      if (is_known[index(cell)]) continue;
+      is_known[index(cell)] = true;
+      int inside_count = 0;
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        const Node n{cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)};
+        double& value = values_[index(n)];
+        if (std::isnan(value)) value = field(position(n));
+        inside_count += value < 0;
+      }
+      if (inside_count == 0 || inside_count == 8) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        Node below = cell, above = cell;
+        --below[axis], ++above[axis];
+        if (cell[axis] > 0) open.push_back(below);
+        if (above[axis] + 1 < dims_[axis]) open.push_back(above);
       }
     }
   }

@@ -17,7 +17,7 @@
 namespace hairnet::render {
 namespace {
 
-constexpr int kSide = 160;
+constexpr int kSide = 100;
 constexpr int kFine = 8;  // a reference has kFine x kFine samples a pixel, each with coverage of its own
 
 using Pixels = std::vector<float>;  // red, green, blue and alpha, 0 to 255

@@ -91,6 +91,9 @@ inline Pose bent(Pose pose) {
   return pose;
 }
 
+// Software draws them: so many show all that a made hairstyle has.
+inline constexpr std::size_t kMadeStrands = 600;
+
 inline std::vector<std::string> all_grooms() {
   std::vector<std::string> names = fidelity::made_grooms();
   names.insert(names.end(), std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms));

@@ -258,7 +258,7 @@ class ShaderDeformGroom : public ShaderDeform, public testing::WithParamInterfac
 
 TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
   if (!can_load(GetParam())) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
-  const Result<Groom> groom = fidelity::load_groom(GetParam());
+  const Result<Groom> groom = fidelity::load_groom(GetParam(), kMadeStrands);
   ASSERT_TRUE(groom) << groom.error();
   Points points;
   points.add(make_groom_geometry(*groom));

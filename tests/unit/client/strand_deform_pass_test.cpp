@@ -125,7 +125,7 @@ class StrandDeformPassGroom : public StrandDeformPassTest, public testing::WithP
 
 TEST_P(StrandDeformPassGroom, places_all_points_as_core_does_and_makes_no_strand_longer) {
   if (!can_load(GetParam())) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
-  const Result<Groom> groom = fidelity::load_groom(GetParam());
+  const Result<Groom> groom = fidelity::load_groom(GetParam(), kMadeStrands);
   ASSERT_TRUE(groom) << groom.error();
   const GroomGeometry geometry = make_groom_geometry(*groom);
   const StrandPoints& points = geometry.strand_points;
