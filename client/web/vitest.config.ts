@@ -7,5 +7,6 @@ export default defineConfig({
     testTimeout: 300_000, // for a machine with much else to do; nothing waits so long
     pool: "forks",
     poolOptions: { forks: { singleFork: true } }, // two hardware threads are all there may be
+    isolate: false, // modules are read once for all files
   },
 });

@@ -20,6 +20,16 @@ export interface WebTransportPage {
   readonly hashes: readonly Uint8Array[];
 }
 
+/**
+ * Datagrams to send, as browsers have them: by `createWritable()`, Safari's only way, which the standard came to later, or
+ * by `writable`.
+ */
+function outgoingDatagrams(session: WebTransport): WritableStream<Uint8Array> {
+  const datagrams: { createWritable?: () => WritableStream<Uint8Array>; writable: WritableStream<Uint8Array> } =
+    session.datagrams;
+  return datagrams.createWritable?.() ?? datagrams.writable;
+}
+
 /** The address of that page, of a server's WebSocket address. */
 export function webTransportPageUrl(webSocketUrl: string): string {
   const { protocol, host } = new URL(webSocketUrl);
@@ -74,7 +84,7 @@ export class WebTransportSocket implements WebSocketLike {
   private constructor(session: WebTransport, channel: WebTransportBidirectionalStream) {
     this.#session = session;
     this.#stream = channel.writable.getWriter();
-    this.#datagrams = session.datagrams.writable.getWriter();
+    this.#datagrams = outgoingDatagrams(session).getWriter();
     session.datagrams.incomingHighWaterMark = kIncomingDatagramsMax;
     void session.closed.then(
       ({ reason }) => this.#end(reason ?? ""),

@@ -52,6 +52,7 @@ describe("link over WebTransport", () => {
     sockets.length = 0;
     FakeWebTransport.made = [];
     FakeWebTransport.fate = "open";
+    FakeWebTransport.datagramsBy = "writable";
     page = kPage;
     vi.stubGlobal("WebTransport", FakeWebTransport);
     vi.stubGlobal(
@@ -100,25 +101,29 @@ describe("link over WebTransport", () => {
     expect(session.streamEnded).toBe(true);
   });
 
-  it("sends poses as datagrams, but for jumps, signs of life and what is too large", async () => {
-    const [link, session] = await connected();
-    const pose = (character: number, teleport: boolean) => ({
-      character,
-      sequence: 1,
-      captureTimeNs: link.nowNs(),
-      teleport,
-      pose: rigidPose([0, 0, 0, 1]),
-    });
-    link.send(addCharacter(1, "00".repeat(32)));
-    link.use((core) => core.pushPoses([pose(1, false)]));
-    link.use((core) => core.pushPoses([pose(1, true)]));
-    link.use((core) => core.pushPoses([]));
-    link.use((core) => core.pushPoses(Array.from({ length: 33 }, (_, c) => pose(c + 1, false))));
-    await until("all have left", () => session.sent.length >= 4);
-    expect(types(session.datagramsSent)).toEqual(["poseBatch"]);
-    expect(types(session.sent).slice(0, 2)).toEqual(["hello", "addCharacter"]);
-    expect(session.datagramsSent[0].length).toBeLessThanOrEqual(1024);
-  });
+  it.each(["writable", "createWritable"] as const)(
+    "sends poses as datagrams, but for jumps, signs of life and what is too large, by %s",
+    async (way) => {
+      FakeWebTransport.datagramsBy = way;
+      const [link, session] = await connected();
+      const pose = (character: number, teleport: boolean) => ({
+        character,
+        sequence: 1,
+        captureTimeNs: link.nowNs(),
+        teleport,
+        pose: rigidPose([0, 0, 0, 1]),
+      });
+      link.send(addCharacter(1, "00".repeat(32)));
+      link.use((core) => core.pushPoses([pose(1, false)]));
+      link.use((core) => core.pushPoses([pose(1, true)]));
+      link.use((core) => core.pushPoses([]));
+      link.use((core) => core.pushPoses(Array.from({ length: 33 }, (_, c) => pose(c + 1, false))));
+      await until("all have left", () => session.sent.length >= 4);
+      expect(types(session.datagramsSent)).toEqual(["poseBatch"]);
+      expect(types(session.sent).slice(0, 2)).toEqual(["hello", "addCharacter"]);
+      expect(session.datagramsSent[0].length).toBeLessThanOrEqual(1024);
+    },
+  );
 
   it("takes packets of datagrams, and ends at one that is none", async () => {
     const [link, session] = await connected();

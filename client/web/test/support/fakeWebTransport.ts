@@ -3,6 +3,8 @@ export class FakeWebTransport {
   static made: FakeWebTransport[] = [];
   /** what becomes of new sessions: they open, fail, or nothing happens */
   static fate: "open" | "fail" | "silence" = "open";
+  /** how a browser lets datagrams be sent */
+  static datagramsBy: "writable" | "createWritable" = "writable";
 
   readonly ready: Promise<void>;
   readonly closed: Promise<{ closeCode: number; reason: string }>;
@@ -37,6 +39,7 @@ export class FakeWebTransport {
         this.#streams = controller;
       },
     });
+    const writable = () => new WritableStream<Uint8Array>({ write: (bytes) => void this.datagramsSent.push(bytes) });
     this.datagrams = {
       maxDatagramSize: 1200,
       incomingHighWaterMark: 1,
@@ -45,7 +48,7 @@ export class FakeWebTransport {
           this.#incoming = controller;
         },
       }),
-      writable: new WritableStream<Uint8Array>({ write: (bytes) => void this.datagramsSent.push(bytes) }),
+      ...(FakeWebTransport.datagramsBy === "writable" ? { writable: writable() } : { createWritable: writable }),
     };
   }
 
