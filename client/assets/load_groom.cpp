@@ -6,23 +6,37 @@
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet {
+namespace {
 
-Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made) {
-  if (is_made_spec(spec)) return make_hairstyle(made_name(spec), made);
-  const Result<std::vector<std::byte>> bytes = read_file(spec);
-  if (!bytes) return Refusal(bytes.error());
-  return wire::decode_groom({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+// Reads a groom file and decodes what `decode` finds in it.
+template <class Decode>
+auto decoded(const std::string& path, Decode decode) -> decltype(decode({})) {
+  const Result<std::vector<std::byte>> bytes = read_file(path);
+  if (!bytes) return Refusal(path + ": " + bytes.error());
+  auto value = decode({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+  if (!value) return Refusal(path + ": " + value.error());
+  return value;
+}
+
+}  // namespace
+
+Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made, const HairImport& import) {
+  if (is_made_spec(spec)) {
+    Result<Groom> groom = make_hairstyle(made_name(spec), made);
+    if (!groom) return Refusal(spec + ": " + groom.error());
+    return groom;
+  }
+  if (is_foreign_hair(spec)) return import_hair({{spec}, {}, {}, {}}, import);
+  return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_groom(bytes); });
 }
 
 Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec) {
-  if (is_made_spec(spec)) return nullptr;
-  const Result<std::vector<std::byte>> bytes = read_file(spec);
-  if (!bytes) return Refusal(bytes.error());
-  return wire::decode_learnt_of_groom({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+  if (is_made_spec(spec) || is_foreign_hair(spec)) return nullptr;
+  return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_learnt_of_groom(bytes); });
 }
 
-Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made) {
-  Result<Groom> groom = read_groom(spec, made);
+Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made, const HairImport& import) {
+  Result<Groom> groom = read_groom(spec, made, import);
   if (groom && groom->far_cards.cards.empty()) groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));
   return groom;
 }

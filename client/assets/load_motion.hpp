@@ -8,6 +8,9 @@
 
 namespace hairnet {
 
+// What moves a character for whom no motion is named.
+inline constexpr const char* kDefaultMotion = "made:look_around";
+
 // Loads what a command line names as a motion: a .bvh file's path, read with `import` and `body` (decode_bvh), or
 // `made:NAME` with the options `made`. The importer's warnings go to stderr.
 Result<Motion> load_motion(const std::string& spec, const BvhImport& import = {}, const Body* body = nullptr,

@@ -5,9 +5,7 @@
 
 namespace hairnet::server {
 
-// Text from outside as the value of a log field: in quotes, on one line, at most 200 bytes of it. ASCII controls become
-// '?'. Everything else that could end the line, turn its direction in a terminal or break its encoding is written as
-// \uXXXX, or \xXX for a byte that is not UTF-8.
+// Text from outside as the value of a log field: in quotes, at most 200 bytes of it, as shown_text writes it.
 std::string log_text(std::string_view text);
 
 }  // namespace hairnet::server

@@ -9,11 +9,14 @@ namespace hairnet::load {
 
 Result<Assets> load_assets(const Plan& plan) {
   Assets assets;
+  // A plan's files are taken as they show themselves; another program has the flags.
+  HairImport import;
+  import.flag_prefix = "hairnet-groom import --";
   for (const std::string& spec : plan.grooms) {
-    const Result<Groom> groom = load_groom(spec);
-    if (!groom) return Refusal(spec + ": " + groom.error());
+    const Result<Groom> groom = load_groom(spec, {}, import);
+    if (!groom) return Refusal(groom.error());
     const Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(spec);
-    if (!learnt) return Refusal(spec + ": " + learnt.error());
+    if (!learnt) return Refusal(learnt.error());
     auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom, learnt->get()));
     if (bytes->empty()) return Refusal(spec + ": is too large to be sent");
     const wire::GroomHash hash = wire::hash_groom(*bytes);

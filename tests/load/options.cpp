@@ -65,7 +65,7 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--stage", g.stages, "see below; several, in order; instead of the plan's")->allow_extra_args(false);
   app.add_option("--seed", g.seed, "of arrivals, motions, misdeeds (1)");
   app.add_option("--pose-hz", g.pose_hz, "poses a second of each character (72)")->check(in_range(1, 1000));
-  app.add_option("--groom", g.grooms, "files or made:STYLE, taken in turn (made:bob)")->delimiter(',');
+  app.add_option("--groom", g.grooms, "groom or strand files, or made:STYLE, taken in turn (made:bob)")->delimiter(',');
   app.add_option("--motion", g.motions, "BVH files or made:NAME (made:dance,made:look_around,made:nod,made:walk)")
       ->delimiter(',');
   app.add_option("--room-size", g.room_size, "clients of a room; 0: all in one (0)")

@@ -132,7 +132,7 @@ std::string joint_warning(const Placement& placement, const Vec3& joint, std::st
 }
 
 struct Counts {
-  std::size_t rooted = 0, single = 0, empty = 0, far_below = 0;
+  std::size_t rooted = 0, far_below = 0;
 };
 
 Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
@@ -156,8 +156,6 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
       properties.rooted =
           !strand.empty() && std::isfinite(skin.closest(strand[0].cast<double>(), def.rooted_distance_m).distance);
       counts.rooted += properties.rooted;
-      counts.single += strand.size() == 1;
-      counts.empty += strand.empty();
       counts.far_below += !strand.empty() && static_cast<double>(strand[0].y()) < -kFarBelow_m;
       groom.add_strand(strand, properties);
     }
@@ -166,10 +164,6 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
 }
 
 void warn_of_counts(const Counts& counts, std::size_t strand_count, std::vector<std::string>& warnings) {
-  if (counts.single + counts.empty > 0) {
-    warnings.push_back(std::to_string(counts.single + counts.empty) + " of " + std::to_string(strand_count) +
-                       " strands have fewer than two points and do not move");
-  }
   if (counts.far_below > 0) {
     const double percent = 100 * static_cast<double>(counts.far_below) / static_cast<double>(strand_count);
     warnings.push_back(std::to_string(counts.far_below) + " of " + std::to_string(strand_count) + " strands (" +
@@ -188,6 +182,7 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   ImportedGroom imported;
   Groom& groom = imported.groom;
   groom.name = def.name;
+  imported.placement = def.placement;
 
   const std::vector<Vec3> roots = unshifted_roots(def);
   std::vector<Vec3> roots_file;

@@ -9,6 +9,7 @@
 #include "client/assets/import/rest_pose.hpp"
 #include "client/assets/import/text.hpp"
 #include "core/pose/complete_pose.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
@@ -81,9 +82,16 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
     joints[b] = find_usual_joint(file, static_cast<Bone>(b));
   }
   if (joints[0] == kNone) {
+    constexpr std::size_t kNamesBytesMax = 400;
     std::string names;
-    for (const BvhFile::Joint& joint : file.joints) names += (names.empty() ? "" : ", ") + shown(joint.name);
-    return Refusal("no joint is called Head; name it by flag, one of: " + names.substr(0, 400));
+    for (const BvhFile::Joint& joint : file.joints) {
+      if (names.size() > kNamesBytesMax) {
+        names += ", ...";
+        break;
+      }
+      names += (names.empty() ? "" : ", ") + shown(joint.name);
+    }
+    return Refusal("no joint is called Head; name it by flag, one of: " + names);
   }
   return joints;
 }

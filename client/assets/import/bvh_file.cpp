@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "client/assets/import/text.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {

@@ -16,7 +16,8 @@ namespace {
 constexpr double kUnitSlack = 0.5;  // of its logarithm, for hair over a body
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
-constexpr double kFreeFace = 12;  // hair in the face speaks against a direction, even if the roots fit
+constexpr double kUpMargin = 0.03;  // by which a direction must be likelier than the next
+constexpr double kFreeFace = 12;    // hair in the face speaks against a direction, even if the roots fit
 constexpr double kFar_m = 0.03;
 constexpr double kHeadHeight_m = 0.35;  // at most, with part of the neck
 constexpr std::uint32_t kPointsOfStrand = 8;
@@ -125,46 +126,92 @@ double top_of(const std::vector<Vec3>& points) {
   return top;
 }
 
+bool is_complete(const KnownPlacement& known) {
+  return known.up && known.face && known.unit_m;
+}
+
+// The axis of the highest score, or the known one, and by how much the next is lower.
+struct AxisChoice {
+  Axis axis = Axis::plus_y;
+  double margin = std::numeric_limits<double>::infinity();
+};
+
+template <class Score>
+AxisChoice choose(const std::optional<Axis>& known, Score score) {
+  if (known) return {*known, std::numeric_limits<double>::infinity()};
+  AxisChoice choice;
+  double best = -std::numeric_limits<double>::infinity(), second = best;
+  for (const Axis axis : kAxes) {
+    const double of_axis = score(axis);
+    if (of_axis <= best + 1e-9) {
+      second = std::max(second, of_axis);
+      continue;
+    }
+    second = best;
+    best = of_axis;
+    choice.axis = axis;
+  }
+  choice.margin = best - second;
+  return choice;
+}
+
 }  // namespace
 
-Result<Placement> guess_placement(std::span<const StrandFile> files) {
+Result<Placement> guess_placement(std::span<const StrandFile> files, const KnownPlacement& known,
+                                  std::vector<std::string>* doubts) {
   const Strands strands = strands_of(files);
-  if (strands.roots.size() < 4) return Refusal("too few strands to see a head in");
+  if (strands.roots.size() < 4 && !is_complete(known))
+    return Refusal("too few strands to see a head in: give --up, --face and --unit");
   Placement placement;
-  placement.unit_m = guess_unit(strands.roots).m;
+  placement.origin = known.origin;
+  const UnitGuess unit = guess_unit(strands.roots);
+  if (!known.unit_m && !unit.is_usual && !unit.is_sure)
+    return Refusal("the roots show no head of which size would tell the unit: give --unit");
+  placement.unit_m = known.unit_m.value_or(unit.m);
   const SkullFit skull = fit_skull_shape(strands.roots, kUsualSkullRadius_m / placement.unit_m);
   const double radius = skull.radius();
-  if (!(std::isfinite(radius) && radius > 0)) return Refusal("the strands' roots make no head");
+  if (!(std::isfinite(radius) && radius > 0))
+    return Refusal("the strands' roots make no head: give --up, --face and --unit");
   const Vec3 from_middle = (mean_of(strands.roots) - skull.centre) / radius;
   const Vec3 fall = mean_of(strands.falls) / radius;
-  double best = -std::numeric_limits<double>::infinity();
-  for (const Axis up : kAxes) {
-    // Short hair points up as well as down; long hair shows the direction better by hanging.
-    const double score = from_middle.dot(direction(up)) - 0.5 * std::clamp(fall.dot(direction(up)), -2.0, 2.0);
-    if (score <= best + 1e-9) continue;
-    best = score;
-    placement.up = up;
-  }
-  best = -std::numeric_limits<double>::infinity();
-  for (const Axis face : kAxes) {
-    if (parallel(face, placement.up)) continue;
-    const double score = -from_middle.dot(direction(face)) -
-                         kFreeFace * share_towards(strands, skull, direction(placement.up), direction(face));
-    if (score <= best + 1e-9) continue;
-    best = score;
-    placement.face = face;
+  // Short hair points up as well as down; long hair shows the direction better by hanging.
+  const AxisChoice up = choose(known.up, [&](Axis axis) {
+    return from_middle.dot(direction(axis)) - 0.5 * std::clamp(fall.dot(direction(axis)), -2.0, 2.0);
+  });
+  if (up.margin < kUpMargin) return Refusal("the strands do not show which way is up: give --up");
+  placement.up = up.axis;
+  const auto score_of_face = [&](Axis axis) {
+    if (parallel(axis, placement.up)) return -std::numeric_limits<double>::infinity();
+    return -from_middle.dot(direction(axis)) -
+           kFreeFace * share_towards(strands, skull, direction(placement.up), direction(axis));
+  };
+  const AxisChoice face = choose(known.face, score_of_face);
+  placement.face = face.axis;
+  // An eighth of evenly spread hair lies in each direction; by chance it is a little more or less.
+  const double margin = kFreeFace * std::sqrt(0.12 / static_cast<double>(strands.roots.size()));
+  // Hair that hangs alike on all sides does not show the face: it is where such files usually have it.
+  const Axis usual = placement.up == Axis::plus_z ? Axis::minus_y : Axis::plus_z;
+  if (known.face || face.axis == usual || parallel(usual, placement.up)) return placement;
+  if (score_of_face(face.axis) - score_of_face(usual) < margin) {
+    placement.face = usual;
+    if (doubts)
+      doubts->push_back("the strands do not show where the face is: it is taken to look along " +
+                        std::string(name_of(usual)) + ", as is usual; --face sets it");
+  } else if (face.margin < margin) {
+    return Refusal("the strands do not show where the face is: give --face");
   }
   return placement;
 }
 
-std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh) {
+std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh,
+                                             const KnownPlacement& of_strands, const KnownPlacement& of_body) {
   constexpr double kSlack = 1.25;  // the same axes may fit worse than others by this factor
-  Result<Placement> body = guess_mesh_placement(mesh);
+  Result<Placement> body = guess_mesh_placement(mesh, of_body);
   if (!body) return {};
-  body->origin.reset();  // both files have one origin, and the roots determine the head joint
-  const Mat3 of_body = body->unit_m * rotation_to_head(body->up, body->face);
+  body->origin = of_body.origin;  // both files have one origin, and the roots determine the head joint
+  const Mat3 turn_body = body->unit_m * rotation_to_head(body->up, body->face);
   std::vector<Vec3> vertices_m, probes;
-  for (const Vec3f& v : mesh.vertices) vertices_m.emplace_back(of_body * v.cast<double>());
+  for (const Vec3f& v : mesh.vertices) vertices_m.emplace_back(turn_body * v.cast<double>());
   vertices_m = thinned(slab(vertices_m, top_of(vertices_m), 0, kHeadHeight_m));
   const Strands strands = strands_of(files);
   const std::size_t step = std::max<std::size_t>(1, strands.roots.size() / kProbesMax);
@@ -176,12 +223,17 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
     for (const Vec3& probe : probes) probes_m.emplace_back(turn * probe);
     return misfit_of(probes_m, vertices_m);
   };
-  const double same_m = misfit_m(*body);
-  Placement best = *body;
+  // The strands as they are known, and as the body is where they are not.
+  const auto placed = [&](Axis up, Axis face, double unit_m) {
+    return Placement{of_strands.up.value_or(up), of_strands.face.value_or(face), of_strands.unit_m.value_or(unit_m),
+                     of_strands.origin};
+  };
+  Placement best = placed(body->up, body->face, body->unit_m);
+  const double same_m = parallel(best.up, best.face) ? std::numeric_limits<double>::infinity() : misfit_m(best);
   double best_m = same_m;
   // Very small hair lies near any surface: try only units in which it has the size of a head's.
   std::vector<double> units_m{body->unit_m};
-  if (const Result<Placement> alone = guess_placement(files)) {
+  if (const Result<Placement> alone = guess_placement(files, of_strands)) {
     units_m.push_back(alone->unit_m);
     for (const auto& [unit_m, rarity] : kUsualUnits) {
       if (std::abs(std::log(unit_m / alone->unit_m)) < kUnitSlack) units_m.push_back(unit_m);
@@ -190,8 +242,8 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
   for (const double unit_m : units_m) {
     for (const Axis up : kAxes) {
       for (const Axis face : kAxes) {
-        if (parallel(up, face)) continue;
-        const Placement placement{up, face, unit_m, {}};
+        const Placement placement = placed(up, face, unit_m);
+        if (parallel(placement.up, placement.face)) continue;
         const double m = misfit_m(placement);
         if (m >= best_m || m * kSlack >= same_m) continue;
         best = placement;
@@ -203,21 +255,23 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
   return PlacedTogether{best, *body};
 }
 
-Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
+Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlacement& known) {
   std::vector<Vec3> vertices;
   for (const Vec3f& v : mesh.vertices) vertices.push_back(v.cast<double>());
   vertices = thinned(vertices);
   const Vec3 size = extent(vertices);
   if (vertices.size() < 50 || !(size.minCoeff() > 0)) return Refusal("too few vertices to see a head in");
   Placement placement;
-  placement.up = size.z() > 1.15 * size.y() ? Axis::plus_z : Axis::plus_y;
-  placement.face = placement.up == Axis::plus_z ? Axis::minus_y : Axis::plus_z;
+  placement.up = known.up.value_or(size.z() > 1.15 * size.y() ? Axis::plus_z : Axis::plus_y);
+  placement.face = known.face.value_or(parallel(placement.up, Axis::plus_z) ? Axis::minus_y : Axis::plus_z);
+  if (parallel(placement.up, placement.face)) return Refusal(validate(placement));
   std::vector<Vec3> turned = turned_by(vertices, placement.up, placement.face);
   const double top = top_of(turned);
   // The unit for which the uppermost 9 cm are as wide as a head.
   constexpr double kCap_m = 0.09, kCapWidth_m = 0.165;
   double best = std::numeric_limits<double>::infinity();
   for (const auto& [unit_m, rarity] : kUsualUnits) {
+    if (known.unit_m) break;
     const Vec3 cap = extent(slab(turned, top, 0, kCap_m / unit_m)) * unit_m;
     const double width_m = 0.5 * (cap.x() + cap.z());
     if (!(width_m > 0)) continue;
@@ -226,7 +280,8 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
     best = misfit;
     placement.unit_m = unit_m;
   }
-  if (!(best < 0.7)) return Refusal("its top is not the size of a head in any usual unit");
+  if (known.unit_m) placement.unit_m = *known.unit_m;
+  if (!known.unit_m && !(best < 0.7)) return Refusal("its top is not the size of a head in any usual unit");
   // Chin and nose are in front of the neck.
   const double unit_m = placement.unit_m;
   const std::vector<Vec3> jaw = slab(turned, top, 0.13 / unit_m, 0.19 / unit_m);
@@ -243,7 +298,7 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
       face = axis;
     }
   }
-  if (!jaw.empty()) placement.face = face;
+  if (!jaw.empty() && !known.face) placement.face = face;
   TriangleMesh head;
   head.triangles = mesh.triangles;
   for (const Vec3f& v : mesh.vertices) head.vertices.push_back(place(placement, Vec3::Zero(), v));

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "client/assets/import/skull_fit.hpp"
 #include "core/geometry/symmetric_matrix.hpp"
 
 namespace hairnet {
@@ -16,7 +15,17 @@ constexpr double kScalpSlack = 0.24;  // of its logarithm: heads and hairstyles 
 constexpr double kPartSlack = 0.9;
 constexpr double kSureConditioning = 0.025;
 
-// The extent in the longest direction, without a few points that may lie anywhere.
+// The distance within which half of the roots lie from the skull, in its radii.
+double misfit_of(const SkullFit& skull, std::span<const Vec3> roots) {
+  std::vector<double> off;
+  for (const Vec3& x : roots) off.push_back(std::abs(skull.distance(x)) / skull.radius());
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::ranges::nth_element(off, middle);
+  return *middle;
+}
+
+}  // namespace
+
 double longest_extent(std::span<const Vec3> points) {
   Vec3 mean = Vec3::Zero();
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
@@ -30,46 +39,35 @@ double longest_extent(std::span<const Vec3> points) {
   return along[along.size() - 1 - cut] - along[cut];
 }
 
-// The distance within which half of the roots lie from the skull, in its radii.
-double misfit_of(const SkullFit& skull, std::span<const Vec3> roots) {
-  std::vector<double> off;
-  for (const Vec3& x : roots) off.push_back(std::abs(skull.distance(x)) / skull.radius());
-  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-  std::ranges::nth_element(off, middle);
-  return *middle;
-}
-
-// The skull of a head in unknown units: about half as large as the extent of the roots, or smaller if some of them are
-// elsewhere, like a mane's.
-SkullFit fit_skull_of_any_size(std::span<const Vec3> roots, double extent) {
-  SkullFit best = fit_skull_shape(roots, extent / 2);
-  double best_misfit = misfit_of(best, roots);
+// It is about half as large as the extent of the roots, or smaller if some of them are elsewhere, like a mane's.
+ScalpFit fit_scalp(std::span<const Vec3> roots) {
+  const double extent = longest_extent(roots);
+  ScalpFit best{fit_skull_shape(roots, extent / 2)};
+  best.misfit = misfit_of(best.skull, roots);
   for (const double share : {0.6, 0.4, 0.25}) {
-    SkullFit smaller = fit_skull_shape(roots, share * extent / 2);
-    const double misfit = misfit_of(smaller, roots);
-    if (misfit >= 0.5 * best_misfit || !smaller.is_determined()) continue;
+    ScalpFit smaller{fit_skull_shape(roots, share * extent / 2)};
+    smaller.misfit = misfit_of(smaller.skull, roots);
+    if (smaller.misfit >= 0.5 * best.misfit || !smaller.skull.is_determined()) continue;
     best = std::move(smaller);
-    best_misfit = misfit;
   }
   return best;
 }
-
-}  // namespace
 
 UnitGuess guess_unit(std::span<const Vec3> roots) {
   if (roots.empty()) return {};
   const double all = longest_extent(roots);
   if (!(all > 0 && std::isfinite(all))) return {};
-  const SkullFit skull = fit_skull_of_any_size(roots, all);
+  const SkullFit skull = fit_scalp(roots).skull;
   const bool is_sure = skull.conditioning > kSureConditioning;
   const double extent = is_sure ? longest_extent(skull.inliers) : all;
   const double usual_m = is_sure ? kScalp_m : kPart_m, slack = is_sure ? kScalpSlack : kPartSlack;
-  UnitGuess guess{usual_m / extent, is_sure};
+  UnitGuess guess{usual_m / extent, false, is_sure};
   double best = slack + 1;
   for (const UsualUnit& unit : kUsualUnits) {
     const double off = std::abs(std::log(extent * unit.m / usual_m));
     if (!(off < slack && off + unit.rarity < best)) continue;
     guess.m = unit.m;
+    guess.is_usual = true;
     best = off + unit.rarity;
   }
   return guess;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "client/assets/import/skull_fit.hpp"
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
@@ -16,9 +17,20 @@ struct UsualUnit {
 inline constexpr std::array<UsualUnit, 8> kUsualUnits{
     {{1, 0}, {0.01, 0}, {0.001, 0}, {0.0254, 0.5}, {0.1, 0.8}, {0.3048, 0.8}, {0.00254, 0.8}, {0.003, 0.8}}};
 
+// The skull under roots in an unknown unit, and the distance from it within which half of them lie, in its radii.
+struct ScalpFit {
+  SkullFit skull;
+  double misfit = 0;
+};
+ScalpFit fit_scalp(std::span<const Vec3> roots);
+
+// The extent of points in their longest direction, without a few that may lie anywhere.
+double longest_extent(std::span<const Vec3> points);
+
 struct UnitGuess {
-  double m = 1;          // metres in a unit
-  bool is_sure = false;  // the roots cover enough of a head to determine its size; else a usual unit is the best guess
+  double m = 1;           // metres in a unit
+  bool is_usual = false;  // it is one of kUsualUnits
+  bool is_sure = false;   // the roots cover enough of a head to determine its size; else a usual unit is the best guess
 
   // Whether a unit of that many metres also gives the size of a head.
   [[nodiscard]] bool allows(double unit_m) const { return std::abs(std::log(unit_m / m)) < (is_sure ? 0.4 : 0.9); }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/assets/import/text.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {

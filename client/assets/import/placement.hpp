@@ -32,13 +32,21 @@ struct Placement {
   std::optional<Vec3> origin;  // head joint in file coordinates; without it, from the body's skull, else from the roots
 };
 
+// What is known of a placement; the rest is guessed.
+struct KnownPlacement {
+  std::optional<Axis> up, face;
+  std::optional<double> unit_m;
+  std::optional<Vec3> origin;
+};
+
 // Returns an error for parallel axes and for a unit that is not finite and positive.
 std::string validate(const Placement& placement);
 Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_point);
 
 struct StrandFile {
   ImportedStrands strands;
-  std::string group;  // name of the group its strands go to
+  std::string group;      // name of the group its strands go to
+  std::string file = {};  // its name, for messages
 };
 
 struct GroomDef {
@@ -54,7 +62,8 @@ struct GroomDef {
 
 struct ImportedGroom {
   Groom groom;
-  std::vector<std::string> warnings;  // plain sentences: not the size of a head, single-point strands, …
+  Placement placement;                // of the strands
+  std::vector<std::string> warnings;  // plain sentences: not the size of a head, …
 };
 
 // Converts strands and body to a groom in head space. Computes bone weights, fits a skull to the roots when there is no

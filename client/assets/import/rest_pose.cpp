@@ -218,7 +218,8 @@ std::string plain_joint_name(std::string_view name) {
   name.remove_prefix(name.find_last_of(':') + 1);  // npos + 1 = 0
   std::string out;
   for (const unsigned char letter : name) {
-    if (std::isalnum(letter)) out += static_cast<char>(std::tolower(letter));
+    // Letters beyond ASCII keep their bytes: they tell names of other scripts apart.
+    if (letter >= 0x80 || std::isalnum(letter)) out += static_cast<char>(letter < 0x80 ? std::tolower(letter) : letter);
   }
   return out;
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <concepts>
 #include <optional>
-#include <string>
 #include <string_view>
 
 namespace hairnet {
@@ -46,16 +45,6 @@ inline std::string_view take_line(std::string_view& text) {
   const std::string_view line = text.substr(0, end);
   text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
   return line;
-}
-
-// Makes a word of the input safe for an error message: printable and at most 40 characters.
-inline std::string shown(std::string_view word) {
-  constexpr std::size_t kMax = 40;
-  std::string out(word.substr(0, kMax));
-  for (char& letter : out) {
-    if (letter < ' ' || letter > '~') letter = '?';
-  }
-  return word.size() > kMax ? out + "..." : out;
 }
 
 }  // namespace hairnet

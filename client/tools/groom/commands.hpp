@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/assets/import/placement.hpp"
+#include "client/assets/import_hair.hpp"
 #include "client/assets/made/made.hpp"
 #include "core/learning/learn_hair.hpp"
 #include "core/result.hpp"
@@ -21,19 +21,13 @@ struct MaterialOptions {
 Result<void> apply_materials(const MaterialOptions& options, Groom& groom);
 
 struct ImportOptions {
-  std::vector<std::string> files;   // strand files; each file's extension names its format
-  std::vector<std::string> groups;  // one for each file, or none: the files' stems
-  std::string body;                 // OBJ; empty: a skull is fitted to the roots
-  Placement placement;
-  std::optional<Axis> face;                // none: +z; found from the strands when +z is up or down
-  std::optional<Axis> body_up, body_face;  // if the mesh has other axes than the strands
-  std::optional<double> body_unit_m;
-  double hairs_in_all = 100'000;
+  HairFiles files;
+  HairImport import;
   std::optional<double> root_length_m;  // overrides that of the material
   double root_spread = 0;               // random share by which each strand's own root length differs
   MaterialOptions materials;
   std::optional<std::size_t> card_count;  // for drawing far away; none: the default number
-  std::string name, out;
+  std::string out;
 };
 Result<void> import_groom(const ImportOptions& options);
 

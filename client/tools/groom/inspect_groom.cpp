@@ -8,9 +8,12 @@
 #include "core/hair_cards/far_cards.hpp"
 #include "core/levels/build.hpp"
 #include "core/modes/make_modes.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet::groom {
 namespace {
+
+constexpr std::size_t kNameBytesMax = 200;
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -40,6 +43,10 @@ void print_material(const Material& m) {
               static_cast<double>(m.root_length_m), static_cast<double>(m.thickness_m));
 }
 
+std::string group_name(const Groom& groom, std::size_t group) {
+  return shown_text(groom.group_names[group], kNameBytesMax, '\'');
+}
+
 void print_groups(const Groom& groom) {
   for (std::size_t g = 0; g < groom.group_names.size(); ++g) {
     std::size_t count = 0, rooted = 0;
@@ -53,11 +60,11 @@ void print_groups(const Groom& groom) {
     const auto own = [](const auto& one) { return one.group; };
     const auto fabrics = others(groom.threads, own) + others(groom.cloths, own);
     if (count == 0 && fabrics > 0) {
-      std::printf("group      %-16s %zd threads or cloths\n", groom.group_names[g].c_str(), fabrics);
+      std::printf("group      %-16s %zd threads or cloths\n", group_name(groom, g).c_str(), fabrics);
       continue;
     }
     const std::string material(material_name(groom.materials.of(static_cast<std::uint16_t>(g))));
-    std::printf("group      %-16s %zu strands, %zu with roots on the skull, %s\n", groom.group_names[g].c_str(), count,
+    std::printf("group      %-16s %zu strands, %zu with roots on the skull, %s\n", group_name(groom, g).c_str(), count,
                 rooted, material.c_str());
   }
 }
@@ -79,7 +86,7 @@ void print_features(const Groom& groom) {
   if (!groom.knots.empty()) std::printf("knots      %zu, tying %zu points\n", groom.knots.size(), tied);
   for (std::size_t g = 0; g < groom.root_blends.size(); ++g) {
     if (!groom.root_blends[g].points.empty())
-      std::printf("root blend %-16s a curve of %zu points\n", groom.group_names[g].c_str(),
+      std::printf("root blend %-16s a curve of %zu points\n", group_name(groom, g).c_str(),
                   groom.root_blends[g].points.size());
   }
 }
@@ -88,14 +95,14 @@ void print_groom(const Groom& groom) {
   double hairs = 0;
   for (const StrandProperties& strand : groom.strands) hairs += static_cast<double>(strand.hair_count);
   for (const HairCard& card : groom.cards) hairs += static_cast<double>(card.properties.hair_count);
-  std::printf("groom      %s\n", groom.name.c_str());
+  std::printf("groom      %s\n", shown_text(groom.name, kNameBytesMax, '\'').c_str());
   std::printf("strands    %zu of %u points, for %.0f hairs%s\n", groom.strand_count(), groom.strand_begin.back(), hairs,
               groom.cards.empty() ? "" : " with the cards");
   print_lengths(groom);
   print_material(groom.materials.base);
   print_groups(groom);
   for (const GroupMaterial& own : groom.materials.groups) {
-    std::printf("group      %s:\n", groom.group_names[own.group].c_str());
+    std::printf("group      %s:\n", group_name(groom, own.group).c_str());
     print_material(own.material);
   }
   print_features(groom);
@@ -189,11 +196,11 @@ void print_levels(const Groom& groom) {
 
 Result<void> inspect_groom(const InspectOptions& options) {
   const Result<Groom> groom = read_groom(options.groom, options.hairstyle);
-  if (!groom) return Refusal(options.groom + ": " + groom.error());
+  if (!groom) return Refusal(groom.error());
   print_groom(*groom);
   print_far_cards(*groom);
   const Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(options.groom);
-  if (!learnt) return Refusal(options.groom + ": " + learnt.error());
+  if (!learnt) return Refusal(learnt.error());
   if (*learnt) print_learnt(**learnt);
   if (!options.levels) return {};
   if (groom->points.empty()) return Refusal(options.groom + ": there is nothing to build levels from");

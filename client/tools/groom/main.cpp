@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
@@ -15,24 +16,14 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-groom make long_curly --length 0.45 --curl 0.8 --strands 8000 --out curls.groom
   hairnet-groom make bob --material wet --group-material fringe=stiff --out bob.groom
   hairnet-groom make short --cards 250 --out short.groom
-  hairnet-groom import straight.hair --up +z --face +y --unit 0.0033 --out straight.groom
-  hairnet-groom import back.tfx side.tfx tail.tfx --face -z --unit 0.00254 --body head.obj --body-face +z --out tail.groom
+  hairnet-groom import straight.hair --out straight.groom
+  hairnet-groom import back.tfx side.tfx tail.tfx --body head.obj --out tail.groom
+  hairnet-groom import short.data --face -y --roots last --strict --out short.groom
   hairnet-groom inspect curls.groom --levels
   hairnet-groom learn curls.groom bob.groom --levels /var/cache/hairnet/levels
   hairnet-groom learn curls.groom --embed upload
   hairnet-groom list
 )";
-
-void parse_into(CLI::App& app, const char* flag, std::function<void(Axis)> store, const char* about) {
-  app.add_option_function<std::string>(
-      flag,
-      [flag, store](const std::string& text) {
-        const Result<Axis> axis = parse_axis(text);
-        if (!axis) throw CLI::ValidationError(flag, axis.error());
-        store(*axis);
-      },
-      about);
-}
 
 void add_hairstyle_flags(CLI::App& app, HairstyleOptions& o) {
   app.add_option("--length", o.length_m, "metres (the style's own)")->check(in_range(0.01, 1.2, "metres"));
@@ -74,34 +65,30 @@ void add_cards_flag(CLI::App& app, std::optional<std::size_t>& count) {
 }
 
 void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
-  CLI::App& import = *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data), to a groom file");
-  import.add_option("files", o.files, "strand files; each becomes a group")->required();
+  CLI::App& import =
+      *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data, .obj), to a groom file");
+  import.add_option("files", o.files.files, "strand files; each becomes a group")->required();
   import.add_option("--out,-o", o.out, "groom file to write")->required();
-  parse_into(
-      import, "--up", [&o](Axis a) { o.placement.up = a; }, "axis that points up (+y)");
-  parse_into(
-      import, "--face", [&o](Axis a) { o.face = a; }, "axis that the face looks along (+z; guessed with --up z)");
-  import.add_option("--unit", o.placement.unit_m, "metres a file unit (1)")->check(in_range(1e-6, 1e3, "metres"));
+  add_hair_flags(import, "--", o.import);
   import.add_option("--origin", origin, "head joint in file units, x,y,z (under the body's skull, else the roots')")
       ->delimiter(',')
       ->expected(3);
-  import.add_option("--body", o.body,
+  import.add_option("--body", o.files.body,
                     "OBJ of the head or body under the hair, tells the head joint too (a skull fitted to the roots)");
-  parse_into(
-      import, "--body-up", [&o](Axis a) { o.body_up = a; }, "where the body's axes differ (as --up)");
-  parse_into(
-      import, "--body-face", [&o](Axis a) { o.body_face = a; }, "where the body's axes differ (as --face)");
-  import.add_option("--body-unit", o.body_unit_m, "where the body's unit differs (as --unit)")
+  add_parsed(import, "--body-up", o.import.body.up, "the body's axis that points up (guessed)", parse_axis);
+  add_parsed(import, "--body-face", o.import.body.face, "the body's axis that its face looks along (guessed)",
+             parse_axis);
+  import.add_option("--body-unit", o.import.body.unit_m, "metres a unit of the body's file (guessed)")
       ->check(in_range(1e-6, 1e3));
-  import.add_option("--group", o.groups, "name of each file's group, in order (the files' names)");
-  import.add_option("--hairs", o.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
+  import.add_option("--group", o.files.groups, "name of each file's group, in order (the files' names)");
+  import.add_option("--hairs", o.import.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
   import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (the material's)")
       ->check(in_range(0, 10));
   import.add_option("--root-spread", o.root_spread, "each strand's own lambda_0 is up to this share more or less (0)")
       ->check(in_range(0, 0.95));
   add_material_flags(import, o.materials);
   add_cards_flag(import, o.card_count);
-  import.add_option("--name", o.name, "the groom's name (the out file's)");
+  import.add_option("--name", o.files.name, "the groom's name (the out file's)");
 }
 
 CLI::App& add_learn(CLI::App& app, groom::LearnOptions& o) {
@@ -145,11 +132,11 @@ int run(int argc, char** argv) {
   const CLI::App& learn_app = add_learn(app, learn);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
   const auto check_flags = [&] {
-    if (!import.groups.empty() && import.groups.size() != import.files.size())
+    if (!import.files.groups.empty() && import.files.groups.size() != import.files.files.size())
       throw CLI::ValidationError("--group", "as many names as files, or none");
   };
   if (const auto exit_status = parse_command_line(app, argc, argv, check_flags)) return *exit_status;
-  if (origin.size() == 3) import.placement.origin = Vec3(origin[0], origin[1], origin[2]);
+  if (origin.size() == 3) import.import.strands.origin = Vec3(origin[0], origin[1], origin[2]);
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (make_app.parsed()) return report(groom::make_groom(make));
   if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));

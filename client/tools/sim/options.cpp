@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "client/assets/import/placement.hpp"
+#include "client/assets/load_motion.hpp"
+#include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
@@ -20,19 +22,6 @@ constexpr std::string_view kFooter = R"(Examples:
   hairnet-sim --groom made:bob --motion made:run --solver converged --dump-model model.json --poses poses.npy
   hairnet-sim --replay server.rec --trace replayed
 )";
-
-// A flag's text, checked and stored; CLI11 prints what the function returns after the flag's name.
-template <class T, class Parse>
-CLI::Option* add_parsed(CLI::App& app, const char* flag, T& target, const char* about, Parse parse) {
-  return app.add_option_function<std::string>(
-      flag,
-      [flag, &target, parse](const std::string& text) {
-        const auto value = parse(text);
-        if (!value) throw CLI::ValidationError(flag, value.error());
-        target = *value;
-      },
-      about);
-}
 
 Result<LevelIndex> parse_lattice_level(const std::string& text) {
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
@@ -63,8 +52,8 @@ void add_motion_flags(CLI::App& app, SimulateOptions& o) {
 }
 
 void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
-  app.add_option("--groom", o.groom, "groom file, or made:STYLE");
-  app.add_option("--motion", o.motion, "BVH file, or made:NAME");
+  app.add_option("--groom", o.groom, "groom file, strand file (.hair, .tfx, .data, .obj), or made:STYLE");
+  app.add_option("--motion", o.motion, "BVH file, or made:NAME (made:look_around; none with only --dump-model)");
   app.add_option("--strands", o.hairstyle.strand_count, "made grooms: how many strands (the style's own)");
   add_parsed(app, "--level", o.level, "high, medium, low or ether (high)", parse_lattice_level);
   app.add_option("--rate", o.rate_hz, "ticks a second (30)")->check(in_range(1.0, 1000.0));
@@ -85,6 +74,7 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
   app.add_option("--poses", o.poses, "bone poses: ticks + 1 x bones x 7 (x y z, quaternion x y z w)");
   app.add_option("--dump-model", o.dump_model, "the built model as JSON");
   add_motion_flags(app, o);
+  add_hair_flags(app, "--hair-", o.hair);
 }
 
 // Checks relations between flags that CLI11 cannot express. Returns an empty string when they are right.
@@ -101,10 +91,14 @@ std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) 
   const bool is_steady = simulate.wind.gust_ratio == 0 && simulate.wind.turbulence_rms_m_per_s == 0;
   if (!simulate.dump_model.empty() && !is_steady)
     return "--dump-model holds a steady wind: leave out --gust and --turbulence";
-  const bool needs_motion = simulate.dump_model.empty() || !simulate.out.empty() || !simulate.velocities.empty() ||
-                            !simulate.points.empty() || !simulate.poses.empty();
-  if (simulate.motion.empty() && needs_motion) return "--motion is required";
   return {};
+}
+
+// A model is dumped without stepping anything; all else needs a motion.
+void name_motion(SimulateOptions& o) {
+  const bool only_dumps =
+      !o.dump_model.empty() && o.out.empty() && o.velocities.empty() && o.points.empty() && o.poses.empty();
+  if (o.motion.empty() && !only_dumps) o.motion = kDefaultMotion;
 }
 
 }  // namespace
@@ -127,6 +121,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     if (const std::string wrong = check(simulate, replay); !wrong.empty()) throw CLI::ValidationError(wrong);
   };
   if (const auto exit_status = parse_command_line(app, argc, argv, check_flags)) return *exit_status;
+  name_motion(simulate);
   if (simulate.substep_count == 0) simulate.substep_count = substep_count_for(1 / simulate.rate_hz);
   if (!replay.recording.empty()) return Options(replay);
   return Options(simulate);

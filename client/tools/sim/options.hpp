@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "client/assets/import/bvh.hpp"
+#include "client/assets/import/hair_import.hpp"
 #include "client/assets/made/made.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
@@ -18,6 +19,7 @@ enum class Solver : std::uint8_t { standard, converged };
 struct SimulateOptions {
   std::string groom, motion;
   HairstyleOptions hairstyle;
+  HairImport hair;  // of a strand file of another program
   BvhImport bvh;
   LevelIndex level = LevelIndex::high;
   Solver solver = Solver::standard;

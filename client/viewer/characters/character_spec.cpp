@@ -96,7 +96,6 @@ Result<CharacterOptions> parse_character(const std::string& spec) {
     begin = end + 1;
   }
   if (options.groom.empty()) return Refusal("groom= is missing");
-  if (options.motion.empty()) return Refusal("motion= is missing");
   return options;
 }
 

@@ -8,7 +8,7 @@
 
 namespace hairnet::viewer {
 
-// Parses "groom=made:long_curly,motion=made:dance,level=high,name=Ann,colour=red"; the keys groom and motion are
+// Parses "groom=made:long_curly,motion=made:dance,level=high,name=Ann,colour=red"; only the key groom is
 // required.
 Result<CharacterOptions> parse_character(const std::string& spec);
 

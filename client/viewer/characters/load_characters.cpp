@@ -7,9 +7,8 @@
 
 #include "client/assets/load_groom.hpp"
 #include "client/assets/load_motion.hpp"
-#include "client/assets/made_spec.hpp"
+#include "client/viewer/characters/characters_of_files.hpp"
 #include "client/viewer/characters/hair_colour.hpp"
-#include "client/viewer/characters/imported_hair.hpp"
 #include "client/viewer/characters/place.hpp"
 
 namespace hairnet::viewer {
@@ -19,26 +18,19 @@ namespace {
 using Grooms = std::map<std::pair<std::string, std::size_t>, std::shared_ptr<const Groom>>;
 
 // Loads the character at the origin.
-Result<CharacterSetup> load_character(const CharacterOptions& options, Grooms& grooms) {
+Result<CharacterSetup> load_character(const CharacterOptions& options, const HairImport& import, Grooms& grooms) {
   std::shared_ptr<const Groom>& groom = grooms[{options.groom, options.hairstyle.strand_count}];
   if (!groom) {
-    const bool foreign = !is_made_spec(options.groom) && is_foreign_hair(options.groom);
-    Result<Groom> loaded =
-        foreign ? import_hair(std::span(&options.groom, 1)) : load_groom(options.groom, options.hairstyle);
-    if (!loaded && foreign) return Refusal(loaded.error());
-    if (!loaded) return Refusal(options.groom + ": " + loaded.error());
+    Result<Groom> loaded = load_groom(options.groom, options.hairstyle, import);
+    if (!loaded) return Refusal(loaded.error());
     groom = std::make_shared<const Groom>(std::move(*loaded));
   }
-  std::shared_ptr<const LearntHair> learnt;
-  if (is_made_spec(options.groom) || !is_foreign_hair(options.groom)) {
-    Result<std::shared_ptr<const LearntHair>> loaded = load_learnt(options.groom);
-    if (!loaded) return Refusal(options.groom + ": " + loaded.error());
-    learnt = std::move(*loaded);
-  }
+  Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(options.groom);
+  if (!learnt) return Refusal(learnt.error());
   Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
   if (!motion) return Refusal(options.motion + ": " + motion.error());
   return CharacterSetup{groom,        std::move(*motion), options.level, Vec3f::Zero(), options.material,
-                        options.name, std::move(learnt)};
+                        options.name, std::move(*learnt)};
 }
 
 }  // namespace
@@ -47,12 +39,12 @@ Result<std::vector<CharacterSetup>> load_characters(const ViewOptions& options) 
   Grooms grooms;
   std::vector<CharacterSetup> characters;
   for (const CharacterOptions& character : options.characters) {
-    Result<CharacterSetup> setup = load_character(character, grooms);
+    Result<CharacterSetup> setup = load_character(character, options.hair, grooms);
     if (!setup) return Refusal(setup.error());
     characters.push_back(std::move(*setup));
   }
   if (!options.files.empty()) {
-    Result<std::vector<CharacterSetup>> more = characters_of_files(options.files);
+    Result<std::vector<CharacterSetup>> more = characters_of_files(options.files, options.hair);
     if (!more) return Refusal(more.error());
     std::move(more->begin(), more->end(), std::back_inserter(characters));
   }

@@ -9,6 +9,7 @@
 
 #include "client/files/read_file.hpp"
 #include "client/files/video_writer.hpp"
+#include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
@@ -18,7 +19,7 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr std::string_view kFooter = R"(A character is given as key=value, separated by commas:
-  groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|learnt|rigid
+  groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME (made:look_around)   level=high|medium|low|ether|learnt|rigid
   material=soft|normal|stiff|gelled|wet (a change while it runs)   at=X:Z:HEADING (metres, degrees)
   name=TEXT (everyone in the room sees it, and the colour)
   colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
@@ -269,6 +270,7 @@ void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
   app.add_option("--frame-rate", o.frame_rate_hz, "pictures a second of a video (30)")->check(in_range(1.0, 240.0));
   app.add_option("--trace", o.trace, "folder for every frame that is received, or simulated");
   app.add_flag("--no-draw", texts.no_draw, "stream and measure only");
+  add_hair_flags(app, "--hair-", o.hair);
   add_server_flags(app, o, texts);
   texts.wind_flags = add_wind_flags(app, texts.wind);
 }

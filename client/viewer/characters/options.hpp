@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "client/assets/import/bvh.hpp"
+#include "client/assets/import/hair_import.hpp"
+#include "client/assets/load_motion.hpp"
 #include "client/assets/made/made.hpp"
 #include "client/link/address.hpp"
 #include "client/viewer/characters/place.hpp"
@@ -18,7 +20,8 @@
 namespace hairnet::viewer {
 
 struct CharacterOptions {
-  std::string groom, motion;   // `groom` may also name a file of strands, see imported_hair.hpp
+  std::string groom;  // see load_groom.hpp
+  std::string motion = kDefaultMotion;
   std::optional<Place> place;  // none: side by side with the others
   LevelIndex level = LevelIndex::high;
   std::string name;                  // for everyone in the room; empty: none
@@ -38,7 +41,8 @@ enum class Output : std::uint8_t { window, pictures, video, none };
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
-  std::vector<std::string> files;  // shown as they are; unit, axes and rest pose are guessed
+  std::vector<std::string> files;  // shown as they are
+  HairImport hair;                 // of all strand files
   link::Address server;
   link::TlsOptions tls;
   link::TransportChoice transport = link::TransportChoice::automatic;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/assets/import/text.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet::viewer {
 namespace {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/shown_text.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/text.hpp"
 
@@ -36,8 +37,8 @@ std::string OtherCharacters::summary() const {
   for (const auto& [number, member] : members_) {
     if (!member.here) continue;
     const wire::MemberJoined& joined = member.joined;
-    lines += "member " + std::to_string(number) + ": '" + member.name() + "', character " +
-             std::to_string(joined.character) + " of session " + std::to_string(joined.session);
+    lines += "member " + std::to_string(number) + ": '" + shown_text(member.name(), wire::kTagBytesMax, '\'') +
+             "', character " + std::to_string(joined.character) + " of session " + std::to_string(joined.session);
     if (joined.appearance) {
       const auto& [root, tip, skin, roughness] = *joined.appearance;
       std::array<char, 96> text{};

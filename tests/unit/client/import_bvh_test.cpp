@@ -155,6 +155,18 @@ TEST(ImportBvh, takes_named_joints_and_refuses_names_that_are_not_there) {
   EXPECT_THAT(refusal(text, import), HasSubstr("Wing"));
 }
 
+TEST(ImportBvh, names_of_joints_in_other_scripts_are_shown_and_found) {
+  const std::string kanji = with(with(person("0 20 0"), "Head", "\u982d"), "Chest", "\u80f8\u202e\x01");
+  EXPECT_THAT(refusal(kanji), HasSubstr("\u982d"));
+  EXPECT_THAT(refusal(kanji), HasSubstr("\u80f8\\u202e\\u0001")) << "nothing that turns or ends the line";
+  BvhImport import;
+  import.joint_names[0] = "\u982d";
+  const auto motion = decode_bvh(kanji, import);
+  ASSERT_TRUE(motion) << motion.error();
+  EXPECT_EQ(motion->joints[0], "\u982d") << "and not another joint without a Latin letter";
+  EXPECT_THAT(refusal(with(person(), "MOTION", "\xffMOTION")), HasSubstr("\\xffMOTION"));
+}
+
 TEST(ImportBvh, windows_line_ends_and_tabs_change_nothing) {
   std::string windows;
   for (const char letter : person("20 30 40"))

@@ -8,8 +8,11 @@
 #include "client/assets/fitted_hair.hpp"
 #include "client/assets/import/guess_placement.hpp"
 #include "client/assets/import/obj.hpp"
+#include "client/assets/import_hair.hpp"
+#include "client/assets/load_groom.hpp"
 #include "client/assets/made/made.hpp"
-#include "client/viewer/characters/imported_hair.hpp"
+#include "client/tools/groom/commands.hpp"
+#include "client/viewer/characters/characters_of_files.hpp"
 #include "core/geometry/mesh_query.hpp"
 
 namespace hairnet::viewer {
@@ -75,13 +78,34 @@ class ImportedFiles : public ::testing::Test {
 
 TEST_F(ImportedFiles, warnings_about_strands_name_their_file) {
   ::testing::internal::CaptureStderr();
-  const std::array<std::string, 2> files{body_file(), hair_file()};
-  const Result<Groom> groom = import_hair(files);
+  const Result<Groom> groom = import_hair({{body_file(), hair_file()}, {}, {}, {}});
   const std::string said = ::testing::internal::GetCapturedStderr();
   ASSERT_TRUE(groom) << groom.error();
   EXPECT_NE(said.find("hair.obj: taken as"), std::string::npos) << said;
   EXPECT_NE(said.find("body.obj: taken as"), std::string::npos) << said;
   EXPECT_NE(said.find("hair.obj: the head joint is estimated from the body's skull"), std::string::npos) << said;
+}
+
+TEST_F(ImportedFiles, lie_in_the_viewer_where_hairnet_groom_puts_them) {
+  const std::string out = hair_file() + ".groom";
+  groom::ImportOptions options;
+  options.files.files = {hair_file()};
+  options.out = out;
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  const Result<void> done = groom::import_groom(options);
+  ::testing::internal::GetCapturedStdout();
+  const std::string by_groom = ::testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(done) << done.error();
+  ::testing::internal::CaptureStderr();
+  const std::array<std::string, 1> files{hair_file()};
+  const auto characters = characters_of_files(files);
+  const std::string by_viewer = ::testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(characters) << characters.error();
+  EXPECT_EQ(by_groom, by_viewer) << "the same warnings";
+  const Groom &seen = *characters->front().groom, written = *load_groom(out);
+  ASSERT_EQ(seen.points.size(), written.points.size());
+  for (std::size_t i = 0; i < seen.points.size(); ++i) EXPECT_LT((seen.points[i] - written.points[i]).norm(), 2e-4f);
 }
 
 TEST_F(ImportedFiles, are_distinguished_by_extensions_also_in_capitals) {

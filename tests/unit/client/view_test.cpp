@@ -107,8 +107,14 @@ TEST(CharacterSpec, takes_its_keys_in_any_order) {
   EXPECT_EQ(character->material, *make_material("wet"));
 }
 
+TEST(CharacterSpec, looks_around_unless_a_motion_is_named) {
+  const auto character = parse_character("groom=a.groom");
+  ASSERT_TRUE(character) << character.error();
+  EXPECT_EQ(character->motion, "made:look_around");
+}
+
 TEST(CharacterSpec, refuses_what_it_does_not_know_in_one_line) {
-  for (const char* spec : {"", ",", "groom=a", "motion=a", "groom=a,motion=b,level=best", "groom=a,motion=b,hat=red",
+  for (const char* spec : {"", ",", "motion=a", "groom=a,motion=b,level=best", "groom=a,motion=b,hat=red",
                            "groom=a,motion=b,colour=#12345", "groom=a,motion=b,strands=-1", "groom=a,motion=b,unit=0",
                            "groom=a,motion=b,unit=nan", "groom=a,motion=b,material=wood", "groom=,motion=b",
                            "groom=a,motion=b,", "groom"}) {

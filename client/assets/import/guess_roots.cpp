@@ -1,0 +1,72 @@
+#include "client/assets/import/guess_roots.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "client/assets/import/guess_unit.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kEndsMax = 1500, kEndsMin = 8;
+constexpr std::uint32_t kProbesOfStrand = 8;
+constexpr double kInside = 0.12;  // radii below the surface: hair is not there
+constexpr double kClearly = 0.08;
+
+struct Ends {
+  std::vector<Vec3> first, last, points;
+};
+
+Ends ends_of(std::span<const StrandFile> files) {
+  std::size_t count = 0;
+  for (const StrandFile& file : files) count += file.strands.strand_count();
+  const std::size_t step = count / kEndsMax + 1;
+  Ends ends;
+  std::size_t n = 0;
+  for (const StrandFile& file : files) {
+    const ImportedStrands& strands = file.strands;
+    for (std::size_t s = 0; s < strands.strand_count(); ++s) {
+      const std::uint32_t begin = strands.strand_begin[s], end = strands.strand_begin[s + 1];
+      if (end - begin < 2 || n++ % step != 0) continue;
+      ends.first.push_back(strands.points[begin].cast<double>());
+      ends.last.push_back(strands.points[end - 1].cast<double>());
+      for (std::uint32_t i = 0; i < kProbesOfStrand; ++i)
+        ends.points.push_back(strands.points[begin + i * (end - 1 - begin) / (kProbesOfStrand - 1)].cast<double>());
+    }
+  }
+  return ends;
+}
+
+// About 0 for the roots of hair. More for points that lie off any skull, show no skull or one with hair inside, have
+// the size of a head in no usual unit, or are spread wider than the other ends.
+double unlike_roots(const std::vector<Vec3>& ends, const std::vector<Vec3>& other, const std::vector<Vec3>& points) {
+  const ScalpFit scalp = fit_scalp(ends);
+  std::size_t inside = 0;
+  for (const Vec3& x : points) inside += scalp.skull.distance(x) < -kInside * scalp.skull.radius();
+  const double share = static_cast<double>(inside) / static_cast<double>(points.size());
+  const double wider = std::max(0.0, std::log(longest_extent(ends) / longest_extent(other)));
+  const double unlike = 2 * std::min(scalp.misfit, 0.5) + 0.5 * share + 0.3 * std::min(wider, 1.0);
+  return unlike + (guess_unit(ends).is_usual ? 0 : 0.1) + (scalp.skull.is_determined() ? 0 : 0.1);
+}
+
+}  // namespace
+
+bool are_tips_first(std::span<const StrandFile> files) {
+  const Ends ends = ends_of(files);
+  if (ends.first.size() < kEndsMin) return false;
+  const double first = unlike_roots(ends.first, ends.last, ends.points);
+  const double last = unlike_roots(ends.last, ends.first, ends.points);
+  return first > last + kClearly;
+}
+
+void turn_round(std::span<StrandFile> files) {
+  for (StrandFile& file : files) {
+    std::vector<Vec3f>& points = file.strands.points;
+    const std::vector<std::uint32_t>& begin = file.strands.strand_begin;
+    for (std::size_t s = 0; s < file.strands.strand_count(); ++s)
+      std::reverse(points.begin() + begin[s], points.begin() + begin[s + 1]);
+  }
+}
+
+}  // namespace hairnet

@@ -1,0 +1,195 @@
+#include "client/assets/import/hair_import.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <utility>
+
+#include "client/assets/import/guess_placement.hpp"
+#include "client/assets/import/guess_roots.hpp"
+#include "client/assets/import/outliers.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kToldMax = 5;     // outliers of a file that have a line of their own
+constexpr double kRounded_m = 0.00005;  // as a groom file rounds
+
+std::string with_digits(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+// What was decided, and what speaks against taking the files as they are.
+struct Remarks {
+  std::vector<std::string> notes, doubts;
+};
+
+std::string describe(const Outlier& outlier, double unit_m) {
+  const std::string size = with_digits(outlier.size * unit_m) + " m",
+                    usual = with_digits(outlier.usual * unit_m) + " m";
+  switch (outlier.kind) {
+    case Outlier::Kind::no_length:
+      return "has no length, and is dropped";
+    case Outlier::Kind::stray_point:
+      return (outlier.point_count == 1 ? "point " + std::to_string(outlier.point) + " is stray"
+                                       : std::to_string(outlier.point_count) + " points are stray") +
+             ", " + size + " from the middle of the hair, which reaches " + usual + ", and is cut off";
+    case Outlier::Kind::far_away:
+      return "lies " + size + " from the middle of the hair, which reaches " + usual + ", and is dropped";
+    case Outlier::Kind::too_long:
+      return "is " + size + " long, where nearly all others are within " + usual + ", and is dropped";
+  }
+  return {};
+}
+
+void tell_outliers(const std::vector<Outlier>& outliers, const HairParts& parts,
+                   const std::vector<std::size_t>& strand_counts, double unit_m, Remarks& remarks) {
+  for (std::size_t f = 0; f < parts.strands.size(); ++f) {
+    const std::string file = parts.strands[f].file + ": ", of = " of " + std::to_string(strand_counts[f]) + " strands ";
+    std::size_t count = 0, without_length = 0, told = 0;
+    for (const Outlier& outlier : outliers) {
+      if (outlier.file != f) continue;
+      ++count;
+      if (outlier.kind == Outlier::Kind::no_length && ++without_length > 1) continue;
+      if (outlier.kind != Outlier::Kind::no_length && ++told > kToldMax) continue;
+      remarks.doubts.push_back(file + "strand " + std::to_string(outlier.strand) + " " + describe(outlier, unit_m));
+    }
+    if (without_length > 1)
+      remarks.doubts.push_back(file + std::to_string(without_length) + of + "have no length, and are dropped");
+    if (count > 1) remarks.doubts.push_back(file + "something is wrong with " + std::to_string(count) + of + "in all");
+  }
+}
+
+// The distance between neighbouring 32-bit numbers at most of the points, in units of the file.
+double rounding_of(std::span<const StrandFile> files) {
+  std::vector<float> far;
+  for (const StrandFile& file : files) {
+    for (const Vec3f& x : file.strands.points) far.push_back(x.cwiseAbs().maxCoeff());
+  }
+  if (far.empty()) return 0;
+  const auto middle = far.begin() + static_cast<std::ptrdiff_t>(far.size() / 2);
+  std::ranges::nth_element(far, middle);
+  return static_cast<double>(std::nextafter(*middle, HUGE_VALF)) - static_cast<double>(*middle);
+}
+
+void tell_rounding(const HairParts& parts, double unit_m, Remarks& remarks) {
+  const double step_m = rounding_of(parts.strands) * unit_m;
+  if (step_m <= kRounded_m) return;
+  remarks.doubts.push_back(parts.strands.front().file +
+                           ": the hair is so far from the origin that 32-bit numbers round its points to " +
+                           with_digits(1e3 * step_m) + " mm: move it to the origin before it is written");
+}
+
+bool is_any_known(const KnownPlacement& known) {
+  return known.up || known.face || known.unit_m;
+}
+
+// Places strands and body, together if the body fits.
+Result<Placement> place_parts(const HairParts& parts, const HairImport& import, GroomDef& def, Remarks& remarks) {
+  const std::string file = parts.strands.front().file + ": ";
+  if (parts.body) {
+    if (auto together = guess_together(parts.strands, *parts.body, import.strands, import.body)) {
+      def.body = parts.body;
+      def.body_placement = together->body;
+      remarks.notes.push_back(parts.body_file + ": taken as " + to_string(together->body));
+      return together->strands;
+    }
+  }
+  std::vector<std::string> doubts;
+  Result<Placement> alone = guess_placement(parts.strands, import.strands, &doubts);
+  if (!alone) return Refusal(file + alone.error());
+  if (std::string fault = validate(*alone); !fault.empty()) return Refusal(file + fault);
+  for (const std::string& doubt : doubts) remarks.doubts.push_back(file + doubt);
+  if (!parts.body) return alone;
+  if (is_any_known(import.body)) {
+    def.body = parts.body;
+    def.body_placement = Placement{import.body.up.value_or(alone->up), import.body.face.value_or(alone->face),
+                                   import.body.unit_m.value_or(alone->unit_m), import.body.origin};
+  } else {
+    remarks.doubts.push_back(parts.body_file +
+                             ": does not fit under the hair in any usual axes and unit, and a skull is made instead; "
+                             "--body-up, --body-face and --body-unit set them");
+  }
+  return alone;
+}
+
+// A message with the flags of the program that shows it.
+std::string with_flags(std::string text, const std::string& prefix) {
+  for (const std::string flag : {"up", "face", "unit", "roots"}) {
+    const std::string general = "--" + flag;
+    for (std::size_t at = text.find(general); at != std::string::npos; at = text.find(general, at + prefix.size()))
+      text.replace(at, general.size(), prefix + flag);
+  }
+  return text;
+}
+
+// Turns the strands root first. Returns what was found.
+std::string settle_roots(HairParts& parts, const HairImport& import, Remarks& remarks) {
+  const bool is_guess = import.roots == RootEnd::guess;
+  if (import.roots == RootEnd::first || (is_guess && !are_tips_first(parts.strands))) return "roots first";
+  turn_round(parts.strands);
+  if (is_guess)
+    remarks.doubts.push_back(parts.strands.front().file +
+                             ": the strands are stored tip first and are turned round; --roots last says so, --roots "
+                             "first keeps them");
+  return "roots last";
+}
+
+Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) {
+  if (parts.strands.empty()) return Refusal("there are no strands");
+  const std::string first = parts.strands.front().file + ": ";
+  std::vector<std::size_t> strand_counts;
+  std::size_t strand_count = 0;
+  for (const StrandFile& file : parts.strands) strand_counts.push_back(file.strands.strand_count());
+  const std::vector<Outlier> outliers = cut_outliers(parts.strands);
+  for (const StrandFile& file : parts.strands) strand_count += file.strands.strand_count();
+  if (strand_count == 0) return Refusal(first + "no strand has a length: all points of each lie in one place");
+
+  Remarks remarks, of_placement;
+  const std::string roots = settle_roots(parts, import, of_placement);
+  GroomDef def;
+  def.name = parts.name;
+  def.hairs_in_all = import.hairs_in_all;
+  const Result<Placement> placement = place_parts(parts, import, def, of_placement);
+  if (!placement) return Refusal(placement.error());
+  def.placement = *placement;
+  remarks.notes.push_back(first + "taken as " + to_string(*placement) + ", " + roots);
+  tell_outliers(outliers, parts, strand_counts, placement->unit_m, remarks);
+  tell_rounding(parts, placement->unit_m, remarks);
+  std::ranges::move(of_placement.notes, std::back_inserter(remarks.notes));
+  std::ranges::move(of_placement.doubts, std::back_inserter(remarks.doubts));
+  if (import.strict && !remarks.doubts.empty()) {
+    const std::size_t more = remarks.doubts.size() - 1;
+    return Refusal(remarks.doubts.front() + " (refused: strict" +
+                   (more > 0 ? ", " + std::to_string(more) + " more" : "") + ")");
+  }
+
+  def.files = std::move(parts.strands);
+  Result<ImportedGroom> imported = assemble_groom(def);
+  if (!imported) return Refusal(first + imported.error());
+  for (std::string& warning : imported->warnings) remarks.doubts.push_back(first + warning);
+  imported->warnings = std::move(remarks.notes);
+  std::ranges::move(remarks.doubts, std::back_inserter(imported->warnings));
+  return imported;
+}
+
+}  // namespace
+
+Result<RootEnd> parse_root_end(std::string_view text) {
+  if (text == "guess") return RootEnd::guess;
+  if (text == "first") return RootEnd::first;
+  if (text == "last") return RootEnd::last;
+  return Refusal("is not one of first, last, guess");
+}
+
+Result<ImportedGroom> import_hair_parts(HairParts parts, const HairImport& import) {
+  Result<ImportedGroom> imported = imported_parts(std::move(parts), import);
+  if (!imported) return Refusal(with_flags(imported.error(), import.flag_prefix));
+  for (std::string& warning : imported->warnings) warning = with_flags(std::move(warning), import.flag_prefix);
+  return imported;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/assets/import/placement.hpp"
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// Which point of each strand in a file is its root.
+enum class RootEnd : std::uint8_t { guess, first, last };
+Result<RootEnd> parse_root_end(std::string_view text);  // "guess", "first", "last"
+
+// What is known of the files of one head. All else is guessed, over all files together.
+struct HairImport {
+  KnownPlacement strands, body;
+  RootEnd roots = RootEnd::guess;
+  double hairs_in_all = 100'000;
+  bool strict = false;             // refuses hair of which something would be cut, or taken in spite of a doubt
+  std::string flag_prefix = "--";  // of a program's flags --up, --face, --unit and --roots, for messages
+};
+
+// The decoded files of one head.
+struct HairParts {
+  std::string name;  // of the groom
+  std::vector<StrandFile> strands;
+  std::optional<TriangleMesh> body;
+  std::string body_file;
+};
+
+// Makes the groom that all programs make of these files: cuts outliers, turns strands root first, finds the placement,
+// and assembles. Each warning is a line `FILE: what`; the error is such a line too.
+Result<ImportedGroom> import_hair_parts(HairParts parts, const HairImport& import);
+
+}  // namespace hairnet

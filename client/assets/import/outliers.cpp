@@ -1,0 +1,222 @@
+#include "client/assets/import/outliers.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kSamplesOfStrand = 16;     // points that speak for a strand, however densely it is sampled
+constexpr std::size_t kMeasuredStrandsMin = 8;   // fewer have no usual size
+constexpr double kUsualShare = 0.98;             // of the strands are within the usual size
+constexpr double kFar = 3, kFarInAllCases = 12;  // in usual sizes
+constexpr double kAlike = 1.25;                  // ratio of sizes within which strands are alike
+constexpr std::size_t kAlikeMin = 3;             // strands that make a style
+constexpr double kJump = 8;                      // in the strand's own median segment
+constexpr double kShort = 1e-5;                  // of the usual length: nothing
+
+struct MeasuredStrand {
+  std::size_t file = 0, number = 0;
+  std::vector<Vec3> points;
+  double length = 0, reach = 0;  // the distance from the middle of all hair that a quarter of its samples exceed
+  bool is_dropped = false;
+};
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+double length_of(const std::vector<Vec3>& points) {
+  double length = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).norm();
+  return length;
+}
+
+double median_segment(const std::vector<Vec3>& points) {
+  std::vector<double> segments;
+  for (std::size_t i = 1; i < points.size(); ++i) segments.push_back((points[i] - points[i - 1]).norm());
+  return quantile(std::move(segments), 0.5);
+}
+
+std::vector<Vec3> samples_of(const MeasuredStrand& strand) {
+  const std::size_t count = std::min(kSamplesOfStrand, strand.points.size());
+  std::vector<Vec3> samples;
+  for (std::size_t i = 0; i < count; ++i)
+    samples.push_back(strand.points[count == 1 ? 0 : i * (strand.points.size() - 1) / (count - 1)]);
+  return samples;
+}
+
+std::vector<MeasuredStrand> measured_strands(std::span<const StrandFile> files) {
+  std::vector<MeasuredStrand> all;
+  for (std::size_t f = 0; f < files.size(); ++f) {
+    const ImportedStrands& in = files[f].strands;
+    for (std::size_t s = 0; s < in.strand_count(); ++s) {
+      MeasuredStrand& strand = all.emplace_back();
+      strand.file = f;
+      strand.number = s;
+      for (std::uint32_t i = in.strand_begin[s]; i < in.strand_begin[s + 1]; ++i)
+        strand.points.push_back(in.points[i].cast<double>());
+      strand.length = length_of(strand.points);
+    }
+  }
+  return all;
+}
+
+// The middle of the hair: the median of each coordinate.
+Vec3 middle_of(const std::vector<MeasuredStrand>& strands) {
+  std::array<std::vector<double>, 3> coordinates;
+  for (const MeasuredStrand& strand : strands) {
+    for (const Vec3& x : samples_of(strand)) {
+      for (int axis = 0; axis < 3; ++axis) coordinates[static_cast<std::size_t>(axis)].push_back(x[axis]);
+    }
+  }
+  return {quantile(std::move(coordinates[0]), 0.5), quantile(std::move(coordinates[1]), 0.5),
+          quantile(std::move(coordinates[2]), 0.5)};
+}
+
+double reach_of(const MeasuredStrand& strand, const Vec3& middle) {
+  std::vector<double> far;
+  for (const Vec3& x : samples_of(strand)) far.push_back((x - middle).norm());
+  // A single point of a few is no quarter of them.
+  const double share = far.size() <= 4 ? 1 : 0.75;
+  return quantile(std::move(far), share);
+}
+
+struct Usual {
+  Vec3 middle = Vec3::Zero();
+  double reach = 0, length = 0;
+};
+
+double usual_length(const std::vector<MeasuredStrand>& strands) {
+  std::vector<double> lengths;
+  for (const MeasuredStrand& strand : strands) {
+    if (!strand.is_dropped) lengths.push_back(strand.length);
+  }
+  return quantile(std::move(lengths), kUsualShare);
+}
+
+Usual usual_of(std::vector<MeasuredStrand>& strands) {
+  Usual usual;
+  usual.middle = middle_of(strands);
+  std::vector<double> reaches;
+  for (MeasuredStrand& strand : strands) {
+    strand.reach = reach_of(strand, usual.middle);
+    reaches.push_back(strand.reach);
+  }
+  usual.reach = quantile(std::move(reaches), kUsualShare);
+  usual.length = usual_length(strands);
+  return usual;
+}
+
+// Numbers of the points that lie far from all hair, at the end of a segment that is no usual one of their strand.
+std::vector<std::size_t> stray_points(const MeasuredStrand& strand, const Usual& usual) {
+  const double far = kFar * usual.reach, jump = kJump * median_segment(strand.points);
+  std::vector<std::size_t> stray;
+  bool jumps = false;
+  for (std::size_t i = 0; i < strand.points.size(); ++i) {
+    if ((strand.points[i] - usual.middle).norm() <= far) continue;
+    stray.push_back(i);
+    jumps = jumps || (i > 0 && (strand.points[i] - strand.points[i - 1]).norm() > jump) ||
+            (i + 1 < strand.points.size() && (strand.points[i + 1] - strand.points[i]).norm() > jump);
+  }
+  if (!jumps || 2 * stray.size() > strand.points.size()) stray.clear();
+  return stray;
+}
+
+// The end of a strand to which it jumps through the hair: its number, if only few strands have such a one.
+std::optional<std::size_t> jumping_end(const MeasuredStrand& strand, const Usual& usual) {
+  const std::size_t count = strand.points.size();
+  if (count < 5) return {};
+  const double jump = std::max(kJump * median_segment(strand.points), usual.reach / 2);
+  const auto segment = [&](std::size_t i) { return (strand.points[i + 1] - strand.points[i]).norm(); };
+  if (segment(count - 2) > jump) return count - 1;
+  if (segment(0) > jump) return 0;
+  return {};
+}
+
+void cut_points(MeasuredStrand& strand, std::vector<std::size_t> stray, const Usual& usual,
+                std::vector<Outlier>& outliers) {
+  Outlier& outlier = outliers.emplace_back();
+  outlier = {Outlier::Kind::stray_point, strand.file, strand.number, stray.front(), stray.size(), 0, usual.reach};
+  for (const std::size_t i : stray) outlier.size = std::max(outlier.size, (strand.points[i] - usual.middle).norm());
+  for (auto i = stray.rbegin(); i != stray.rend(); ++i)
+    strand.points.erase(strand.points.begin() + static_cast<std::ptrdiff_t>(*i));
+  strand.length = length_of(strand.points);
+  strand.reach = reach_of(strand, usual.middle);
+}
+
+void cut_stray_points(std::vector<MeasuredStrand>& strands, const Usual& usual, std::vector<Outlier>& outliers) {
+  std::vector<std::pair<std::size_t, std::size_t>> ends;
+  for (std::size_t s = 0; s < strands.size(); ++s) {
+    std::vector<std::size_t> stray = stray_points(strands[s], usual);
+    if (!stray.empty()) {
+      cut_points(strands[s], std::move(stray), usual, outliers);
+    } else if (const auto end = jumping_end(strands[s], usual)) {
+      ends.emplace_back(s, *end);
+    }
+  }
+  // Where many strands end so, it is their shape.
+  if (static_cast<double>(ends.size()) > (1 - kUsualShare) * static_cast<double>(strands.size())) return;
+  for (const auto& [s, end] : ends) cut_points(strands[s], {end}, usual, outliers);
+}
+
+void drop_single_strands(std::vector<MeasuredStrand>& strands, const Usual& usual, std::vector<Outlier>& outliers) {
+  const double usual_length = std::max(usual.length, usual.reach);
+  std::vector<MeasuredStrand*> candidates;
+  for (MeasuredStrand& strand : strands) {
+    if (strand.reach > kFar * usual.reach || strand.length > kFar * usual_length) candidates.push_back(&strand);
+  }
+  const auto alike = [](double a, double b) { return a <= kAlike * b && b <= kAlike * a; };
+  for (MeasuredStrand* strand : candidates) {
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(candidates, [&](const MeasuredStrand* other) {
+      return alike(strand->reach, other->reach) && alike(strand->length, other->length);
+    }));
+    const bool is_absurd =
+        strand->reach > kFarInAllCases * usual.reach || strand->length > kFarInAllCases * usual_length;
+    if (count >= kAlikeMin && !is_absurd) continue;
+    strand->is_dropped = true;
+    const bool is_long = strand->length > kFar * usual_length;
+    outliers.push_back({is_long ? Outlier::Kind::too_long : Outlier::Kind::far_away, strand->file, strand->number, 0, 0,
+                        is_long ? strand->length : strand->reach, is_long ? usual.length : usual.reach});
+  }
+}
+
+void put_back(const std::vector<MeasuredStrand>& strands, std::span<StrandFile> files) {
+  for (StrandFile& file : files) file.strands = {};
+  for (const MeasuredStrand& strand : strands) {
+    if (strand.is_dropped) continue;
+    ImportedStrands& out = files[strand.file].strands;
+    for (const Vec3& x : strand.points) out.points.push_back(x.cast<float>());
+    out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
+  }
+}
+
+}  // namespace
+
+std::vector<Outlier> cut_outliers(std::span<StrandFile> files) {
+  std::vector<MeasuredStrand> strands = measured_strands(files);
+  std::vector<Outlier> outliers;
+  const double nothing = kShort * usual_length(strands);
+  std::erase_if(strands, [&](const MeasuredStrand& strand) {
+    if (strand.length > nothing) return false;
+    outliers.push_back({Outlier::Kind::no_length, strand.file, strand.number, 0, 0, 0, 0});
+    return true;
+  });
+  if (strands.size() >= kMeasuredStrandsMin) {
+    const Usual usual = usual_of(strands);
+    cut_stray_points(strands, usual, outliers);
+    drop_single_strands(strands, {usual.middle, usual.reach, usual_length(strands)}, outliers);
+  }
+  if (outliers.empty()) return outliers;
+  put_back(strands, files);
+  std::ranges::stable_sort(outliers, {}, [](const Outlier& o) { return std::pair(o.file, o.strand); });
+  return outliers;
+}
+
+}  // namespace hairnet

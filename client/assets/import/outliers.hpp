@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/assets/import/placement.hpp"
+
+namespace hairnet {
+
+// One strand of which something is cut, as a line `FILE: strand N: what and why`. Sizes are in units of the files.
+struct Outlier {
+  enum class Kind : std::uint8_t { no_length, stray_point, far_away, too_long };
+  Kind kind = Kind::no_length;
+  std::size_t file = 0, strand = 0;        // numbers from 0, as in the file
+  std::size_t point = 0, point_count = 0;  // the first of the stray points, and how many
+  double size = 0, usual = 0;              // a distance or length, and one that few strands of this hair exceed
+};
+
+// Cuts what would ruin the lattice, and what is no hair: strands without length; points that lie far from all hair and
+// their own strand, as exporters put at the origin; single strands that are far longer, or lie far away. Three strands
+// that are alike are a style, such as a long ponytail beside short hair, unless they exceed the rest twelve times.
+// All measures are quantiles over the strands of all files. Returns what it cut, by file and strand.
+std::vector<Outlier> cut_outliers(std::span<StrandFile> files);
+
+}  // namespace hairnet

@@ -1,0 +1,81 @@
+#include "client/assets/import_hair.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "client/assets/fitted_hair.hpp"
+#include "client/assets/import/guess_placement.hpp"
+#include "client/assets/import/obj.hpp"
+#include "client/assets/print_warnings.hpp"
+#include "client/assets/strand_file.hpp"
+#include "client/files/read_file.hpp"
+
+namespace hairnet {
+namespace {
+
+Result<void> take_body(const std::string& file, Result<TriangleMesh> mesh, HairParts& parts) {
+  if (!mesh) return Refusal(mesh.error());
+  if (parts.body) return Refusal(file + ": a second body beside " + parts.body_file);
+  parts.body = std::move(*mesh);
+  parts.body_file = file;
+  return {};
+}
+
+Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
+  if (strand_format_of(file)) {
+    auto strands = read_strands(file);
+    if (!strands) return Refusal(strands.error());
+    parts.strands.push_back({std::move(*strands), group, file});
+    return {};
+  }
+  const auto bytes = read_file(file);
+  if (!bytes) return Refusal(file + ": " + bytes.error());
+  if (extension_of(file) != ".obj") return Refusal(file + ": strands are read from .hair, .tfx, .data and .obj files");
+  auto lines = decode_obj_strands(as_text(*bytes));
+  if (!lines) return Refusal(file + ": " + lines.error());
+  if (lines->strand_count() == 0) return take_body(file, read_mesh(file), parts);
+  parts.strands.push_back({std::move(*lines), group, file});
+  return {};
+}
+
+Result<Groom> groom_of_body(const HairParts& parts, const HairImport& import) {
+  const Result<Placement> placement = guess_mesh_placement(*parts.body, import.body);
+  if (!placement) return Refusal(parts.body_file + ": " + placement.error());
+  print_warnings(parts.body_file, std::vector{"taken for a head, " + to_string(*placement) + "; with made hair"});
+  TriangleMesh mesh;
+  mesh.triangles = parts.body->triangles;
+  for (const Vec3f& v : parts.body->vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
+  Result<Groom> groom = fitted_hair(mesh);
+  if (!groom) return Refusal(parts.body_file + ": " + groom.error());
+  return groom;
+}
+
+}  // namespace
+
+bool is_foreign_hair(std::string_view path) {
+  return strand_format_of(path).has_value() || extension_of(path) == ".obj";
+}
+
+Result<Groom> import_hair(const HairFiles& files, const HairImport& import) {
+  HairParts parts;
+  for (std::size_t i = 0; i < files.files.size(); ++i) {
+    const std::string& file = files.files[i];
+    const std::string stem = std::filesystem::path(file).stem().string();
+    const Result<void> read = read_part(file, files.groups.empty() ? stem : files.groups.at(i), parts);
+    if (!read) return Refusal(read.error());
+  }
+  if (!files.body.empty()) {
+    if (const Result<void> read = take_body(files.body, read_mesh(files.body), parts); !read)
+      return Refusal(read.error());
+  }
+  if (parts.strands.empty() && !parts.body) return Refusal("there are no files of hair");
+  if (parts.strands.empty()) return groom_of_body(parts, import);
+  parts.name = files.name.empty() ? parts.strands.front().group : files.name;
+  Result<ImportedGroom> imported = import_hair_parts(std::move(parts), import);
+  if (!imported) return Refusal(imported.error());
+  for (const std::string& line : imported->warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  return std::move(imported->groom);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,52 @@
+#include "client/viewer/characters/characters_of_files.hpp"
+
+#include <utility>
+
+#include "client/assets/import_hair.hpp"
+#include "client/assets/load_groom.hpp"
+#include "client/assets/load_motion.hpp"
+#include "client/files/read_file.hpp"
+#include "core/hair_cards/far_cards.hpp"
+
+namespace hairnet::viewer {
+
+Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::string> files, const HairImport& import) {
+  HairFiles foreign;
+  std::vector<std::string> motions;
+  std::vector<std::shared_ptr<const Groom>> grooms;
+  for (const std::string& file : files) {
+    if (is_foreign_hair(file)) {
+      foreign.files.push_back(file);
+    } else if (extension_of(file) == ".bvh") {
+      motions.push_back(file);
+    } else if (extension_of(file) == ".groom") {
+      Result<Groom> groom = load_groom(file);
+      if (!groom) return Refusal(groom.error());
+      grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
+    } else {
+      return Refusal(file + ": not one of .hair, .tfx, .data, .obj, .groom, .bvh");
+    }
+  }
+  if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);
+  if (!foreign.files.empty()) {
+    Result<Groom> groom = import_hair(foreign, import);
+    if (!groom) return Refusal(groom.error());
+    groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));
+    grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
+  }
+  if (grooms.empty()) {
+    Result<Groom> groom = load_groom("made:long_straight");
+    if (!groom) return Refusal(groom.error());
+    grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
+  }
+  std::vector<CharacterSetup> characters;
+  for (const std::shared_ptr<const Groom>& groom : grooms) {
+    const std::string spec = motions.empty() ? kDefaultMotion : motions[0];
+    Result<Motion> motion = load_motion(spec, {}, &groom->body);
+    if (!motion) return Refusal(spec + ": " + motion.error());
+    characters.push_back({groom, std::move(*motion), LevelIndex::high, Vec3f::Zero(), {}});
+  }
+  return characters;
+}
+
+}  // namespace hairnet::viewer
