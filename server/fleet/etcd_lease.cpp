@@ -34,10 +34,10 @@ void EtcdDirectory::poll_lease(std::int64_t now_ns) {
 
 // Behind a closed fence nobody steps the rooms. While etcd hears this server, and this server does not hear etcd,
 // keep-alives would keep them from others: then it only asks for the lease. Once that is answered keep-alives may open
-// the fence, but for no longer than a lease's time: if none of them does, the lease ends.
+// the fence, but for no longer than half of a lease's time: if none of them does, the lease ends.
 bool EtcdDirectory::may_keep_alive(std::int64_t now_ns) {
   const bool is_heard = std::exchange(is_heard_, false);
-  return fence_.is_open(now_ns) || (is_heard && now_ns - heard_ns_ < lease_ns_);
+  return fence_.is_open(now_ns) || (is_heard && now_ns - heard_ns_ < lease_ns_ / 2);
 }
 
 // etcd has counted the lease's time from a moment after `from_ns`.
@@ -62,7 +62,7 @@ void EtcdDirectory::take_lease(const Call& call, const etcd::LeaseAnswer& answer
     silent_.clear();
     is_heard_ = true;
     if (heard_ns_ == 0) heard_ns_ = now_ns;
-    keep_alive_at_ns_ = now_ns - heard_ns_ < lease_ns_ ? now_ns : now_ns + lease_ns_ / 9;
+    keep_alive_at_ns_ = now_ns - heard_ns_ < lease_ns_ / 2 ? now_ns : now_ns + lease_ns_ / 9;
     return;
   }
   silent_.clear();

@@ -52,7 +52,7 @@ void EtcdDirectory::take_list(const etcd::RangeAnswer& answer) {
     entry.is_too_long |= list_page_ == 0;
     listed_.apply({.entry = std::move(entry)});
   }
-  list_page_ = std::clamp<std::int64_t>(2 * list_page_, 1, kListPage);
+  list_page_ = std::clamp<std::int64_t>(4 * list_page_, 1, kListPage);
   if (answer.has_more && !answer.entries.empty()) {
     list_from_ = answer.entries.back().key + '\0';
     return;
