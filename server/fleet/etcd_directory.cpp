@@ -263,7 +263,7 @@ void EtcdDirectory::fail(const Call& call, EtcdFault fault, std::int64_t now_ns)
     note_failed_keep_alive(call, fault, now_ns);
   const bool is_oversize = fault == EtcdFault::oversize;
   if (call.purpose == Purpose::list && is_oversize && list_page_ > 0)
-    list_page_ /= 4;
+    list_page_ = list_page_ > 1 ? std::max<std::int64_t>(list_page_ / 4, 1) : 0;
   else if (call.purpose == Purpose::list)
     list_again();
   // A watch that goes on where it was would get the same line again.

@@ -716,8 +716,9 @@ TEST_F(FleetOfTwo, skips_values_that_are_longer_than_an_answer_may_be) {
   for (const char* key : {"servers/0000000000000008", "kept/hall", "rooms/attic"})
     etcd_.put(std::string("/hairnet/test/") + key, value);
   for (int i = 0; i < 2500; ++i) etcd_.put("/hairnet/test/rooms/r" + std::to_string(i), "0000000000000009");
+  etcd_.put("/hairnet/test/rooms/a", "0000000000000009");
   run(3);
-  EXPECT_EQ(first_.directory.rooms().size(), 2500u);
+  EXPECT_EQ(first_.directory.rooms().size(), 2501u) << "with the one before the long value";
   EXPECT_EQ(first_.directory.servers().size(), 2u) << "behind the long value";
   EXPECT_TRUE(first_.directory.claim("hall", now_ns_));
   EXPECT_TRUE(first_.directory.claim("attic", now_ns_));
