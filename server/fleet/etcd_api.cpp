@@ -87,7 +87,7 @@ class Fields {
     }
     return value->get<bool>();
   }
-  std::string bytes(const char* name, std::size_t bytes_max) {
+  std::string bytes(const char* name) {
     const Json* value = find(name);
     if (!value) return {};
     if (!value->is_string()) {
@@ -95,13 +95,13 @@ class Fields {
       return {};
     }
     const auto& coded = value->get_ref<const std::string&>();
-    std::string plain(std::min(bytes_max, coded.size()), '\0');
+    std::string plain(coded.size(), '\0');
     std::size_t length = 0;
     const char* end = nullptr;
     const bool decoded = sodium_base642bin(reinterpret_cast<unsigned char*>(plain.data()), plain.size(), coded.data(),
                                            coded.size(), nullptr, &length, &end, sodium_base64_VARIANT_ORIGINAL) == 0;
     if (!decoded || end != coded.data() + coded.size()) {
-      fail(fmt::format("{} is not base64 of at most {} bytes", name, bytes_max));
+      fail(fmt::format("{} is not base64", name));
       return {};
     }
     plain.resize(length);
@@ -171,8 +171,10 @@ std::int64_t revision_of(Fields& fields, std::string& fault) {
 KeyValue entry_of(const Json& json, std::string& fault) {
   Fields fields(json, fault);
   KeyValue entry;
-  entry.key = fields.bytes("key", kKeyBytesMax);
-  entry.value = fields.bytes("value", kValueBytesMax);
+  entry.key = fields.bytes("key");
+  entry.value = fields.bytes("value");
+  entry.is_too_long = entry.key.size() > kKeyBytesMax || entry.value.size() > kValueBytesMax;
+  if (entry.is_too_long) entry.value.clear();
   entry.create_revision = fields.whole("create_revision");
   entry.mod_revision = fields.whole("mod_revision");
   entry.lease = fields.whole("lease");
@@ -219,10 +221,22 @@ Request revoke(std::int64_t lease) {
   return request("/v3/lease/revoke", {{"ID", text_of(lease)}});
 }
 
+Request time_to_live(std::int64_t lease) {
+  return request("/v3/lease/timetolive", {{"ID", text_of(lease)}});
+}
+
 Request range(std::string_view begin, std::string_view end, std::int64_t limit, std::int64_t revision) {
   return request(
       "/v3/kv/range",
       {{"key", base64(begin)}, {"range_end", base64(end)}, {"limit", text_of(limit)}, {"revision", text_of(revision)}});
+}
+
+Request first_key(std::string_view begin, std::string_view end, std::int64_t revision) {
+  return request("/v3/kv/range", {{"key", base64(begin)},
+                                  {"range_end", base64(end)},
+                                  {"limit", text_of(1)},
+                                  {"revision", text_of(revision)},
+                                  {"keys_only", true}});
 }
 
 Request put(std::string_view key, std::string_view value, std::int64_t lease) {
@@ -230,10 +244,11 @@ Request put(std::string_view key, std::string_view value, std::int64_t lease) {
 }
 
 Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside) {
-  const Json put{{"request_put", put_of(key, value, lease)}};
-  return request("/v3/kv/txn", {{"compare", Json::array({compare_of(key, 0)})},
-                                {"success", Json::array({put, range_of(beside)})},
-                                {"failure", Json::array({range_of(key), range_of(beside)})}});
+  Json success = Json::array({{{"request_put", put_of(key, value, lease)}}}), failure = Json::array({range_of(key)});
+  if (!beside.empty())
+    for (Json* actions : {&success, &failure}) actions->push_back(range_of(beside));
+  return request("/v3/kv/txn",
+                 {{"compare", Json::array({compare_of(key, 0)})}, {"success", success}, {"failure", failure}});
 }
 
 Request remove(std::string_view key, std::int64_t create_revision, const Beside& beside) {
@@ -280,6 +295,18 @@ Result<LeaseAnswer> parse_keep_alive(std::string_view text) {
   std::string fault;
   const Json json = parse(text, fault);
   return finished(lease_of(result_of(json, fault), fault), fault);
+}
+
+// etcd rounds the seconds that are left down, also to none; -1: the lease does not exist.
+Result<LeaseAnswer> parse_time_to_live(std::string_view text) {
+  std::string fault;
+  Json json = parse(text, fault);
+  const auto ttl = json.find("TTL");
+  const bool is_gone = ttl != json.end() && *ttl == "-1";
+  if (is_gone) json.erase(ttl);
+  LeaseAnswer answer = lease_of(json, fault);
+  if (!is_gone) answer.ttl_s = std::max<std::int64_t>(answer.ttl_s, 1);
+  return finished(answer, fault);
 }
 
 Result<std::int64_t> parse_put(std::string_view text) {

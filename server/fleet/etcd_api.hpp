@@ -22,10 +22,14 @@ struct Request {
 Request grant(std::int64_t ttl_s);
 Request keep_alive(std::int64_t lease);
 Request revoke(std::int64_t lease);
+// Asks whether the lease exists, and does not prolong it.
+Request time_to_live(std::int64_t lease);
 // Of the keys from `begin` up to but without `end`; `revision` 0 is the newest state.
 Request range(std::string_view begin, std::string_view end, std::int64_t limit, std::int64_t revision);
+// The first of these keys, without its value.
+Request first_key(std::string_view begin, std::string_view end, std::int64_t revision);
 Request put(std::string_view key, std::string_view value, std::int64_t lease);
-// Puts the key if it does not exist; else asks for it. In both cases also asks for `beside`.
+// Puts the key if it does not exist; else asks for it. In both cases also asks for `beside`, unless it is empty.
 Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside);
 // What a transaction does with a key beside the one that it is about.
 struct Beside {
@@ -48,6 +52,7 @@ std::string end_of(std::string_view prefix);
 struct KeyValue {
   std::string key, value;
   std::int64_t create_revision = 0, mod_revision = 0, lease = 0;
+  bool is_too_long = false;  // the key, or the value, which is left out
 };
 struct LeaseAnswer {
   std::int64_t lease = 0, ttl_s = 0;  // no time: the lease does not exist
@@ -76,6 +81,7 @@ struct WatchAnswer {
 // Each returns the answer, or one line that says what is wrong with the text.
 Result<LeaseAnswer> parse_grant(std::string_view text);
 Result<LeaseAnswer> parse_keep_alive(std::string_view text);
+Result<LeaseAnswer> parse_time_to_live(std::string_view text);
 Result<std::int64_t> parse_put(std::string_view text);  // the revision
 Result<RangeAnswer> parse_range(std::string_view text);
 Result<TxnAnswer> parse_txn(std::string_view text);

@@ -46,9 +46,10 @@ EtcdDirectory::EtcdDirectory(const EtcdDirectoryDef& def, EtcdTransport& transpo
       keys_(def.fleet),
       random_(def.seed),
       lease_ns_(def.lease_s * kSecond_ns),
-      view_(keys_, counters),
-      listed_(keys_, counters),
-      list_from_(keys_.rooms) {
+      skipped_(counters),
+      view_(keys_, skipped_),
+      listed_(keys_, skipped_) {
+  list_again();
   HAIRNET_ASSERT(def.server_id != 0);
   HAIRNET_ASSERT(def.endpoint_count > 0);
   HAIRNET_ASSERT(def.lease_s > 0);
@@ -132,7 +133,7 @@ void EtcdDirectory::poll(std::int64_t now_ns) {
     }
     poll_rooms(now_ns);
     poll_hand_overs(now_ns);
-    if (lease_ != 0 && now_ns >= retry_at_ns_) poll_kept(now_ns);
+    if (fence_.is_open(now_ns) && now_ns >= retry_at_ns_) poll_kept(now_ns);
   }
   set_gauges(now_ns);
 }
@@ -176,7 +177,7 @@ std::uint64_t EtcdDirectory::start(Purpose purpose, etcd::Request request, std::
             .lease = lease_,
             .room = std::move(room)};
   // A keep-alive goes to every endpoint in turn before it goes to one for the second time.
-  if (purpose == Purpose::keep_alive)
+  if (purpose == Purpose::keep_alive || purpose == Purpose::ask_lease)
     while (silent_.contains(call.endpoint)) call.endpoint = (call.endpoint + 1) % def_.endpoint_count;
   const std::uint64_t id = ++last_call_;
   counters_->requests.add();
@@ -255,28 +256,43 @@ void EtcdDirectory::on_fault(std::uint64_t id, EtcdFault fault, std::int64_t now
   fail(call, fault, now_ns);
 }
 
-// The next endpoint gets its turn at once; when all have had one, there is a pause, each time longer.
 void EtcdDirectory::fail(const Call& call, EtcdFault fault, std::int64_t now_ns) {
   counter_of(*counters_, fault).add();
-  if (call.generation == generation_) {
-    ++generation_;
-    endpoint_ = (endpoint_ + 1) % def_.endpoint_count;
-    ++failures_;
-    if (failures_ == def_.endpoint_count) spdlog::warn("event=etcd_unreachable");
-    if (failures_ % def_.endpoint_count == 0) {
-      const std::size_t rounds = failures_ / def_.endpoint_count;
-      const std::int64_t most_ns = std::min(kBackoffMax_ns, lease_ns_ / 9);
-      const std::int64_t wait_ns = std::min(most_ns, kBackoffMin_ns << std::min<std::size_t>(rounds - 1, 6));
-      retry_at_ns_ = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * random_.between(0.5, 1));
-    }
-    if (const auto watch = calls_.find(watch_); watch != calls_.end() && watch->second.endpoint == call.endpoint) {
-      stop_call(watch_);
-      watch_ = 0;
-    }
-  }
-  if (call.purpose == Purpose::keep_alive) note_failed_keep_alive(call, fault, now_ns);
-  if (call.purpose == Purpose::list) list_again();
+  if (call.generation == generation_) turn_to_next_endpoint(call, fault, now_ns);
+  if (call.purpose == Purpose::keep_alive || call.purpose == Purpose::ask_lease)
+    note_failed_keep_alive(call, fault, now_ns);
+  const bool is_oversize = fault == EtcdFault::oversize;
+  if (call.purpose == Purpose::list && is_oversize && list_page_ > 0)
+    list_page_ = list_page_ > 1 ? std::max<std::int64_t>(list_page_ / 4, 1) : 0;
+  else if (call.purpose == Purpose::list)
+    list_again();
+  // A watch that goes on where it was would get the same line again.
+  if (call.purpose == Purpose::watch && (is_oversize || fault == EtcdFault::malformed)) list_again();
+  if (call.purpose == Purpose::claim && is_oversize) return shorten_claim(call);
   retry_room(call);
+}
+
+// It gets its turn at once; when all have had one, there is a pause, each time longer. An answer that is too long is an
+// answer, and as long elsewhere.
+void EtcdDirectory::turn_to_next_endpoint(const Call& call, EtcdFault fault, std::int64_t now_ns) {
+  ++generation_;
+  endpoint_ = (endpoint_ + 1) % def_.endpoint_count;
+  if (fault == EtcdFault::oversize) {
+    retry_at_ns_ = now_ns + kBackoffMin_ns;
+    return;
+  }
+  ++failures_;
+  if (failures_ == def_.endpoint_count) spdlog::warn("event=etcd_unreachable");
+  if (failures_ % def_.endpoint_count == 0) {
+    const std::size_t rounds = failures_ / def_.endpoint_count;
+    const std::int64_t most_ns = std::min(kBackoffMax_ns, lease_ns_ / 9);
+    const std::int64_t wait_ns = std::min(most_ns, kBackoffMin_ns << std::min<std::size_t>(rounds - 1, 6));
+    retry_at_ns_ = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * random_.between(0.5, 1));
+  }
+  if (const auto watch = calls_.find(watch_); watch != calls_.end() && watch->second.endpoint == call.endpoint) {
+    stop_call(watch_);
+    watch_ = 0;
+  }
 }
 
 void EtcdDirectory::take(const Call& call, std::string_view body, std::int64_t now_ns) {
@@ -293,6 +309,8 @@ void EtcdDirectory::take(const Call& call, std::string_view body, std::int64_t n
       return give(etcd::parse_grant(body), [&](const auto& answer) { take_lease(call, answer, now_ns); });
     case Purpose::keep_alive:
       return give(etcd::parse_keep_alive(body), [&](const auto& answer) { take_lease(call, answer, now_ns); });
+    case Purpose::ask_lease:
+      return give(etcd::parse_time_to_live(body), [&](const auto& answer) { take_lease(call, answer, now_ns); });
     case Purpose::revoke:
       lease_ = 0;
       return;

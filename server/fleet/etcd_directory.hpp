@@ -76,6 +76,7 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   enum class Purpose : std::uint8_t {
     grant,
     keep_alive,
+    ask_lease,
     revoke,
     publish,
     list,
@@ -103,6 +104,7 @@ class EtcdDirectory final : public Directory, public EtcdSink {
     std::uint64_t call = 0;       // under way; 0: none
     std::string kept = {};        // what moves with the room
     bool is_kept = false;         // etcd may have some of it
+    bool skips_kept = false;      // what an earlier owner has kept makes the answer to a claim too long
     bool is_told = false;         // in `owned`: room_claimed has been taken
     std::uint64_t kept_call = 0;  // that writes it; 0: none
     bool is_sent = false;         // in `claiming`: etcd may have executed a claim under this lease
@@ -122,6 +124,7 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   std::uint64_t start(Purpose purpose, etcd::Request request, std::int64_t now_ns, std::string room = {});
   void stop_call(std::uint64_t id);
   void end_overdue_calls(std::int64_t now_ns);
+  void turn_to_next_endpoint(const Call& call, EtcdFault fault, std::int64_t now_ns);
   void fail(const Call& call, EtcdFault fault, std::int64_t now_ns);
   void take(const Call& call, std::string_view body, std::int64_t now_ns);
   [[nodiscard]] bool is_under_way(Purpose purpose) const;
@@ -132,12 +135,15 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   void poll_status(std::int64_t now_ns);
   void note_fence(std::int64_t now_ns);
   void take_lease(const Call& call, const etcd::LeaseAnswer& answer, std::int64_t now_ns);
+  [[nodiscard]] bool may_keep_alive(std::int64_t now_ns);
   void note_failed_keep_alive(const Call& call, EtcdFault fault, std::int64_t now_ns);
   void lose_lease(std::int64_t now_ns);
 
   // Rooms.
   void poll_rooms(std::int64_t now_ns);
   void take_claim(const Call& call, const etcd::TxnAnswer& answer, std::int64_t now_ns);
+  void lose_claim(const std::string& name, std::uint64_t owner, std::string reason);
+  void shorten_claim(const Call& call);
   void take_release(const Call& call, std::int64_t now_ns);
   void retry_room(const Call& call);
   void poll_hand_overs(std::int64_t now_ns);
@@ -182,6 +188,8 @@ class EtcdDirectory final : public Directory, public EtcdSink {
 
   std::int64_t lease_ = 0;  // 0: none
   std::int64_t keep_alive_at_ns_ = 0;
+  bool is_heard_ = false;      // ask_lease has an answer, since the last keep-alive
+  std::int64_t heard_ns_ = 0;  // when it had one first since the fence has closed; 0: not yet
   std::set<std::size_t> silent_;  // endpoints that have not answered a keep-alive since silent_from_ns_
   std::int64_t silent_from_ns_ = 0;
   bool is_paused_ = false, is_stopping_ = false;
@@ -199,9 +207,11 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   std::map<std::string, HandOver, std::less<>> hand_overs_;
   std::vector<FleetEvent> events_;
 
+  SkippedEntries skipped_;
   FleetView view_, listed_;
   bool is_listed_ = false;  // view_ has been complete once
   std::string list_from_;   // empty: no list is under way
+  std::int64_t list_page_;  // entries of the next answer; 0: one key, whose value is too long
   std::uint64_t watch_ = 0;
   std::int64_t watch_until_ns_ = 0;
 };

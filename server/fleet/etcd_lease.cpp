@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "server/fleet/etcd_directory.hpp"
 #include "server/fleet/fleet_values.hpp"
@@ -23,9 +24,20 @@ void EtcdDirectory::poll_lease(std::int64_t now_ns) {
   }
   if (lease_ == 0) {
     if (may_retry && !is_under_way(Purpose::grant)) start(Purpose::grant, etcd::grant(def_.lease_s), now_ns);
-  } else if (now_ns >= keep_alive_at_ns_ && !is_under_way(Purpose::keep_alive)) {
-    start(Purpose::keep_alive, etcd::keep_alive(lease_), now_ns);
+  } else if (now_ns >= keep_alive_at_ns_ && !is_under_way(Purpose::keep_alive) && !is_under_way(Purpose::ask_lease)) {
+    if (may_keep_alive(now_ns))
+      start(Purpose::keep_alive, etcd::keep_alive(lease_), now_ns);
+    else
+      start(Purpose::ask_lease, etcd::time_to_live(lease_), now_ns);
   }
+}
+
+// Behind a closed fence nobody steps the rooms. While etcd hears this server, and this server does not hear etcd,
+// keep-alives would keep them from others: then it only asks for the lease. Once that is answered keep-alives may open
+// the fence, but for no longer than half of a lease's time: if none of them does, the lease ends.
+bool EtcdDirectory::may_keep_alive(std::int64_t now_ns) {
+  const bool is_heard = std::exchange(is_heard_, false);
+  return fence_.is_open(now_ns) || (is_heard && now_ns - heard_ns_ < lease_ns_ / 2);
 }
 
 // etcd has counted the lease's time from a moment after `from_ns`.
@@ -42,10 +54,19 @@ void EtcdDirectory::take_lease(const Call& call, const etcd::LeaseAnswer& answer
     spdlog::info("event=lease_granted server={}", id_text(status_.id));
   } else if (call.lease != lease_) {
     return;
+  } else if (answer.lease != lease_) {
+    return fail(call, EtcdFault::malformed, now_ns);
   } else if (answer.ttl_s == 0) {
     return lose_lease(now_ns);
+  } else if (call.purpose == Purpose::ask_lease) {
+    silent_.clear();
+    is_heard_ = true;
+    if (heard_ns_ == 0) heard_ns_ = now_ns;
+    keep_alive_at_ns_ = now_ns - heard_ns_ < lease_ns_ / 2 ? now_ns : now_ns + lease_ns_ / 9;
+    return;
   }
   silent_.clear();
+  heard_ns_ = 0;
   keep_alive_at_ns_ = call.sent_ns + lease_ns_ / 3;
   open_fence(call.sent_ns, std::min(answer.ttl_s * 1'000'000'000, lease_ns_));
   note_fence(now_ns);

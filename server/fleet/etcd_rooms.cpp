@@ -8,6 +8,7 @@
 #include "schema/limits.hpp"
 #include "server/fleet/etcd_directory.hpp"
 #include "server/fleet/fleet_values.hpp"
+#include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -98,8 +99,9 @@ void EtcdDirectory::poll_rooms(std::int64_t now_ns) {
                (is_claim ? fence_.is_open(now_ns) : kept_lease_ != 0 || !kept_due_.contains(name))) {
       const std::string key = keys_.of_room(name);
       room.is_sent |= is_claim;
-      room.call = is_claim ? start(Purpose::claim,
-                                   etcd::claim(key, owner_value(status_.id), lease_, keys_.of_kept(name)), now_ns, name)
+      const std::string beside = room.skips_kept ? std::string() : keys_.of_kept(name);
+      room.call = is_claim ? start(Purpose::claim, etcd::claim(key, owner_value(status_.id), lease_, beside), now_ns,
+                                   name)
                            : start(Purpose::release, etcd::remove(key, room.claim, kept_of(name, room)), now_ns, name);
       next = due_.erase(next);
       continue;
@@ -133,6 +135,10 @@ void EtcdDirectory::take_claim(const Call& call, const etcd::TxnAnswer& answer, 
     return entry == answer.found.end() ? nullptr : &*entry;
   };
   const etcd::KeyValue* kept = entry_at(keys_.of_kept(call.room));
+  if (kept && kept->is_too_long) {
+    skipped_.add(*kept);
+    kept = nullptr;
+  }
   if (answer.succeeded) return win(call.room, room, answer.revision, kept);
   const etcd::KeyValue* held = entry_at(keys_.of_room(call.room));
   if (!held) return fail(call, EtcdFault::malformed, now_ns);
@@ -146,17 +152,32 @@ void EtcdDirectory::take_claim(const Call& call, const etcd::TxnAnswer& answer, 
   }
   // The watch tells the end of this entry only if the copy has not come so far yet.
   if (answer.revision > view_.revision) view_.apply({.entry = existing});
+  lose_claim(call.room, owner, owner == 0 ? "its entry in etcd is not valid" : "another server owns the room");
+}
+
+void EtcdDirectory::lose_claim(const std::string& name, std::uint64_t owner, std::string reason) {
   counters_->claims_lost.add();
-  const bool was_ours = room.give_up_ns == 0;
+  const bool was_ours = rooms_.at(name).give_up_ns == 0;
   if (was_ours) {
     counters_->rooms_lost.add();
-    spdlog::warn("event=room_lost room=\"{}\" owner={}", call.room, id_text(owner));
+    spdlog::warn("event=room_lost room=\"{}\" owner={}", name, id_text(owner));
   }
   emit({.kind = was_ours ? FleetEvent::Kind::room_lost : FleetEvent::Kind::claim_failed,
-        .room = call.room,
+        .room = name,
         .owner = owner,
-        .reason = "another server owns the room"});
-  forget(call.room);
+        .reason = std::move(reason)});
+  forget(name);
+}
+
+// Without what is kept of the room its answer is short, unless the room's own entry is too long.
+void EtcdDirectory::shorten_claim(const Call& call) {
+  const auto found = rooms_.find(call.room);
+  if (found == rooms_.end()) return;
+  if (found->second.skips_kept) return lose_claim(call.room, 0, "its entry in etcd is too long");
+  found->second.skips_kept = true;
+  counters_->entries_refused_oversize.add();
+  spdlog::warn("event=fleet_entry_skipped key={} reason=oversize", log_text(keys_.of_kept(call.room)));
+  retry_room(call);
 }
 
 void EtcdDirectory::win(const std::string& name, Room& room, std::int64_t claim, const etcd::KeyValue* kept) {

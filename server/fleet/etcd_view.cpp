@@ -19,7 +19,10 @@ void EtcdDirectory::poll_view(std::int64_t now_ns) {
   const std::string end = etcd::end_of(keys_.servers);
   if (!list_from_.empty()) {
     if (!is_under_way(Purpose::list))
-      start(Purpose::list, etcd::range(list_from_, end, kListPage, listed_.revision), now_ns);
+      start(Purpose::list,
+            list_page_ == 0 ? etcd::first_key(list_from_, end, listed_.revision)
+                            : etcd::range(list_from_, end, list_page_, listed_.revision),
+            now_ns);
     return;
   }
   if (watch_ != 0 && now_ns >= watch_until_ns_) {
@@ -37,14 +40,19 @@ void EtcdDirectory::look_again(std::int64_t now_ns) {
 }
 
 void EtcdDirectory::list_again() {
-  listed_ = FleetView(keys_, *counters_);
+  listed_ = FleetView(keys_, skipped_);
   list_from_ = keys_.rooms;
+  list_page_ = kListPage;
 }
 
 // All pages show the state at the revision of the first one.
 void EtcdDirectory::take_list(const etcd::RangeAnswer& answer) {
   if (listed_.revision == 0) listed_.revision = answer.revision;
-  for (const etcd::KeyValue& entry : answer.entries) listed_.apply({.entry = entry});
+  for (etcd::KeyValue entry : answer.entries) {
+    entry.is_too_long |= list_page_ == 0;
+    listed_.apply({.entry = std::move(entry)});
+  }
+  list_page_ = std::clamp<std::int64_t>(4 * list_page_, 1, kListPage);
   if (answer.has_more && !answer.entries.empty()) {
     list_from_ = answer.entries.back().key + '\0';
     return;
@@ -52,7 +60,8 @@ void EtcdDirectory::take_list(const etcd::RangeAnswer& answer) {
   counters_->lists.add();
   list_from_.clear();
   is_listed_ = true;
-  view_ = std::exchange(listed_, FleetView(keys_, *counters_));
+  view_ = std::exchange(listed_, FleetView(keys_, skipped_));
+  if (!view_.server(status_.id)) told_.clear();  // somebody else has written or deleted it
   for (const auto& [name, owner] : view_.rooms())
     if (owner.server_id == status_.id) check_room(name, view_.revision);
   std::vector<std::string> own;
@@ -79,10 +88,12 @@ void EtcdDirectory::take_watch(std::uint64_t id, const etcd::WatchAnswer& answer
   const std::int64_t before = view_.revision;
   bool is_news = false;
   if (answer.changes.empty() && !answer.is_created) view_.revision = std::max(before, answer.revision);
+  const std::string own_key = keys_.of_server(status_.id);
   for (const etcd::Change& change : answer.changes) {
     const std::int64_t revision = change.entry.mod_revision;
     if (revision <= before) continue;
     view_.revision = std::max(view_.revision, revision);
+    if (change.entry.key == own_key && change.entry.lease != lease_) told_.clear();  // somebody else has written it
     if (const auto room = view_.apply(change)) {
       check_room(*room, revision);
       is_news = true;

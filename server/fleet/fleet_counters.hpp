@@ -50,6 +50,7 @@ struct FleetCounters : CounterSet {
   Counter lists{*this, "fleet_lists"};      // of all servers and rooms, at the start and after a compaction
   Counter watches{*this, "fleet_watches"};  // begun
   Counter entries_refused_malformed{*this, "fleet_entries_refused", "reason", "malformed"};
+  Counter entries_refused_oversize{*this, "fleet_entries_refused", "reason", "oversize"};
   Counter entries_refused_full{*this, "fleet_entries_refused", "reason", "full"};
 };
 

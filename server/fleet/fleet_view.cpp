@@ -1,7 +1,10 @@
 #include "server/fleet/fleet_view.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include "schema/limits.hpp"
 #include "server/fleet/fleet_values.hpp"
+#include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 
@@ -9,17 +12,29 @@ std::string FleetKeys::of_server(std::uint64_t id) const {
   return servers + id_text(id);
 }
 
+void SkippedEntries::add(const etcd::KeyValue& entry) {
+  (entry.is_too_long ? counters_->entries_refused_oversize : counters_->entries_refused_malformed).add();
+  if (told_.size() >= kToldMax) told_.clear();
+  if (!told_.insert(entry.mod_revision).second) return;
+  spdlog::warn("event=fleet_entry_skipped key={} revision={} reason={}", log_text(entry.key), entry.mod_revision,
+               entry.is_too_long ? "oversize" : "malformed");
+}
+
 std::optional<std::string> FleetView::apply(const etcd::Change& change) {
   const std::string_view key = change.entry.key;
+  if (change.entry.is_too_long) {
+    skipped_->add(change.entry);
+    return {};
+  }
   if (key.starts_with(keys_->servers)) {
     if (const auto id = parse_id(key.substr(keys_->servers.size())))
       apply_server(*id, change);
     else
-      counters_->entries_refused_malformed.add();
+      skipped_->add(change.entry);
     return {};
   }
   if (!key.starts_with(keys_->rooms)) {
-    counters_->entries_refused_malformed.add();
+    skipped_->add(change.entry);
     return {};
   }
   const std::string_view room = key.substr(keys_->rooms.size());
@@ -30,11 +45,11 @@ std::optional<std::string> FleetView::apply(const etcd::Change& change) {
   }
   const auto server_id = parse_owner(change.entry.value);
   if (!wire::is_room_name(room) || !server_id) {
-    counters_->entries_refused_malformed.add();
+    skipped_->add(change.entry);
     return {};
   }
   if (known == rooms_.end() && rooms_.size() >= kFleetRoomsMax) {
-    counters_->entries_refused_full.add();
+    skipped_->add_beyond_bound();
     return {};
   }
   rooms_.insert_or_assign(
@@ -50,11 +65,11 @@ void FleetView::apply_server(std::uint64_t id, const etcd::Change& change) {
   }
   const Result<ServerStatus> status = parse_status(change.entry.value);
   if (!status || status->id != id) {
-    counters_->entries_refused_malformed.add();
+    skipped_->add(change.entry);
     return;
   }
   if (!servers_.contains(id) && servers_.size() >= kFleetServersMax) {
-    counters_->entries_refused_full.add();
+    skipped_->add_beyond_bound();
     return;
   }
   servers_.insert_or_assign(id, *status);

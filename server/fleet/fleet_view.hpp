@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,19 @@ struct FleetKeys {
   [[nodiscard]] std::string of_kept(std::string_view room) const { return kept + std::string(room); }
 };
 
+// Counts the entries that are skipped, and warns of each value once.
+class SkippedEntries {
+ public:
+  explicit SkippedEntries(FleetCounters& counters) : counters_(&counters) {}
+  void add(const etcd::KeyValue& entry);
+  void add_beyond_bound() { counters_->entries_refused_full.add(); }
+
+ private:
+  static constexpr std::size_t kToldMax = 1000;
+  FleetCounters* counters_;
+  std::set<std::int64_t> told_;  // revisions
+};
+
 // A copy of what etcd has of one fleet, at a revision. It may be old; a claim alone decides who owns a room.
 class FleetView {
  public:
@@ -37,9 +51,9 @@ class FleetView {
     std::int64_t claim = 0, lease = 0;
   };
 
-  FleetView(const FleetKeys& keys, FleetCounters& counters) : keys_(&keys), counters_(&counters) {}
+  FleetView(const FleetKeys& keys, SkippedEntries& skipped) : keys_(&keys), skipped_(&skipped) {}
 
-  // Takes an entry, or its deletion. Entries that are not valid, and those beyond the bounds, are refused and counted.
+  // Takes an entry, or its deletion. Entries that are not valid, and those beyond the bounds, are skipped.
   // Returns the room that has changed; none for a server, or when nothing has.
   std::optional<std::string> apply(const etcd::Change& change);
   [[nodiscard]] const ServerStatus* server(std::uint64_t id) const;
@@ -54,7 +68,7 @@ class FleetView {
   void apply_server(std::uint64_t id, const etcd::Change& change);
 
   const FleetKeys* keys_;
-  FleetCounters* counters_;
+  SkippedEntries* skipped_;
   std::map<std::uint64_t, ServerStatus> servers_;
   std::map<std::string, Owner, std::less<>> rooms_;
 };

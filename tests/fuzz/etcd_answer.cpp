@@ -10,7 +10,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
   const auto check = [](const etcd::KeyValue& entry) {
-    fuzz::require(!entry.key.empty() && entry.key.size() <= etcd::kKeyBytesMax, "a key");
+    fuzz::require(!entry.key.empty() && (entry.is_too_long || entry.key.size() <= etcd::kKeyBytesMax), "a key");
     fuzz::require(entry.value.size() <= etcd::kValueBytesMax && entry.mod_revision > 0, "an entry");
   };
   const auto refused = [](const auto& answer) {
@@ -24,8 +24,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       break;
     }
     case 1: {
-      const auto answer = etcd::parse_keep_alive(text);
-      if (!refused(answer)) fuzz::require(answer->lease > 0 && answer->ttl_s >= 0, "a lease");
+      for (const auto& answer : {etcd::parse_keep_alive(text), etcd::parse_time_to_live(text)})
+        if (!refused(answer)) fuzz::require(answer->lease > 0 && answer->ttl_s >= 0, "a lease");
       break;
     }
     case 2: {

@@ -171,7 +171,7 @@ const std::vector<Preset>& presets() {
                    "steady:14s:name=calm,measured=no", "steady:20s:name=big,attack=big",
                    "steady:14s:name=calm,measured=no", "steady:15s:name=resume,attack=resume",
                    "steady:14s:name=calm,measured=no", "steady:20s:name=offers,attack=offers",
-                   "steady:14s:name=calm,measured=no", "steady:15s:name=silent,attack=silent",
+                   "steady:14s:name=calm,measured=no", "steady:15s:name=silent,attack=silent,half_open=4",
                    "steady:14s:name=calm,measured=no", "steady:15s:name=hellos,attack=hellos",
                    "steady:14s:name=calm,measured=no", "steady:15s:name=prologue,attack=prologue",
                    "steady:14s:name=calm,measured=no", "steady:15s:name=churn,attack=churn",

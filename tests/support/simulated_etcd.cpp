@@ -2,6 +2,7 @@
 
 #include <sodium.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "core/assert.hpp"
@@ -77,6 +78,14 @@ SimulatedEtcd::Answer SimulatedEtcd::handle(const std::string& path, const std::
     }
     return {200, R"({"result":{"header":)" + header() + R"(,"ID":")" + std::to_string(id) + "\"" + ttl + "}}\n"};
   }
+  if (path == "/v3/lease/timetolive") {
+    const std::int64_t id = whole(request, "ID");
+    const auto lease = leases_.find(id);
+    const bool is_gone = lease == leases_.end();
+    Json answer{{"header", Json::parse(header())}, {"ID", std::to_string(id)}};
+    set(answer, "TTL", is_gone ? -1 : std::max<std::int64_t>((lease->second.ends_ns - now_ns) / kSecond_ns, 0));
+    return {200, answer.dump()};
+  }
   if (path == "/v3/lease/revoke") {
     if (!leases_.contains(whole(request, "ID"))) return lease_gone();
     revoke(whole(request, "ID"));
@@ -116,7 +125,8 @@ SimulatedEtcd::Json SimulatedEtcd::found(const Json& range) const {
       break;
     }
     ++count;
-    Json kv{{"key", coded(key)}, {"value", coded(entry.value)}};
+    Json kv{{"key", coded(key)}};
+    if (!range.value("keys_only", false)) kv["value"] = coded(entry.value);
     set(kv, "create_revision", entry.create_revision);
     set(kv, "mod_revision", entry.mod_revision);
     set(kv, "version", entry.version);

@@ -12,6 +12,16 @@ void EtcdLine::keep_time() {
   });
 }
 
+void EtcdLine::put_bad_value(const std::string& key, std::int64_t end_ns, Random& random) {
+  const std::string values[] = {"", "{}", "nobody", std::string(server::etcd::kValueBytesMax + 1, 'x'),
+                                std::string(kAnswerBytesMax, 'x')};
+  const std::string& value = values[random.next() % std::size(values)];
+  etcd.put(key, value);
+  timeline->at(end_ns, [this, key, value] {
+    if (etcd.value(key) == value) etcd.remove(key);
+  });
+}
+
 EtcdLineEnd::EtcdLineEnd(EtcdLine& line, std::function<std::int64_t()> own_ns, std::uint64_t seed)
     : line_(&line), own_ns_(std::move(own_ns)), random_(seed) {}
 
@@ -26,12 +36,21 @@ std::int64_t EtcdLineEnd::delay() {
   return static_cast<std::int64_t>(delay_ms * 1e6);
 }
 
+// Cut short, or with something behind it.
+std::string EtcdLineEnd::spoil(std::string text) {
+  if (random_.unit() >= line_->damaged) return text;
+  if (random_.unit() < 0.5) return text + "}";
+  text.resize(random_.next() % text.size());
+  return text;
+}
+
 bool EtcdLineEnd::is_reached(std::size_t endpoint) const {
-  return !is_cut_ && !line_->etcd.is_down() && !line_->dead_members.contains(endpoint);
+  return cut_ != LineCut::both && !line_->etcd.is_down() && !line_->dead_members.contains(endpoint);
 }
 
 void EtcdLineEnd::send(server::EtcdCall call) {
   open_.insert(call.id);
+  if (cut_ == LineCut::requests) return;
   if (!is_reached(call.endpoint)) return refuse(call.id);
   if (random_.unit() < line_->loss) return;
   line_->timeline->after(delay(), [this, alive = alive_, call = std::move(call)]() mutable {
@@ -40,7 +59,7 @@ void EtcdLineEnd::send(server::EtcdCall call) {
 }
 
 void EtcdLineEnd::refuse(std::uint64_t call) {
-  if (line_->is_silent) return;
+  if (line_->is_silent || cut_ == LineCut::answers) return;
   deliver(call, line_->timeline->now_ns() + kMs, [this, call] {
     open_.erase(call);
     sink_->on_fault(call, server::EtcdFault::unreachable, own_ns_());
@@ -48,15 +67,20 @@ void EtcdLineEnd::refuse(std::uint64_t call) {
 }
 
 void EtcdLineEnd::arrive(server::EtcdCall call) {
+  if (cut_ == LineCut::requests) return;
   if (!is_reached(call.endpoint)) return refuse(call.id);
   if (call.is_stream) return open_stream(call);
   const auto answer = line_->etcd.handle(call.path, call.body, line_->now_ns());
   if (random_.unit() < line_->loss) return;
-  deliver(call.id, line_->timeline->now_ns() + delay(), [this, call, answer] {
-    if (is_cut_) return;
-    open_.erase(call.id);
-    sink_->on_answer(call.id, answer.status, answer.body, own_ns_());
-  });
+  const int times = random_.unit() < line_->repeated ? 2 : 1;
+  deliver(call.id, line_->timeline->now_ns() + delay() + late_ns_,
+          [this, id = call.id, status = answer.status, body = spoil(answer.body), times] {
+            if (loses_answers()) return;
+            open_.erase(id);
+            if (body.size() > EtcdLine::kAnswerBytesMax)
+              return sink_->on_fault(id, server::EtcdFault::oversize, own_ns_());
+            for (int n = 0; n < times; ++n) sink_->on_answer(id, status, body, own_ns_());
+          });
 }
 
 void EtcdLineEnd::open_stream(const server::EtcdCall& call) {
@@ -65,12 +89,19 @@ void EtcdLineEnd::open_stream(const server::EtcdCall& call) {
   const std::uint64_t watch = line_->etcd.watch(call.body, [this, alive = alive_, id = call.id](std::string text) {
     if (!*alive || !streams_.contains(id)) return;
     Stream& stream = streams_.at(id);
-    if (random_.unit() < line_->loss / 20) stream.is_dead = true;
+    if (cut_ == LineCut::answers || random_.unit() < line_->loss / 20) stream.is_dead = true;
     if (stream.is_dead) return;
-    stream.last_ns = std::max(stream.last_ns + 1, line_->timeline->now_ns() + delay());
-    deliver(id, stream.last_ns, [this, id, line = std::move(text)] {
-      const auto found = streams_.find(id);
-      if (found != streams_.end() && !found->second.is_dead) sink_->on_line(id, line, own_ns_());
+    stream.last_ns = std::max(stream.last_ns + 1, line_->timeline->now_ns() + delay() + late_ns_);
+    const int times = random_.unit() < line_->repeated ? 2 : 1;
+    deliver(id, stream.last_ns, [this, id, line = spoil(std::move(text)), times] {
+      if (line.size() > EtcdLine::kAnswerBytesMax) {
+        cancel(id);
+        return sink_->on_fault(id, server::EtcdFault::oversize, own_ns_());
+      }
+      for (int n = 0; n < times; ++n) {
+        const auto found = streams_.find(id);
+        if (found != streams_.end() && !found->second.is_dead) sink_->on_line(id, line, own_ns_());
+      }
     });
   });
   streams_[call.id].watch = watch;
@@ -104,16 +135,18 @@ void EtcdLineEnd::resume() {
   for (const auto& action : std::exchange(waiting_, {})) action();
 }
 
-void EtcdLineEnd::cut(bool is_cut) {
-  is_cut_ = is_cut;
-  if (is_cut) break_streams();
+void EtcdLineEnd::cut(LineCut cut) {
+  cut_ = cut;
+  if (cut == LineCut::both) break_streams();
+  if (cut != LineCut::answers) return;
+  for (auto& [call, stream] : streams_) stream.is_dead = true;
 }
 
 void EtcdLineEnd::break_streams() {
   for (auto& [call, stream] : streams_) {
     stream.is_dead = true;
     const std::uint64_t id = call;
-    if (!line_->is_silent)
+    if (!line_->is_silent && cut_ != LineCut::answers)
       deliver(id, line_->timeline->now_ns() + kMs, [this, id] {
         cancel(id);
         sink_->on_fault(id, server::EtcdFault::broken, own_ns_());

@@ -5,20 +5,32 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "core/random.hpp"
+#include "server/fleet/etcd_api.hpp"
 #include "server/fleet/etcd_transport.hpp"
 #include "tests/support/simulated_etcd.hpp"
 #include "tests/whole/timeline.hpp"
 
 namespace hairnet::whole {
 
+// What gets lost without a word.
+enum class LineCut : std::uint8_t {
+  none,
+  both,      // and etcd's machine may refuse connections
+  requests,  // etcd does not hear the server
+  answers,   // the server does not hear etcd
+};
+
 // etcd and the line between it and the servers.
 struct EtcdLine {
   EtcdLine(Timeline& timeline_of_all, std::uint64_t seed) : timeline(&timeline_of_all), etcd(seed) {}
   void keep_time();  // from now on leases end by themselves
   void come_up() { etcd.come_up(now_ns()); }
+  // Somebody writes a value that no server can use; it stays until `end_ns`, unless a server writes its own.
+  void put_bad_value(const std::string& key, std::int64_t end_ns, Random& random);
   [[nodiscard]] std::int64_t now_ns() const {  // by etcd's own clock
     return static_cast<std::int64_t>(static_cast<double>(timeline->now_ns()) * clock_rate);
   }
@@ -30,7 +42,11 @@ struct EtcdLine {
   std::int64_t slow_ns = 500 * kMs;    // at most so late
   std::set<std::size_t> dead_members;  // endpoints that answer nobody
   bool is_silent = false;              // what does not answer refuses no connection either
+  double damaged = 0;                  // share of answers and of lines of watches
+  double repeated = 0;                 // share of them that come twice
   double clock_rate = 1;               // of etcd's own clock
+  // Less than kAnswerBytesMax, since such values take time: two that are as long as may be do not fit.
+  static constexpr std::size_t kAnswerBytesMax = 2 * server::etcd::kValueBytesMax;
 };
 
 // A server's end of that line.
@@ -46,9 +62,10 @@ class EtcdLineEnd final : public server::EtcdTransport {
 
   void pause() { is_paused_ = true; }  // the server's process stands still: what arrives waits
   void resume();
-  void cut(bool is_cut);  // off from etcd
+  void cut(LineCut cut);
+  void make_late(std::int64_t late_ns) { late_ns_ = late_ns; }  // what etcd says; 0: as the line is
   void break_streams();
-  [[nodiscard]] bool is_cut() const { return is_cut_; }
+  [[nodiscard]] bool is_good() const { return cut_ == LineCut::none && late_ns_ == 0; }
 
   std::function<void()> on_delivered;  // something to the sink; may be empty
 
@@ -59,6 +76,8 @@ class EtcdLineEnd final : public server::EtcdTransport {
     bool is_dead = false;      // silently
   };
   [[nodiscard]] std::int64_t delay();
+  [[nodiscard]] std::string spoil(std::string text);
+  [[nodiscard]] bool loses_answers() const { return cut_ == LineCut::both || cut_ == LineCut::answers; }
   [[nodiscard]] bool is_reached(std::size_t endpoint) const;
   void arrive(server::EtcdCall call);
   void deliver(std::uint64_t call, std::int64_t at_ns, std::function<void()> action);
@@ -73,7 +92,9 @@ class EtcdLineEnd final : public server::EtcdTransport {
   std::set<std::uint64_t> open_;  // calls that the directory waits for
   std::map<std::uint64_t, Stream> streams_;
   std::vector<std::function<void()>> waiting_;  // arrived while paused
-  bool is_cut_ = false, is_paused_ = false;
+  LineCut cut_ = LineCut::none;
+  std::int64_t late_ns_ = 0;
+  bool is_paused_ = false;
 };
 
 }  // namespace hairnet::whole

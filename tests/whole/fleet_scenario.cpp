@@ -28,7 +28,20 @@ constexpr std::uint32_t kBan_s = 1000;
 constexpr int kKeptOut = 50;  // the first number of players who may not enter
 const std::string kModerator = "moderator";
 
-enum class FleetFault { cut, pause, kill, drain, etcd_down, member_down, compaction, broken_line, rejoin };
+enum class FleetFault {
+  cut,
+  late,
+  pause,
+  kill,
+  drain,
+  etcd_down,
+  member_down,
+  compaction,
+  bad_value,
+  lying,
+  broken_line,
+  rejoin
+};
 
 // Several servers of a fleet, their etcd and clients, on one thread.
 class FleetTrial {
@@ -44,6 +57,8 @@ class FleetTrial {
   void plan_faults();
   void begin_fault(std::int64_t end_ns);
   void cut(ServerHost& host, std::int64_t end_ns);
+  void late(ServerHost& host, std::int64_t end_ns);
+  void bad_value(std::int64_t end_ns);
   void pause(ServerHost& host, std::int64_t end_ns);
   void kill(ServerHost& host, std::int64_t end_ns);
   void drain(ServerHost& host);
@@ -214,15 +229,18 @@ void FleetTrial::plan_faults() {
 
 void FleetTrial::begin_fault(std::int64_t end_ns) {
   using enum FleetFault;
-  constexpr std::array kKinds{cut, pause, kill, drain, drain, etcd_down, member_down, compaction, broken_line, rejoin};
+  constexpr std::array kKinds{cut,         cut,        late,      pause, kill,        drain, drain, etcd_down,
+                              member_down, compaction, bad_value, lying, broken_line, rejoin};
   FleetFault kind = kKinds[random_.next() % kKinds.size()];
   // With rooms that go on without etcd, only what all servers meet alike is harmless.
-  if (goes_on_ && (kind == cut || kind == pause)) kind = etcd_down;
+  if (goes_on_ && (kind == cut || kind == late || kind == pause || kind == lying)) kind = etcd_down;
   ServerHost& host = *hosts_[random_.next() % hosts_.size()];
   Player& player = *players_[random_.next() % players_.size()];
   switch (kind) {
     case cut:
       return this->cut(host, end_ns);
+    case late:
+      return this->late(host, end_ns);
     case pause:
       return this->pause(host, end_ns);
     case kill:
@@ -242,6 +260,12 @@ void FleetTrial::begin_fault(std::int64_t end_ns) {
       journal_.count("compaction");
       if (!line_.etcd.is_down()) line_.etcd.compact();
       return;
+    case bad_value:
+      return this->bad_value(end_ns);
+    case lying:
+      journal_.count("damaged and repeated answers of etcd");
+      line_.damaged = line_.repeated = 0.1;
+      return timeline_.at(end_ns, [this] { line_.damaged = line_.repeated = 0; });
     case broken_line:
     case rejoin:
       return disturb(player, kind == rejoin);
@@ -249,13 +273,34 @@ void FleetTrial::begin_fault(std::int64_t end_ns) {
 }
 
 void FleetTrial::cut(ServerHost& host, std::int64_t end_ns) {
-  if (host.is_ended() || host.line_end().is_cut()) return;
-  journal_.count("server cut off from etcd");
-  report(host.config().fleet.address + " is cut off from etcd");
-  host.line_end().cut(true);
+  if (host.is_ended() || !host.line_end().is_good()) return;
+  static constexpr const char* kNames[] = {"", "server cut off from etcd", "server is not heard by etcd",
+                                           "server does not hear etcd"};
+  const std::uint64_t cut = 1 + random_.next() % 3;
+  journal_.count(kNames[cut]);
+  report(host.config().fleet.address + ": " + kNames[cut]);
+  host.line_end().cut(static_cast<LineCut>(cut));
   timeline_.at(end_ns, [&host, life = host.life()] {
-    if (!host.is_ended() && host.life() == life) host.line_end().cut(false);
+    if (!host.is_ended() && host.life() == life) host.line_end().cut(LineCut::none);
   });
+}
+
+void FleetTrial::late(ServerHost& host, std::int64_t end_ns) {
+  if (host.is_ended() || !host.line_end().is_good()) return;
+  journal_.count("server hears etcd late");
+  report(host.config().fleet.address + " hears etcd late");
+  host.line_end().make_late(moment(lease_s_ * kSecond_ns / 3, lease_s_ * kSecond_ns * 5 / 4));
+  timeline_.at(end_ns, [&host, life = host.life()] {
+    if (!host.is_ended() && host.life() == life) host.line_end().make_late(0);
+  });
+}
+
+void FleetTrial::bad_value(std::int64_t end_ns) {
+  if (line_.etcd.is_down()) return;
+  journal_.count("bad value in etcd");
+  const std::string key = chance(0.5) ? "servers/0000000000000001" : "kept/" + rooms_[random_.next() % rooms_.size()];
+  report("a bad value in etcd: " + key);
+  line_.put_bad_value("/hairnet/default/" + key, end_ns, random_);
 }
 
 void FleetTrial::pause(ServerHost& host, std::int64_t end_ns) {
@@ -348,7 +393,7 @@ std::string FleetTrial::unsettled() const {
 // The end of all disturbances: everybody must have frames again.
 void FleetTrial::calm() {
   report("calm");
-  line_.loss = line_.slow = 0;
+  line_.loss = line_.slow = line_.damaged = line_.repeated = 0;
   const auto why_older = [this]() -> std::string {
     const bool has_arrived =
         std::ranges::all_of(players_, [](const auto& player) { return player->has_all_arrived(); });

@@ -114,13 +114,28 @@ TEST(EtcdApi, refuses_fields_of_wrong_type_and_range) {
   EXPECT_FALSE(parse_grant(std::string(100'000, '['))) << "deep nesting";
 }
 
-TEST(EtcdApi, refuses_keys_and_values_that_are_too_long) {
-  const auto with_value = [](std::size_t bytes) {
-    return R"({"header":{"revision":"3"},"kvs":[{"key":"YQ==","create_revision":"3","mod_revision":"3","value":")" +
-           std::string(bytes / 3 * 4, 'A') + R"("}]})";
+TEST(EtcdApi, leaves_out_keys_and_values_that_are_too_long_and_reads_the_rest) {
+  const auto is_left_out = [](std::size_t key_bytes, std::size_t value_bytes) {
+    const std::string entry = R"("create_revision":"3","mod_revision":"3","value":")";
+    const auto answer = parse_range(R"({"header":{"revision":"3"},"kvs":[{"key":")" +
+                                    std::string(key_bytes / 3 * 4, 'A') + "\"," + entry +
+                                    std::string(value_bytes / 3 * 4, 'A') + R"("},{"key":"YQ==",)" + entry + R"("}]})");
+    EXPECT_EQ(answer->entries.at(1).key, "a");
+    EXPECT_EQ(answer->entries.at(0).key.size(), key_bytes) << "a list goes on behind it";
+    EXPECT_EQ(answer->entries.at(0).value.size(), answer->entries.at(0).is_too_long ? 0 : value_bytes);
+    return answer->entries.at(0).is_too_long;
   };
-  EXPECT_TRUE(parse_range(with_value(65'535)));
-  EXPECT_FALSE(parse_range(with_value(65'538)));
+  EXPECT_FALSE(is_left_out(510, 65'535));
+  EXPECT_TRUE(is_left_out(510, 65'538));
+  EXPECT_TRUE(is_left_out(513, 3));
+}
+
+TEST(EtcdApi, a_lease_with_less_than_a_second_left_is_not_gone) {
+  EXPECT_EQ(parse_time_to_live(R"({"ID":"7","TTL":"4","grantedTTL":"5"})")->ttl_s, 4);
+  EXPECT_EQ(parse_time_to_live(R"({"ID":"7","grantedTTL":"5"})")->ttl_s, 1);
+  EXPECT_EQ(parse_time_to_live(R"({"ID":"7","TTL":"-1"})")->ttl_s, 0);
+  EXPECT_FALSE(parse_time_to_live(R"({"ID":"7","TTL":"-2"})"));
+  EXPECT_FALSE(parse_time_to_live(R"({"TTL":"4"})"));
 }
 
 TEST(EtcdApi, tells_a_lease_that_is_gone_from_other_errors) {

@@ -42,13 +42,27 @@ class Member final : public EtcdTransport {
         directory.on_answer(call.id, answers_with->status, answers_with->body, now_ns);
       } else {
         const auto answer = etcd_->handle(call.path, call.body, now_ns);
-        directory.on_answer(call.id, answer.status, answer.body, now_ns);
+        const bool is_lost = is_deaf || (is_deaf_to_keep_alives && call.path == "/v3/lease/keepalive");
+        if (!is_lost) answers_.push_back({now_ns + late_ns, call.id, answer});
       }
+    }
+    while (!answers_.empty() && now_ns >= answers_.front().at_ns) {
+      const Answer answer = std::move(answers_.front());
+      answers_.pop_front();
+      if (cancelled.contains(answer.call)) continue;
+      if (answer.answer.body.size() > answer_bytes_max)
+        directory.on_fault(answer.call, EtcdFault::oversize, now_ns);
+      else
+        directory.on_answer(answer.call, answer.answer.status, answer.answer.body, now_ns);
     }
     while (!lines_.empty() && !holds_lines) {
       const auto [id, line] = lines_.front();
       lines_.pop_front();
-      directory.on_line(id, line, now_ns);
+      if (is_deaf) continue;
+      if (line.size() > answer_bytes_max)
+        directory.on_fault(id, EtcdFault::oversize, now_ns);
+      else
+        directory.on_line(id, line, now_ns);
     }
     if (!takes_events) return;
     for (FleetEvent& event : directory.take_events()) events.push_back(std::move(event));
@@ -63,6 +77,10 @@ class Member final : public EtcdTransport {
   }
 
   bool is_cut = false, is_silent = false, holds_lines = false, takes_events = true;
+  bool is_deaf = false;      // etcd hears it, and it hears nothing
+  bool is_deaf_to_keep_alives = false;
+  std::int64_t late_ns = 0;  // by which answers come later
+  std::size_t answer_bytes_max = etcd::kAnswerBytesMax;
   std::optional<support::SimulatedEtcd::Answer> answers_with;  // instead of etcd's
   std::vector<FleetEvent> events;
   std::set<std::uint64_t> cancelled;
@@ -70,8 +88,14 @@ class Member final : public EtcdTransport {
   FleetCounters counters;
 
  private:
+  struct Answer {
+    std::int64_t at_ns = 0;
+    std::uint64_t call = 0;
+    support::SimulatedEtcd::Answer answer;
+  };
   support::SimulatedEtcd* etcd_;
   std::vector<EtcdCall> sent_;
+  std::deque<Answer> answers_;
   std::deque<std::pair<std::uint64_t, std::string>> lines_;
   std::map<std::uint64_t, std::uint64_t> streams_;
 
@@ -98,6 +122,25 @@ class FleetOfTwo : public testing::Test {
       if (with_second) second_.step(now_ns_);
       EXPECT_FALSE(first_.directory.holds("hall", now_ns_) && second_.directory.holds("hall", now_ns_));
     }
+  }
+  // The first server has the hall and its line goes bad: another one can have it two leases after frames have stopped.
+  void expect_the_hall_to_move() {
+    while (first_.directory.holds("hall", now_ns_)) run(0.02);
+    const std::int64_t stopped_ns = now_ns_;
+    while (kind(second_) != Kind::unowned && now_ns_ - stopped_ns < 18 * kSecond_ns) run(0.02);
+    EXPECT_TRUE(second_.directory.claim("hall", now_ns_));
+    run(0.1);
+    EXPECT_EQ(kind(second_), Kind::here);
+  }
+  // Its line is good again.
+  void expect_the_first_to_join_afresh() {
+    run(4);
+    EXPECT_EQ(first_.counters.leases_lost.value(), 1u);
+    EXPECT_EQ(first_.count(FleetEvent::Kind::room_lost), 1u);
+    EXPECT_EQ(kind(first_), Kind::elsewhere);
+    EXPECT_TRUE(first_.directory.claim("attic", now_ns_));
+    run(1);
+    EXPECT_TRUE(first_.directory.holds("attic", now_ns_));
   }
   Kind kind(Member& member) { return member.directory.where("hall", now_ns_).kind; }
   // The lease of the room ends meanwhile.
@@ -358,6 +401,42 @@ TEST_F(FleetOfTwo, a_cut_off_server_stops_before_another_can_have_its_room) {
   EXPECT_EQ(kind(first_), Kind::elsewhere);
 }
 
+TEST_F(FleetOfTwo, a_server_that_does_not_hear_etcd_leaves_its_rooms_to_others) {
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  first_.is_deaf = true;
+  expect_the_hall_to_move();
+  first_.is_deaf = false;
+  expect_the_first_to_join_afresh();
+}
+
+TEST_F(FleetOfTwo, a_server_that_etcd_answers_too_late_leaves_its_rooms_to_others) {
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  first_.late_ns = 4 * kSecond_ns;
+  expect_the_hall_to_move();
+  first_.late_ns = 0;
+  expect_the_first_to_join_afresh();
+}
+
+TEST_F(FleetOfTwo, a_server_that_hears_etcd_too_late_every_other_time_leaves_its_rooms_to_others) {
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  first_.is_deaf_to_keep_alives = true;
+  expect_the_hall_to_move();
+  first_.is_deaf_to_keep_alives = false;
+  expect_the_first_to_join_afresh();
+}
+
+TEST_F(FleetOfTwo, a_server_that_does_not_hear_etcd_fills_it_with_no_leases) {
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  first_.is_deaf = true;
+  first_.directory.keep("hall", "text", now_ns_);
+  run(120);
+  EXPECT_LE(etcd_.lease_count(), 8u);
+}
+
 TEST_F(FleetOfTwo, a_lost_lease_gives_rooms_back_that_nobody_has_taken) {
   first_.directory.claim("hall", now_ns_);
   run(1);
@@ -517,6 +596,20 @@ TEST_F(FleetOfTwo, with_go_on_rooms_do_not_stop_while_etcd_is_dead) {
   EXPECT_EQ(third.counters.leases_lost.value(), 0u);
 }
 
+TEST_F(FleetOfTwo, with_go_on_the_rooms_of_a_server_that_does_not_hear_etcd_go_on_and_are_its_own) {
+  EtcdDirectoryDef bold = def(3);
+  bold.without_etcd = WithoutEtcd::go_on;
+  Member third(etcd_, bold);
+  third.directory.claim("attic", now_ns_);
+  for (int i = 0; i < 3000; ++i, now_ns_ += 20 * kMs) {
+    third.is_deaf = i > 50;
+    etcd_.advance(now_ns_);
+    third.step(now_ns_);
+    ASSERT_TRUE(i < 20 || third.directory.holds("attic", now_ns_)) << i;
+    ASSERT_TRUE(i < 20 || !etcd_.value("/hairnet/test/rooms/attic").empty()) << i;
+  }
+}
+
 TEST_F(FleetOfTwo, with_go_on_a_server_that_slept_does_not_go_on) {
   EtcdDirectoryDef bold = def(3);
   bold.without_etcd = WithoutEtcd::go_on;
@@ -589,6 +682,58 @@ TEST_F(FleetOfTwo, refuses_entries_that_are_not_valid) {
   EXPECT_EQ(first_.count(FleetEvent::Kind::claim_failed), 1u) << "the key exists, whoever wrote it";
 }
 
+TEST_F(FleetOfTwo, skips_values_that_are_too_long_wherever_they_are) {
+  const std::string value(etcd::kValueBytesMax + 1, 'x');
+  run(1);
+  for (const char* key : {"servers/0000000000000009", "servers/0000000000000002", "rooms/attic", "kept/hall"})
+    etcd_.put(std::string("/hairnet/test/") + key, value);
+  etcd_.put("/hairnet/test/rooms/" + std::string(etcd::kKeyBytesMax, 'k'), "0000000000000009");
+  run(2);
+  EXPECT_TRUE(first_.directory.claim("hall", now_ns_));
+  run(1);
+  EXPECT_EQ(kind(first_), Kind::here);
+  EXPECT_EQ(kind(second_), Kind::elsewhere) << "and its watch goes on";
+  EXPECT_EQ(first_.counters.entries_refused_oversize.value(), 5u);
+  EXPECT_EQ(first_.counters.lists.value(), 1u);
+  EXPECT_LT(etcd_.value("/hairnet/test/servers/0000000000000002").size(), 1000u) << "a server writes its own again";
+  Member third(etcd_, def(3));
+  for (int i = 0; i < 50; ++i, now_ns_ += 20 * kMs) third.step(now_ns_);
+  EXPECT_EQ(third.directory.where("hall", now_ns_).kind, Kind::elsewhere) << "the list is read";
+  EXPECT_EQ(third.directory.servers().size(), 3u);
+  EXPECT_TRUE(third.directory.claim("attic", now_ns_));
+  for (int i = 0; i < 50; ++i, now_ns_ += 20 * kMs) third.step(now_ns_);
+  EXPECT_EQ(third.count(FleetEvent::Kind::claim_failed), 1u) << "the key exists, whoever wrote it";
+  etcd_.remove("/hairnet/test/rooms/attic");
+  EXPECT_TRUE(third.directory.claim("attic", now_ns_));
+  for (int i = 0; i < 50; ++i, now_ns_ += 20 * kMs) third.step(now_ns_);
+  EXPECT_TRUE(third.directory.holds("attic", now_ns_));
+}
+
+TEST_F(FleetOfTwo, skips_values_that_are_longer_than_an_answer_may_be) {
+  first_.answer_bytes_max = second_.answer_bytes_max = 2 * etcd::kValueBytesMax;  // long ones take time
+  const std::string value(first_.answer_bytes_max, 'x');
+  run(1);
+  for (const char* key : {"servers/0000000000000008", "kept/hall", "rooms/attic"})
+    etcd_.put(std::string("/hairnet/test/") + key, value);
+  for (int i = 0; i < 2500; ++i) etcd_.put("/hairnet/test/rooms/r" + std::to_string(i), "0000000000000009");
+  etcd_.put("/hairnet/test/rooms/a", "0000000000000009");
+  run(3);
+  EXPECT_EQ(first_.directory.rooms().size(), 2501u) << "with the one before the long value";
+  EXPECT_EQ(first_.directory.servers().size(), 2u) << "behind the long value";
+  EXPECT_TRUE(first_.directory.claim("hall", now_ns_));
+  EXPECT_TRUE(first_.directory.claim("attic", now_ns_));
+  run(2);
+  EXPECT_EQ(kind(first_), Kind::here);
+  EXPECT_EQ(first_.count(FleetEvent::Kind::claim_failed), 1u);
+  EXPECT_EQ(kind(second_), Kind::elsewhere);
+  EXPECT_TRUE(first_.directory.is_reachable());
+  for (const char* key : {"servers/0000000000000008", "kept/hall", "rooms/attic"})
+    etcd_.remove(std::string("/hairnet/test/") + key);
+  EXPECT_TRUE(second_.directory.claim("attic", now_ns_));
+  run(2);
+  EXPECT_TRUE(second_.directory.holds("attic", now_ns_));
+}
+
 TEST_F(FleetOfTwo, malformed_answers_are_counted_and_do_no_harm) {
   first_.directory.claim("hall", now_ns_);
   first_.answers_with = support::SimulatedEtcd::Answer{200, "{\"ID\":7}"};
@@ -637,6 +782,17 @@ TEST_F(FleetOfTwo, a_server_that_stops_leaves_nothing) {
   EXPECT_FALSE(first_.directory.is_stopped());
   run(0.1);
   EXPECT_TRUE(first_.directory.is_stopped());
+  EXPECT_EQ(kind(second_), Kind::unowned);
+  EXPECT_EQ(second_.directory.servers().size(), 1u);
+}
+
+TEST_F(FleetOfTwo, a_server_that_stops_and_does_not_hear_etcd_leaves_nothing) {
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  first_.is_deaf = true;
+  run(1);
+  first_.directory.stop(now_ns_);
+  run(1);
   EXPECT_EQ(kind(second_), Kind::unowned);
   EXPECT_EQ(second_.directory.servers().size(), 1u);
 }
