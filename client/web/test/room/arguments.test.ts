@@ -191,7 +191,10 @@ describe("numbers that a moment's computation has spoilt", () => {
   }
 
   test("are dropped, counted and told once a second, and what was before stays", () => {
-    const warn = vi.spyOn(console, "warn").mockReset().mockImplementation(() => {});
+    const warn = vi
+      .spyOn(console, "warn")
+      .mockReset()
+      .mockImplementation(() => {});
     const clock = vi.spyOn(performance, "now").mockReturnValue(50_000);
     const { room, me, sent } = withCharacter();
     const good = rigidPose([0, 0, 0, 1], [1, 2, 3]);
