@@ -60,8 +60,8 @@ struct SessionContext {
   // In a fleet: rooms whose last session has left since the last look for empty rooms.
   std::set<std::string> rooms_left = {};
   std::map<std::string, KeptWind> winds = {};  // in a fleet: that clients have set, by room
-  std::set<std::string> rooms_changed = {};  // whose rules, wind or members (where locked) have changed
-  std::string outgrown_room = {};            // takes no newcomers: this server has no time for more; empty: none
+  std::set<std::string> rooms_changed = {};    // whose rules, wind or members (where locked) have changed
+  std::string outgrown_room = {};              // takes no newcomers: this server has no time for more; empty: none
 };
 
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
@@ -136,7 +136,7 @@ class Session final : public PacketSink {
   void note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void send_on_streams(std::int64_t now_ns);
-  void note_member_change();        // a fleet keeps the members of a locked room
+  void note_member_change();  // a fleet keeps the members of a locked room
   void forget_wind(bool is_room_empty);
   void leave(std::int64_t now_ns);  // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);

@@ -17,15 +17,20 @@ export class DroppedInput {
     const nowMs = performance.now();
     if (nowMs - this.#toldMs < 1000) return;
     this.#toldMs = nowMs;
-    console.warn(`hairnet: ${what}; it was dropped (${this.#count} so far)`);
+    tell(`${what}; it was dropped (${this.#count} so far)`);
   }
 
   /** Tells of something that lasts until the program changes it; not counted. */
   tellOnce(what: string): void {
     if (this.#toldOnce.has(what)) return;
     this.#toldOnce.add(what);
-    console.warn(`hairnet: ${what}`);
+    tell(what);
   }
+}
+
+function tell(line: string): void {
+  // biome-ignore lint/suspicious/noConsole: it is for the program's author, who may listen to no event.
+  console.warn(`hairnet: ${line}`);
 }
 
 /** The first of the numbers that is not finite, also in lists: "speed is NaN". Null: all are. */

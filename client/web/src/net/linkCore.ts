@@ -127,6 +127,8 @@ export class LinkCore {
   #redirects = 0;
   /** time of the first redirect since the last welcome */
   #sentOnNs: number | null = null;
+  /** " at" the address of the server that was asked last, or "" */
+  #where = "";
   #endDetail = "";
   #endReason = GoodbyeReason.none;
 
@@ -269,7 +271,12 @@ export class LinkCore {
         break;
       case "opening":
       case "greeting":
-        this.#lose(GoodbyeReason.none, "no welcome from the server within the time-out", nowNs, true);
+        this.#lose(
+          GoodbyeReason.none,
+          `no welcome from the server${this.#where} within ${this.#options.connectTimeoutS} s`,
+          nowNs,
+          true,
+        );
         break;
       case "leaving":
         this.#end(GoodbyeReason.clientLeaves, kClosedHere);
@@ -312,8 +319,10 @@ export class LinkCore {
     return !this.hasEnded;
   }
 
-  onOpening(nowNs: number): void {
+  /** `where`: the server's address, for people; "": its owner does not say. */
+  onOpening(nowNs: number, where = ""): void {
     if (!this.wantsConnection) return;
+    this.#where = where === "" ? "" : ` at ${where}`;
     this.#connection = true;
     this.#state = "opening";
     this.#deadlineNs = nowNs + 1e9 * this.#options.connectTimeoutS;
@@ -478,7 +487,11 @@ export class LinkCore {
   #pollActive(nowNs: number): void {
     if (this.#silence.look(nowNs) && this.#welcome!.signsOfLife) {
       ++this.#counters.serversSilent;
-      return this.#lose(GoodbyeReason.none, `the server is silent: nothing came from it for ${kSilenceS} s`, nowNs);
+      return this.#lose(
+        GoodbyeReason.none,
+        `the server${this.#where} is silent: nothing came from it for ${kSilenceS} s`,
+        nowNs,
+      );
     }
     if (nowNs - this.#sentNs >= 1e9 * this.#options.keepAliveS) {
       if (this.#queue.isEmpty) this.#enqueue({ type: "poseBatch", poses: [] }); // a keep-alive

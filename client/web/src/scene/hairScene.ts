@@ -195,9 +195,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   #finiteViews(views: readonly View[]): View[] {
     return views.filter((view) => {
-      const isFinite = isFiniteView(view);
-      if (!isFinite) this.#dropped.drop("a camera's matrix is not finite");
-      return isFinite;
+      const isUsable = isFiniteView(view);
+      if (!isUsable) this.#dropped.drop("a camera's matrix is not finite");
+      return isUsable;
     });
   }
 

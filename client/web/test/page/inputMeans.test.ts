@@ -4,7 +4,7 @@ import { watchInputMeans } from "../../page/inputMeans";
 /** A device, and whether hints of mouse and keys are hidden on it. */
 function device(hasMouse: boolean) {
   const classes = new Set<string>();
-  const classList = { toggle: (name: string, on: boolean) => (on ? classes.add(name) : classes.delete(name), on) };
+  const classList = { toggle: (name: string, on: boolean) => (on ? classes.add(name) : classes.delete(name)) };
   const media = Object.assign(new EventTarget(), { matches: hasMouse });
   const keys = new EventTarget();
   watchInputMeans({ classList } as never, media as never, keys as never);

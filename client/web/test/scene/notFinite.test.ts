@@ -28,7 +28,8 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
   afterEach(() => hair.dispose());
 
   function update(): void {
-    hair.updateAt((nowMs += 1000), camera);
+    nowMs += 1000;
+    hair.updateAt(nowMs, camera);
   }
 
   const spoilers: Record<string, () => void> = {
