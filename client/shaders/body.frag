@@ -32,12 +32,13 @@ void main() {
   // The scalp has the colour of hair at its roots (hair_albedo), so that partings show no light streaks.
   vec3 albedo = mix(record(row, 5).rgb, record(row, 2).rgb * 0.55, roots);
   vec4 rotation = record(row, 0);
+  float size = 1.0 + record(row, 4).w;
   float ambient = min(ambient_transmittance(light_sides, light_ends) * light_changes.w, 1.0);
   vec3 sum = albedo * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) *
              pow(vec3(ambient), 1.3 - albedo);  // where little light arrives, skin lights skin, warmly
   for (int i = 0; i < 3; ++i) {
     vec3 l = light_direction[i];
-    float left = min(transmittance(light_sides, light_ends, rotate_back(rotation, l)) * light_changes[i], 1.0);
+    float left = min(transmittance(light_sides, light_ends, to_head_axes(rotation, size, l)) * light_changes[i], 1.0);
     sum += (albedo * wrapped(dot(n, l)) + (1.0 - roots) * sheen(n, l, v)) * light_colour[i] * left;
   }
   colour = vec4(to_target_through_fog(sum, position_scene), 1.0);

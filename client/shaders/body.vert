@@ -35,6 +35,7 @@ void main() {
     total += share[b];
   }
   position_scene /= max(total, 1e-3);
+  normal_scene *= sign(size);
   light_sides = sides;
   light_ends = ends.xy;
   light_changes = light_change(row, rest, rotate_back(record(row, 0), position_scene - record(row, 1).xyz) / size);

@@ -34,7 +34,7 @@ void main() {
   float phase = 6.2832 * (place.y * (5.0 + 8.0 * hair.z) + 7.0 * hair.y + number);
   vec3 along = normalize(tangent_scene), side = normalize(cross(along, normal_scene) + 1e-6);
   vec3 t = normalize(along + 0.8 * waviness * (sin(phase) * side + cos(1.3 * phase) * normal_scene));
-  vec3 sum = shade_hair(position_scene, t, character.rotation, albedo, chance, light_sides, light_ends, light_changes);
+  vec3 sum = shade_hair(position_scene, t, character.rotation, character.size, albedo, chance, light_sides, light_ends, light_changes);
   // A card represents hairs around it: its edges turn away from the viewer.
   float facing = 0.75 + 0.25 * abs(dot(normalize(normal_scene), normalize(cameraPosition - position_scene)));
   colour = vec4(to_target_through_fog(sum * facing, position_scene), drawn);

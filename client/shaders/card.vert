@@ -37,7 +37,7 @@ void main() {
   if (opacity <= 0.0) return;
   HairPoint point = deform(character, rest, direction);
   position_scene = to_scene(character, point.position);
-  tangent_scene = rotate(character.rotation, normalize(point.tangent + vec3(0.0, -1e-6, 0.0)));
+  tangent_scene = to_scene_axes(character.rotation, character.size, normalize(point.tangent + vec3(0.0, -1e-6, 0.0)));
   normal_scene = normalize(cross(rotate(character.rotation, point.frame * side.xyz), tangent_scene) + vec3(0.0, 1e-6, 0.0));
   light_sides = sides;
   light_ends = ends.xy;

@@ -2,8 +2,7 @@
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; first row of its strands' points
 //   2 hair albedo at the root; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far cards; quadratic share of the FFD
-//   4 follow hairs; how far they stray, m; 1 when a lattice moves the hair; by how much of itself the character is
-//   enlarged
+//   4 follow hairs; how far they stray, m; 1 when a lattice moves the hair; size - 1
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
 //   9, 11, 13, 15 w: size of a cell of its grid of density, m; weight of its strands there
@@ -31,7 +30,7 @@ struct Character {
   float width;
   float strand_share, strand_opacity, card_opacity, quadratic;
   float follow_hairs, stray;
-  float size;  // 1: the size of its groom
+  float size;  // 1: the size of its groom; negative: mirrored in the head joint, which with a rotation is any mirror
   bool is_moved;
   int row;
 };

@@ -9,6 +9,7 @@ in vec4 light_sides;
 in vec2 light_ends;
 in vec4 albedo_opacity;
 flat in vec4 rotation;
+flat in float size;
 
 out vec4 colour;
 
@@ -33,7 +34,7 @@ void main() {
   float ambient = ambient_transmittance(light_sides, light_ends);
   vec3 sum = albedo.rgb * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) * ambient;
   for (int i = 0; i < 3; ++i) {
-    float left = transmittance(light_sides, light_ends, rotate_back(rotation, light_direction[i]));
+    float left = transmittance(light_sides, light_ends, to_head_axes(rotation, size, light_direction[i]));
     sum += cloth_light(n, v, light_direction[i], albedo.rgb, 1.0 - 0.6 * albedo.a) * light_colour[i] * left;
   }
   colour = vec4(to_target_through_fog(sum, position_scene), drawn);

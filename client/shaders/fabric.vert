@@ -18,6 +18,7 @@ out vec4 light_sides;
 out vec2 light_ends;
 out vec4 albedo_opacity;
 flat out vec4 rotation;
+flat out float size;
 
 void main() {
   Character character = load_character(first_record + gl_InstanceID);
@@ -34,12 +35,13 @@ void main() {
     normal_scene = normalize(cross(right, t) + 1e-6);
     // At least a pixel wide.
     float clip_w = max(to_clip(position_scene).w, 1e-3);
-    position_scene += sign(cord) * max(abs(cord) * character.size, 0.5 * clip_w / px_per_m()) * right;
+    position_scene += sign(cord) * max(abs(cord * character.size), 0.5 * clip_w / px_per_m()) * right;
     cord_side = sign(cord) * right;
   }
   light_sides = sides;
   light_ends = ends.xy;
   albedo_opacity = albedo;
   rotation = character.rotation;
+  size = character.size;
   gl_Position = to_clip(position_scene);
 }

@@ -46,14 +46,14 @@ vec3 hair_albedo(vec3 albedo, vec4 chance, float s) {
   return min(own * mix(0.55, 1.0, smoothstep(0.0, 0.2, s)) * mix(1.0, 1.2, s), vec3(0.95));
 }
 
-// All lights on hair at `position` (scene) with unit tangent `t`; `rotation`: of the head; `change`: of the lights since
-// the resting hair (light_change).
-vec3 shade_hair(vec3 position, vec3 t, vec4 rotation, vec3 albedo, vec4 chance, vec4 sides, vec2 ends, vec4 change) {
+// All lights on hair at `position` (scene) with unit tangent `t`; `rotation`, `size`: of the head; `change`: of the
+// lights since the resting hair (light_change).
+vec3 shade_hair(vec3 position, vec3 t, vec4 rotation, float size, vec3 albedo, vec4 chance, vec4 sides, vec2 ends, vec4 change) {
   vec3 v = normalize(cameraPosition - position);
   float ambient = min(ambient_transmittance(sides, ends) * change.w, 1.0);
   vec3 sum = albedo * mix(ambient_below, ambient_above, ambient) * ambient;
   for (int i = 0; i < 3; ++i) {
-    float left = min(transmittance(sides, ends, rotate_back(rotation, light_direction[i])) * change[i], 1.0);
+    float left = min(transmittance(sides, ends, to_head_axes(rotation, size, light_direction[i])) * change[i], 1.0);
     // Light hair transmits and scatters light that dark hair absorbs.
     vec3 passed = pow(vec3(max(left, 1e-3)), 1.0 - 0.75 * sqrt(albedo));
     sum += hair_light(t, v, light_direction[i], albedo, chance) * light_colour[i] * passed;

@@ -45,6 +45,10 @@ vec4 random4(uint seed) {  // in [0, 1)
 vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 vec3 rotate_back(vec4 q, vec3 v) { return rotate(vec4(-q.xyz, q.w), v); }
 
+// A direction of the scene in the axes of a head with that rotation and size, and the other way round.
+vec3 to_head_axes(vec4 rotation, float size, vec3 v) { return sign(size) * rotate_back(rotation, v); }
+vec3 to_scene_axes(vec4 rotation, float size, vec3 v) { return sign(size) * rotate(rotation, v); }
+
 // Linear up to 0.6, then a shoulder that never reaches 1.
 vec3 tone_map(vec3 colour) {
   vec3 x = colour * exposure;

@@ -52,7 +52,7 @@ void main() {
   vec3 head = position_of(point);
   vec3 before = s > 0.0 ? position_of(texelFetch(placed_points, texel_of(number - 1, first_row), 0)) : head;
   vec3 after = s < 1.0 ? position_of(texelFetch(placed_points, texel_of(number + 1, first_row), 0)) : head;
-  vec3 t = rotate(character.rotation, normalize(after - before + vec3(0.0, -1e-9, 0.0)));
+  vec3 t = to_scene_axes(character.rotation, character.size, normalize(after - before + vec3(0.0, -1e-9, 0.0)));
   if (copy > 0) head += rotate(rotation_of(point), follow_hair_offset(chance, s, character.stray));
   vec3 position = to_scene(character, head);
 
@@ -62,7 +62,7 @@ void main() {
   float widened = 1.0 + 0.8 * character.follow_hairs;
 #else
   vec4 change = light_change(character.row, texelFetch(rest_points, texel_of(number, 0), 0).xyz, position_of(point));
-  vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy, change);
+  vec3 colour = shade_hair(position, t, character.rotation, character.size, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy, change);
   colour = to_target_through_fog(colour, position);
   float widened = 1.0;
 #endif

@@ -29,7 +29,7 @@ std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
   }
   for (std::size_t i = 0; i < groom.points.size(); ++i) {
     if (!within(groom.points[i], limits.coordinate_max_m))
-      return fault_at("point", i, "not finite or too far from the head");
+      return fault_at("point", i, too_far(limits.coordinate_max_m));
   }
   return {};
 }
@@ -43,7 +43,7 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
   if (body.bone_weights.size() != mesh.vertices.size()) return "bone weights are not one entry a body vertex";
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     if (!within(mesh.vertices[v], limits.coordinate_max_m))
-      return fault_at("body vertex", v, "not finite or too far away");
+      return fault_at("body vertex", v, too_far(limits.coordinate_max_m));
     float sum = 0;
     for (const float weight : body.bone_weights[v]) {
       if (!(weight >= 0 && weight <= 1.001f)) return fault_at("body vertex", v, "a bone weight is not in [0, 1]");
@@ -57,7 +57,7 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
     }
   }
   for (std::size_t b = 0; b < kBoneCount; ++b) {
-    if (!within(body.joints[b], limits.coordinate_max_m)) return fault_at("joint", b, "not finite or too far away");
+    if (!within(body.joints[b], limits.coordinate_max_m)) return fault_at("joint", b, too_far(limits.coordinate_max_m));
   }
   return {};
 }

@@ -204,7 +204,7 @@ std::string validate_far_cards(const Groom& groom, const GroomLimits& limits) {
   for (std::size_t i = 0; i < far.points.size(); ++i) {
     const Vec3f& x = far.points[i];
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > limits.coordinate_max_m)
-      return fault_at("far cards' point", i, "not finite or too far from the head");
+      return fault_at("far cards' point", i, too_far(limits.coordinate_max_m));
   }
   return {};
 }

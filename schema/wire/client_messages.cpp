@@ -255,7 +255,8 @@ std::string validate(const Observe& observe) {
   if (observe.mode == ObserveMode::radius && !(observe.radius_m >= 0 && observe.radius_m <= kObserveRadiusMax_m))
     return "radius_m is not in [0, " + std::to_string(static_cast<int>(kObserveRadiusMax_m)) + "]";
   if (observe.from && !(observe.from->allFinite() && observe.from->cwiseAbs().maxCoeff() <= kPositionMax_m))
-    return "the point it is measured from is not finite or too far";
+    return "the point it is measured from is not finite, or beyond " +
+           std::to_string(static_cast<int>(kPositionMax_m)) + " m";
   if (!(observe.error_m >= 0 && observe.error_m <= kObserveErrorMax_m)) return "error_m is not in [0, 1]";
   return {};
 }

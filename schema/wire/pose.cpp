@@ -27,15 +27,16 @@ PoseRefusal validate_pose(const Pose& pose) {
 }
 
 const char* to_string(PoseRefusal refusal) {
+  static_assert(kPositionMax_m == 10'000);
   switch (refusal) {
     case PoseRefusal::none:
       return "none";
     case PoseRefusal::not_finite:
-      return "not_finite";
+      return "the pose is not finite";
     case PoseRefusal::not_unit:
-      return "not_unit";
+      return "a rotation of the pose is not of length 1";
     case PoseRefusal::too_far:
-      return "too_far";
+      return "the pose is too far away: a coordinate is more than 10 000 m";
   }
   return "unknown";
 }

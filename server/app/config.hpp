@@ -68,7 +68,7 @@ struct Config {
   std::string token_key_file;                            // clients need tokens signed by it; empty: none
   std::string token_revoked_file;                        // names of revoked tokens, one a line; empty: none
   std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
-  std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room exists, with its wind, mutes and lock
+  std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room exists, with its mutes and lock
   double drain_s = 2;                                    // at shutdown, for clients to read what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;

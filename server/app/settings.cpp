@@ -220,7 +220,7 @@ void add_limits(List& list, Config& c) {
                "seconds in which a client may resume after its connection broke");
   list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400,
-               "seconds that an empty room exists, with its wind, mutes and lock");
+               "seconds that an empty room exists, with its mutes and lock");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
                "seconds in which a client reads nothing, or too slowly, then the session ends");
   list.seconds(s.download_stalled_ns, "download_stalled_s", 1, 3600,

@@ -30,6 +30,7 @@ struct DetachSession {  // its connection is lost; its characters stay
 };
 struct CloseSession {  // and its characters
   SessionId session = 0;
+  bool goes_on_elsewhere = false;  // with its room, on another server: the wind that it has set stays the room's
 };
 struct FromClient {  // a message that the tick acts on, in the client's own numbers of characters and members
   SessionId session = 0;

@@ -12,13 +12,14 @@ constexpr const char* kHead =
     R"(<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="1"><title>Fleet</title>
 <style>
 body { font: 15px system-ui, sans-serif; margin: 2rem; color: #222; background: #fff }
-table { border-collapse: collapse; margin: 0 0 2rem } th, td { text-align: left; padding: .3rem 1.2rem .3rem 0; border-bottom: 1px solid #ddd }
+table { border-collapse: collapse; margin: 0 0 2rem } th, td { text-align: left; padding: .3rem 1.2rem .3rem 0; border-bottom: 1px solid #ddd; unicode-bidi: isolate }
 meter { width: 8rem } .warning { color: #a40 }
 @media (prefers-color-scheme: dark) { body { color: #ddd; background: #181818 } th, td { border-color: #444 } }
 </style>
 )";
 
-// Names and addresses come from other servers of the fleet.
+// Names and addresses come from other servers of the fleet. Their cells are isolated: one may have characters that turn
+// the text around them.
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {

@@ -66,7 +66,17 @@ void Rooms::close(SessionId session, std::int64_t now_ns) {
   const std::size_t erased = std::erase(room.observers, &found->second);
   HAIRNET_ASSERT(erased == 1);
   observers_.erase(found);
+  if (room.observers.empty()) {
+    forget_wind(room);  // also one of an earlier server's client
+    room.wind_told = {room.wind, 0};
+    room.wind_changes_next = 0;  // there is nobody's hair to wake
+  }
   note_empty(room, now_ns);
+}
+
+void Rooms::forget_wind(Room& room) {
+  room.wind = wind_;
+  room.wind_session = 0;
 }
 
 Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest) {

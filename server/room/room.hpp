@@ -32,8 +32,8 @@ struct Room {
   std::vector<std::uint32_t> free_slots;
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
-  Wind wind;                            // the one that was set last
-  SessionId wind_session = 0;           // that set it; 0: the server's setting
+  Wind wind;                            // the one that was set last, while who has set it is in the room
+  SessionId wind_session = 0;           // that set it; 0: the server's setting, or an earlier server's client
   wire::RoomWind wind_told;             // the one that its observers know
   std::optional<Wind> wind_in_world;    // none: the World has an earlier room's
   std::uint64_t wind_changes_next = 0;  // first tick at which the World may get another wind
@@ -54,6 +54,7 @@ class Rooms {
   // Adds the session's observer, and asserts that it has none; creates the room if no room has that name.
   Observer& open(SessionId session, const std::string& room, std::shared_ptr<ObserverSink> sink);
   void close(SessionId session, std::int64_t now_ns);  // asserts that its characters are gone
+  void forget_wind(Room& room);                        // it becomes the server's setting
   // Null when the session is not known. Asserts that the character does not exist.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);

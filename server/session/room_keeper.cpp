@@ -47,7 +47,7 @@ void RoomKeeper::take(const std::string& room, const std::string& text, std::int
       rules.is_locked = kept->is_locked;
       rules.returning = kept->members;
     }
-    if (wind) context_->winds[room] = wind->wind;
+    if (wind) context_->winds[room] = {wind->wind};
   }
   rules.return_until_ns = now_ns + kReturn_ns;
   const std::size_t left_out = context_->rules.replace(room, rules, now_ns, context_->limits.bans_max);
@@ -84,7 +84,7 @@ void RoomKeeper::keep(const std::string& room, bool has_ended, std::int64_t now_
       kept.members.assign(members.begin(), members.end());
     }
     if (const auto wind = context_->winds.find(room); wind != context_->winds.end())
-      kept.wind = wire::encode_packet({0, wire::SetWind{wind->second}});
+      kept.wind = wire::encode_packet({0, wire::SetWind{wind->second.wind}});
   }
   std::size_t left_out = 0;
   std::string text = to_value(kept, left_out);

@@ -29,6 +29,12 @@
 
 namespace hairnet::server {
 
+// A room's wind, and who has set it; 0: a client of the server that had the room before.
+struct KeptWind {
+  Wind wind;
+  SessionId session = 0;
+};
+
 // What all sessions share. I/O thread; `tick` is written by the tick thread.
 struct SessionContext {
   SessionLimits limits;
@@ -53,9 +59,9 @@ struct SessionContext {
   std::size_t awaiting_hello_count = 0;  // sessions in that state
   // In a fleet: rooms whose last session has left since the last look for empty rooms.
   std::set<std::string> rooms_left = {};
-  std::map<std::string, Wind> winds = {};    // that clients have set, by room
-  std::set<std::string> rooms_changed = {};  // whose rules, wind or members (where locked) have changed
-  std::string outgrown_room = {};            // takes no newcomers: this server has no time for more; empty: none
+  std::map<std::string, KeptWind> winds = {};  // in a fleet: that clients have set, by room
+  std::set<std::string> rooms_changed = {};    // whose rules, wind or members (where locked) have changed
+  std::string outgrown_room = {};              // takes no newcomers: this server has no time for more; empty: none
 };
 
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
@@ -127,10 +133,11 @@ class Session final : public PacketSink {
   // Counts against the rate of messages; false: the session ends with over_rate.
   bool take_message(std::int64_t now_ns, double price = 1);
   void remove(std::uint32_t character);  // asserts that it exists
-  void note_sent(const std::vector<std::uint8_t>& packet);
+  void note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void send_on_streams(std::int64_t now_ns);
-  void note_member_change();        // a fleet keeps the members of a locked room
+  void note_member_change();  // a fleet keeps the members of a locked room
+  void forget_wind(bool is_room_empty);
   void leave(std::int64_t now_ns);  // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);
 
@@ -142,12 +149,13 @@ class Session final : public PacketSink {
   PeerClock clock_;
   Downloads downloads_;
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
-  std::int64_t opened_ns_, heard_ns_;
+  std::int64_t opened_ns_, heard_ns_, sent_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
   std::int64_t pose_error_next_ns_;           // at most one error about poses is sent a second
   std::optional<wire::Hello> waiting_hello_;  // for the directory of the fleet
   bool joined_ = false;                       // the room knows the session
+  bool goes_on_elsewhere_ = false;            // with its room, on another server
   bool reads_datagram_ = false;               // the packet in hand may have overtaken others, or come after them
 };
 

@@ -373,6 +373,7 @@ struct Session::MessageHandler {
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
     welcome.may_set_wind = may_set_wind() && !is_muted();
+    welcome.signs_of_life = true;
     if (context.fleet) welcome.others = others_than_this(*context.fleet);
     session.connection_->mark_joined();
     session.send(welcome, now_ns);
@@ -385,7 +386,7 @@ struct Session::MessageHandler {
 
   [[nodiscard]] std::optional<Wind> wind_of_room() const {
     const auto found = context.winds.find(identity.room);
-    return found == context.winds.end() ? std::nullopt : std::optional(found->second);
+    return found == context.winds.end() ? std::nullopt : std::optional(found->second.wind);
   }
 
   Refused operator()(wire::GroomOffer& offer) {
@@ -485,7 +486,7 @@ struct Session::MessageHandler {
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     if (Refused refused = put(set)) return refused;
     if (context.fleet) {
-      context.winds[identity.room] = set.wind;
+      context.winds[identity.room] = {set.wind, session.id()};
       context.rooms_changed.insert(identity.room);
     }
     return {};

@@ -60,6 +60,11 @@ struct Scheduler::CommandHandler {
       if (scheduler.character_messages_left_ <= 0) return;  // the command stays
       scheduler.remove(key, now_ns);
     }
+    const Observer* observer = scheduler.rooms_.observer(c.session);
+    if (observer && !c.goes_on_elsewhere) {
+      Room& room = scheduler.rooms_.room(observer->room);
+      if (room.wind_session == c.session) scheduler.rooms_.forget_wind(room);
+    }
     scheduler.rooms_.close(c.session, now_ns);
   }
   void operator()(FromClient& c) const {

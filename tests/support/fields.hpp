@@ -76,7 +76,7 @@ BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
 BOOST_DESCRIBE_STRUCT(ServerAt, (), (host, port))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
-                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others))
+                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others, signs_of_life))
 BOOST_DESCRIBE_STRUCT(GroomNeed, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(GroomStatus, (), (hash, state))
 BOOST_DESCRIBE_STRUCT(GroomData, (), (hash, byte_count, offset, bytes))

@@ -159,6 +159,7 @@ void RandomMessages::draw(Welcome& w) {
   w.resume_grace_s = static_cast<float>(real(0, 100));
   draw(w.pose_delay_ns);
   draw(w.may_set_wind);
+  draw(w.signs_of_life);
   w.others.resize(integer(0, kServersMax));
   for (ServerAt& other : w.others) draw(other);
 }

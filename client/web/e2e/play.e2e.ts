@@ -103,6 +103,6 @@ test("an invitation has a link and a QR code; sensors that are missing are repor
   await until("it says that there is none", async () =>
     /no motion sensor/.test((await page.textContent("#fault")) ?? ""),
   );
-  expect(await control.inputValue()).toBe("mouse and keys");
+  expect(await control.inputValue()).toBe("dragging it");
   expect(browser.takeFaults()).toEqual([]);
 });

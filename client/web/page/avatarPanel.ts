@@ -2,6 +2,7 @@ import { DirectionalLight, HemisphereLight, type Mesh, type Object3D, type Scene
 import type { Groom, Pose } from "../src/index";
 import type { HairCharacter } from "../src/scene/index";
 import type * as avatars from "./avatar/avatar";
+import { isolated } from "./isolated";
 import { kFitAsFound, RememberedFits, type RememberedFit } from "./avatar/rememberedFits";
 
 /** What the panel needs of the page. */
@@ -137,9 +138,16 @@ export class AvatarPanel {
   #show(): void {
     const { avatar } = this;
     this.#controls.hidden = this.#takeOff.hidden = avatar === null;
-    this.#name.textContent = avatar
-      ? `You wear ${avatar.name || "a model"}. The model stays in this browser: others see your hair on a plain bust.`
-      : "Wear a VRM model as your body: drop its file anywhere on the page. Models are not uploaded.";
+    const words = avatar
+      ? [
+          `You wear ${isolated(avatar.name) || "a model"}. The model stays in this browser: others see your hair on a plain bust.`,
+        ]
+      : [
+          "Wear a VRM model as your body: choose its file",
+          make("span", { className: "for-mouse", textContent: ", or drop it anywhere on the page" }),
+          ". Models are not uploaded.",
+        ];
+    this.#name.replaceChildren(...words);
     if (!avatar) return;
     for (const slider of this.#sliders) slider.refresh();
     this.#parts.replaceChildren(...avatar.meshes.slice(0, kMeshesShownMax).map((mesh, n) => this.#part(mesh, n)));
@@ -157,7 +165,7 @@ export class AvatarPanel {
     const label = make("label", { className: "part" });
     label.append(
       box,
-      `${mesh.name || `part ${index + 1}`}${material && material !== mesh.name ? ` (${material})` : ""}`,
+      `${isolated(mesh.name) || `part ${index + 1}`}${material && material !== mesh.name ? ` (${isolated(material)})` : ""}`,
     );
     const item = make("li");
     item.append(label);

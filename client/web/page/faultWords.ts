@@ -1,3 +1,5 @@
+import { isolated } from "./isolated";
+
 // Errors in plain words: what happened, and what helps.
 
 const kGoodbye = /^the server says goodbye:? ?/;
@@ -26,16 +28,17 @@ export function refusedWords(detail: string, hasToken: boolean): string {
 }
 
 /** A dropped or chosen file that is neither a groom nor an avatar: what makes a groom of it. */
-export function foreignFileWords(name: string): string {
-  const stem = name.replace(/\.[^.]*$/, "");
-  if (/\.(hair|tfx|data)$/i.test(name))
+export function foreignFileWords(fileName: string): string {
+  const name = isolated(fileName);
+  const stem = isolated(fileName.replace(/\.[^.]*$/, ""));
+  if (/\.(hair|tfx|data)$/i.test(fileName))
     return `${name} holds strands. This command makes a hairstyle of it: hairnet-groom import ${name} --out ${stem}.groom`;
-  if (/\.(abc|ass|usd[acz]?|fbx|obj|blend|glb|gltf)$/i.test(name))
+  if (/\.(abc|ass|usd[acz]?|fbx|obj|blend|glb|gltf)$/i.test(fileName))
     return (
       `The page does not read ${name}. Export its hair as .hair, .tfx or .data; ` +
       `then hairnet-groom import FILE --out ${stem}.groom makes a hairstyle of it.`
     );
-  return `The page does not read ${name}: drop a hairstyle (.groom) or an avatar (.vrm).`;
+  return `The page does not read ${name}: give it a hairstyle (.groom) or an avatar (.vrm).`;
 }
 
 /** The server's address as people type it: without the scheme and path. */
@@ -46,5 +49,5 @@ function addressOf(server: string): string {
 function sentence(line: string): string {
   const text = line.trim().replaceAll(/(?<=[a-z])_(?=[a-z])/g, " ");
   if (!text) return "The server gave no reason.";
-  return `${text[0].toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
+  return `${isolated(text[0].toUpperCase() + text.slice(1))}${/[.!?]$/.test(text) ? "" : "."}`;
 }

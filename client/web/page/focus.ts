@@ -71,7 +71,7 @@ export class Focus {
       return;
     }
     // A user's avatar may have a head of any size.
-    const portrait = portraitOf(one.member.groom, one.character.scale.x);
+    const portrait = portraitOf(one.member.groom, one.character.scale.y);
     // In the first view others are beside the person, and hide nobody.
     const others = this.#isChosen ? "" : `of ${shown.length}`;
     if (mayFrame && this.#isChanged(`${this.person} ${others} as ${portrait.bottom.toFixed(2)} in ${width} ${height}`))

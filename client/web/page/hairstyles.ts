@@ -1,5 +1,6 @@
 import { decodeGroom, HairnetError, type Member } from "../src/index";
 import { foreignFileWords } from "./faultWords";
+import { isolated } from "./isolated";
 import { hairstyleName } from "./roomDetails";
 
 /** A hairstyle that the user can choose. */
@@ -24,7 +25,7 @@ export async function listedHairstyles(): Promise<Hairstyle[]> {
     const file = typeof entry === "string" ? entry : (entry as { file?: unknown } | null)?.file;
     if (typeof file !== "string" || !/^[\w.-]+\.groom$/.test(file)) return [];
     const name = (entry as { name?: unknown }).name;
-    const label = typeof name === "string" ? name : hairstyleName(file.replace(/\.groom$/, ""));
+    const label = typeof name === "string" ? isolated(name) : hairstyleName(file.replace(/\.groom$/, ""));
     return [{ label, get: () => download(`grooms/${file}`) }];
   });
 }
@@ -56,6 +57,6 @@ export async function fileHairstyle(file: Pick<File, "name" | "arrayBuffer">): P
     return { label: hairstyleName(groom.name || file.name), get: () => Promise.resolve(bytes) };
   } catch (fault) {
     const why = fault instanceof Error ? fault.message : String(fault);
-    throw new HairnetError("malformed", `${file.name} is no whole hairstyle file: ${why}`);
+    throw new HairnetError("malformed", `${isolated(file.name)} is no whole hairstyle file: ${why}`);
   }
 }

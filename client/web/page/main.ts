@@ -1,7 +1,9 @@
+import { watchInputMeans } from "./inputMeans";
 import { PageViewer } from "./viewer";
 import { pageServer, readQuery } from "./query";
 import { missingOf } from "./requirements";
 
+watchInputMeans(document.documentElement);
 const lack = missingOf(document.createElement("canvas"));
 if (lack) {
   const fault = document.querySelector<HTMLParagraphElement>("#fault")!;

@@ -32,11 +32,11 @@ export class NameLabels {
       const label = this.#labelOf(one.member.member);
       if (label.textContent !== name) label.textContent = name;
       const at = one.character.position.clone();
-      at.y += portraitOf(one.member.groom, one.character.scale.x).top + kAboveHairM;
+      at.y += portraitOf(one.member.groom, one.character.scale.y).top + kAboveHairM;
       at.project(camera);
       const { x, y } = toPx(at);
       const isHidden = heads.some((head) => Math.hypot(head.x - x, head.y - y) < head.radius);
-      const radius = (kHeadRadiusM * one.character.scale.x * pxAtOneM) / Math.max(distance(one, eye), 0.1);
+      const radius = (kHeadRadiusM * one.character.scale.y * pxAtOneM) / Math.max(distance(one, eye), 0.1);
       if (at.z <= 1) heads.push({ ...toPx(one.character.position.clone().project(camera)), radius });
       const isFree = x > 0 && x < free.width && y > kHeightPx && y < free.height;
       const overlaps = taken.some((other) => Math.abs(other.x - x) < kWidthPx && Math.abs(other.y - y) < kHeightPx);

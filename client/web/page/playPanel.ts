@@ -30,7 +30,7 @@ export class PlayPanel {
     const heading = document.createElement("h2");
     heading.textContent = "Play";
     section.append(heading, row("Try", ...kPresets.map((preset) => this.#presetButton(preset))));
-    this.#control = select("Turn your head by", ["mouse and keys", "moving this device", "camera"]);
+    this.#control = select("Turn your head by", ["dragging it", "moving this device", "camera"]);
     this.#control.addEventListener("change", () => void this.#chooseSource(this.#control.selectedIndex));
     section.append(labelled("Turn your head by", this.#control));
     this.#firstPersonButton = button("First person", "Look out of your own head.", () => this.#toggleFirstPerson());

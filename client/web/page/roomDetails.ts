@@ -1,4 +1,5 @@
 import type { Member, Transport } from "../src/index";
+import { isolated } from "./isolated";
 
 // What a room tells about its people, in words for people.
 
@@ -14,16 +15,16 @@ const kHairstyleNames: Readonly<Record<string, string>> = {
 /** The name of a hairstyle for people: "Long straight hair" for "long_straight". */
 export function hairstyleName(name: string): string {
   const words = name.replaceAll(/[_-]+/g, " ").trim();
-  return kHairstyleNames[name] ?? (words ? words[0].toUpperCase() + words.slice(1) : "Hairstyle");
+  return kHairstyleNames[name] ?? (isolated(words ? words[0].toUpperCase() + words.slice(1) : "") || "Hairstyle");
 }
 
-/** The name that a person gives; empty: none. */
-export function givenName(member: Member): string {
-  return member.tagText.replaceAll(/\s+/g, " ").trim();
+/** The name that a person gives, isolated; empty: none. */
+export function givenName(member: Pick<Member, "tagText">): string {
+  return isolated(member.tagText.replaceAll(/\s+/g, " ").trim());
 }
 
 /** The name of a person: the given one, or the hairstyle and a number. */
-export function personName(member: Member): string {
+export function personName(member: Pick<Member, "tagText" | "groom" | "member" | "own">): string {
   const name = givenName(member) || `${hairstyleName(member.groom?.name ?? "")} ${member.member}`;
   return member.own ? `${name} (you)` : name;
 }

@@ -7,6 +7,7 @@ import { closedWords, refusedWords } from "./faultWords";
 import { Focus, type Shown } from "./focus";
 import type { Covered } from "./framing";
 import { Graph } from "./graph";
+import { isolated } from "./isolated";
 import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
 import { Identity } from "./identity";
@@ -177,7 +178,7 @@ export class PageViewer implements PageHost {
       hair,
       drawn.map(({ member, character }) => ({
         head: character.position,
-        height: Math.max(kBustHeightM * character.scale.x, member.own ? this.avatar.headHeight : 0),
+        height: Math.max(kBustHeightM * character.scale.y, member.own ? this.avatar.headHeight : 0),
       })),
     );
     this.#play.afterDraw(timeMs);
@@ -336,7 +337,7 @@ export class PageViewer implements PageHost {
     element("hint").hidden = !(room && room.members.size === 0 && this.#wardrobe.isAcquainted);
     element("hint").textContent = this.query.observe
       ? "Nobody is here yet. Others appear as soon as they join this room."
-      : "Nobody is here yet. Join with hair on, or drop a .groom file, to be the first.";
+      : "Nobody is here yet. Join with hair on, or give a .groom file, to be the first.";
     this.#showJoin();
     if (!room || !hair) return;
     this.#members.refresh(room, hair.characters, this.focus.person);
@@ -382,7 +383,7 @@ export class PageViewer implements PageHost {
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];
-    shown.title = detail;
+    shown.title = isolated(detail);
     if (state === "closed") {
       this.#wardrobe.leave();
       this.showFault(closedWords(this.query.server, detail, waitS), Infinity);

@@ -68,4 +68,4 @@ export { decodePacket, encodePacket } from "./net/packet";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
 
 export { connect, materials, Member, OwnCharacter, Room } from "./room/index";
-export type { CharacterOptions, RoomEvents, RoomOptions, RoomState, WindOptions } from "./room/index";
+export type { CharacterOptions, RoomCounters, RoomEvents, RoomOptions, RoomState, WindOptions } from "./room/index";

@@ -179,27 +179,65 @@ TEST_F(RoomsPollTest, rooms_that_stay_empty_for_their_grace_count_as_rooms) {
   EXPECT_GT(stays->frames(1).size(), 20u);
 }
 
-TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {
+TEST_F(RoomsPollTest, a_wind_lasts_as_long_as_the_session_that_has_set_it) {
   Config config;
-  config.room_grace_ns = 1'000 * kMs;
+  config.sessions.resume_grace_ns = 500 * kMs;
   start(config);
-  for (const int absent_ms : {500, 2000}) {
-    const auto windy = join("garden");
-    wire::SetWind set;
-    set.wind.mean_m_per_s = {6, 0, 0};
-    windy->send(set, now_ns_);
-    run_ms(100);
-    windy->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
-    run_ms(absent_ms);
-    const auto next = join("garden");
-    next->pose(1, rigid_pose({}), now_ns_);
-    run_ms(500);
-    const auto displacements = next->frames(1).back().displacements;
-    const bool blown = std::ranges::any_of(displacements, [](int d) { return d > 4; });
-    EXPECT_EQ(blown, absent_ms < 1000);
-    next->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
-    run_ms(2000);
+  wire::SetWind set;
+  set.wind.mean_m_per_s = {6, 0, 0};
+  const auto stays = join("garden");
+  const auto told = [&] {
+    const auto winds = stays->connection->all<wire::RoomWind>();
+    return std::pair(winds.back().session, winds.back().wind.mean_m_per_s.x());
+  };
+  const auto set_by = [&](FakeClient& client) {
+    client.send(set, now_ns_);
+    run_ms(400);
+    return client.connection->all<wire::Welcome>().back().session;
+  };
+  const wire::Goodbye leaves{wire::GoodbyeReason::client_leaves, ""};
+  const std::pair servers_own(std::uint64_t{0}, 0.0);
+  const auto says_goodbye = join("garden");
+  const std::uint64_t first = set_by(*says_goodbye);
+  EXPECT_EQ(told(), std::pair(first, 6.0));
+  says_goodbye->send(leaves, now_ns_);
+  run_ms(400);
+  EXPECT_EQ(told(), servers_own);
+
+  const auto breaks = join("garden");
+  const std::uint64_t broken = set_by(*breaks);
+  breaks->break_connection(now_ns_);
+  run_ms(400);
+  EXPECT_EQ(told(), std::pair(broken, 6.0)) << "it may come back";
+  run_ms(600);
+  EXPECT_EQ(told(), servers_own);
+
+  const auto earlier = join("garden");
+  set_by(*earlier);
+  set.wind.mean_m_per_s = {3, 0, 0};
+  const std::uint64_t later = set_by(*stays);
+  earlier->send(leaves, now_ns_);
+  run_ms(400);
+  EXPECT_EQ(told(), std::pair(later, 3.0)) << "another has set one since";
+}
+
+TEST_F(RoomsPollTest, the_wind_of_the_last_visitor_does_not_greet_the_next) {
+  start();
+  const auto windy = join("garden");
+  wire::SetWind set;
+  set.wind.mean_m_per_s = {6, 0, 0};
+  windy->send(set, now_ns_);
+  run_ms(100);
+  windy->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+  run_ms(10);
+  const auto next = join("garden");
+  next->pose(1, rigid_pose({}), now_ns_);
+  run_ms(500);
+  for (const wire::RoomWind& told : next->connection->all<wire::RoomWind>()) {
+    EXPECT_EQ(told.session, 0u);
+    EXPECT_EQ(told.wind.mean_m_per_s, Vec3::Zero());
   }
+  EXPECT_TRUE(std::ranges::none_of(next->frames(1).back().displacements, [](int d) { return d > 4; }));
 }
 
 TEST_F(RoomsPollTest, a_large_room_is_announced_over_several_ticks_and_frames_follow_the_announcements) {

@@ -301,6 +301,24 @@ TEST_F(SessionInMovedRoom, what_changes_is_kept_for_the_next_server) {
   EXPECT_EQ(std::get<wire::SetWind>(wind.envelope.message).wind.mean_m_per_s, Vec3(4, 0, 0));
 }
 
+TEST_F(SessionInMovedRoom, a_wind_is_kept_for_the_next_server_until_who_has_set_it_leaves) {
+  enter("alice");
+  const Client boss = enter("boss", true);
+  boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetWind{{.mean_m_per_s = {4, 0, 0}}}}), now_ns_);
+  EXPECT_FALSE(kept().wind.empty());
+  boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
+  EXPECT_THAT(kept().wind, IsEmpty());
+}
+
+TEST_F(SessionInMovedRoom, a_wind_moves_with_the_room_of_a_server_that_drains) {
+  const Client boss = enter("boss", true);
+  boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetWind{{.mean_m_per_s = {4, 0, 0}}}}), now_ns_);
+  registry_.drain(kSecond_ns, now_ns_);
+  pass(2 * kSecond_ns);
+  EXPECT_FALSE(parse_kept(fleet_.kept["hall"])->wind.empty());
+  for (const CloseSession& closed : commands<CloseSession>()) EXPECT_TRUE(closed.goes_on_elsewhere);
+}
+
 TEST_F(SessionInMovedRoom, a_draining_server_keeps_what_has_just_changed) {
   const Client boss = enter("boss", true);
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Moderate{wire::ModerateAction::unlock, 0, "", 0, ""}}),

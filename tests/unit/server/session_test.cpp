@@ -250,6 +250,34 @@ TEST_F(SessionTest, closes_without_a_hello_in_time) {
   EXPECT_TRUE(connection_->closed);
 }
 
+TEST_F(SessionTest, gives_signs_of_life_where_it_has_nothing_else_to_say) {
+  constexpr std::int64_t kSilent_ns = std::int64_t{wire::kSilentServer_ms} * 1'000'000;
+  session_.poll(now_ns_ + 4 * kSecond_ns);
+  EXPECT_THAT(connection_->all<wire::FrameBatch>(), IsEmpty()) << "nobody is welcome yet";
+  hello();
+  EXPECT_TRUE(connection_->all<wire::Welcome>()[0].signs_of_life);
+  std::int64_t sent_ns = now_ns_, longest_ns = 0;
+  std::size_t packets = connection_->received.size();
+  for (const std::int64_t end_ns = now_ns_ + 50 * kSecond_ns; now_ns_ < end_ns; now_ns_ += kSecond_ns / 10) {
+    session_.poll(now_ns_);
+    if (connection_->received.size() == std::exchange(packets, connection_->received.size())) continue;
+    longest_ns = std::max(longest_ns, now_ns_ - std::exchange(sent_ns, now_ns_));
+  }
+  EXPECT_LE(longest_ns, kSilent_ns / 3);
+  EXPECT_LE(connection_->all<wire::FrameBatch>().size(), 20u);
+  for (const wire::FrameBatch& sign : connection_->all<wire::FrameBatch>()) EXPECT_THAT(sign.frames, IsEmpty());
+}
+
+TEST_F(SessionTest, gives_no_signs_of_life_between_other_packets) {
+  hello();
+  for (int i = 0; i < 30; ++i) {
+    now_ns_ += kSecond_ns;
+    session_.send(wire::MemberLeft{5}, now_ns_);
+    session_.poll(now_ns_);
+  }
+  EXPECT_THAT(connection_->all<wire::FrameBatch>(), IsEmpty());
+}
+
 TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
   hello();
   session_.poll(now_ns_ + 59 * kSecond_ns);

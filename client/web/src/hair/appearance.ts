@@ -21,7 +21,7 @@ const kHairColours: readonly number[] = [
   0xadadaf, // grey
 ];
 const kSkin = 0xe1bfad;
-const kRoughness = 77 / 255;
+export const kRoughness = 77 / 255;
 
 const kFields: readonly string[] = ["hairRoot", "hairTip", "skin", "roughness"];
 

@@ -40,17 +40,27 @@ export function rigidPose(rotation: ArrayLike<number> = [0, 0, 0, 1], position: 
  * within 10 km.
  */
 export function poseFault(pose: ArrayLike<number>): string | null {
+  return poseFormFault(pose) ?? poseNumberFault(pose);
+}
+
+/** A fault of what is no pose at all. */
+export function poseFormFault(pose: ArrayLike<number>): string | null {
   if (typeof pose !== "object" || pose === null) return `a pose is ${kPoseNumbers} numbers, as rigidPose() makes them`;
-  if (pose.length !== kPoseNumbers)
-    return `pose has ${pose.length} numbers, not ${kPoseNumbers}; rigidPose() makes one`;
+  if (pose.length === kPoseNumbers) return null;
+  return `pose has ${pose.length} numbers, not ${kPoseNumbers}; rigidPose() makes one`;
+}
+
+/** A fault of the numbers of a pose, which a moment's computation may have brought. */
+export function poseNumberFault(pose: ArrayLike<number>): string | null {
   for (let i = 0; i < kPoseNumbers; ++i) {
     if (!Number.isFinite(pose[i])) return "pose is not finite";
   }
   for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
     const length = Math.hypot(pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
-    if (!(Math.abs(length - 1) <= kUnitTolerance)) return "a rotation of the pose is not of unit length";
+    if (!(Math.abs(length - 1) <= kUnitTolerance)) return `a rotation of the pose has length ${length}, not 1`;
     for (let axis = 4; axis < 7; ++axis) {
-      if (!(Math.abs(pose[at + axis]) <= kPositionMaxM)) return "pose is too far away";
+      if (!(Math.abs(pose[at + axis]) <= kPositionMaxM))
+        return `pose is too far away: ${pose[at + axis]} m along an axis, of at most ${kPositionMaxM} m`;
     }
   }
   return null;

@@ -45,7 +45,7 @@ function checkCoordinates(what: string, coordinates: Float32Array): void {
   if (coordinates.length % 3 !== 0) refuse(`${what}s are not 3 numbers each`);
   for (let i = 0; i < coordinates.length; ++i) {
     if (!(Math.abs(coordinates[i]) <= kGroomLimits.coordinateMaxM))
-      refuse(`${what} ${Math.floor(i / 3)}: not finite or too far from the head`);
+      refuse(`${what} ${Math.floor(i / 3)}: not finite, or more than ${kGroomLimits.coordinateMaxM} m from the head`);
   }
 }
 

@@ -8,6 +8,12 @@ export interface ConnectionFailure {
   readonly detail: string;
 }
 
+/** As people name a server. The port is named too where it is the scheme's own. */
+export function hostAndPort(url: string): string {
+  const { hostname, port, protocol } = new URL(url);
+  return `${hostname}:${port || (protocol === "wss:" || protocol === "https:" ? 443 : 80)}`;
+}
+
 /**
  * Finds out why a page's WebSocket to `url` failed. Browsers hide the server's answer from the page. A request without
  * CORS tells whether any server answers at that address, and nothing else. Never rejects.
@@ -17,7 +23,10 @@ export async function explainFailure(url: string): Promise<ConnectionFailure> {
   const page = typeof location === "undefined" ? null : location;
   if (!(await answers(`${protocol === "wss:" ? "https" : "http"}://${host}/healthz`))) {
     const trusted = protocol === "wss:" ? ", with a certificate that this browser trusts" : "";
-    return { code: "unreachable", detail: `no server answers at ${host}: is hairnet-server running there${trusted}?` };
+    return {
+      code: "unreachable",
+      detail: `no server answers at ${hostAndPort(url)}: is hairnet-server running there${trusted}?`,
+    };
   }
   if (!page || page.host === host)
     return { code: "unreachable", detail: `the server at ${host} answers, but opens no WebSocket at ${url}` };

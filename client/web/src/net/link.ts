@@ -1,6 +1,6 @@
 import { checkOptions } from "../hair/checkOptions";
 import { HairnetError, type ErrorCode } from "../hair/hairnetError";
-import { explainFailure } from "./connectionFailure";
+import { explainFailure, hostAndPort } from "./connectionFailure";
 import type { LinkEvent } from "./events";
 import { FallbackSocket, type TransportChoice, type TransportMemory } from "./fallbackSocket";
 import { isFinal } from "./finalGoodbye";
@@ -193,8 +193,8 @@ export class Link {
   }
 
   #open(): void {
-    this.core.onOpening(this.#now());
     const to = this.core.redirectedTo;
+    this.core.onOpening(this.#now(), to ? `${to.host}, port ${to.port}` : hostAndPort(this.#url));
     let url = to ? `${to.host}, port ${to.port}` : this.#url;
     let socket: WebSocketLike;
     try {
@@ -219,7 +219,7 @@ export class Link {
   #moveTo(socket: WebSocketLike, url: string): void {
     if (!this.core.replaceConnection("WebTransport is to be had now", this.#now())) return socket.close();
     this.#drop();
-    this.core.onOpening(this.#now());
+    this.core.onOpening(this.#now(), hostAndPort(url));
     this.#listenTo(socket, url);
     this.#onOpen();
   }
@@ -232,8 +232,13 @@ export class Link {
       else this.#end("the server sent text");
       this.#turn();
     };
-    socket.onerror = () => {}; // onclose reports it; Node's ws needs a listener
+    // Browsers, and Node's ws, say after an error that the socket is closed. Node's own WebSocket does not when it could
+    // not be opened.
+    socket.onerror = () => {
+      if (!this.#isOpen) setTimeout(() => socket.onclose?.({ code: 1006, reason: "" }));
+    };
     socket.onclose = ({ code, reason }) => {
+      socket.onclose = null;
       // The first attempt's failure is for people; later ones are temporary.
       if (!this.#isOpen && !this.core.welcome && this.#isPlatforms && !this.core.redirectedTo)
         return this.#explain(socket);

@@ -26,6 +26,7 @@ import { RequestedState } from "./requestedState";
 import { RequestedWind } from "./requestedWind";
 import { SendQueue } from "./sendQueue";
 import { SentPoses } from "./sentPoses";
+import { kSilenceS, Silence } from "./silence";
 import { UploadQueue } from "./uploadQueue";
 
 // A pose waits for at most one chunk of a groom: it is kept small.
@@ -87,6 +88,7 @@ export class LinkCore {
   /** when a packet, or a sign of life, went out last */
   #sentNs = 0;
   #clock = new ClockEstimate();
+  readonly #silence = new Silence();
   readonly #requested = new RequestedState();
   readonly #wind = new RequestedWind();
   readonly #uploads = new UploadQueue(kChunkBytes);
@@ -112,6 +114,7 @@ export class LinkCore {
     resumes: 0,
     redirects: 0,
     redirectLoops: 0,
+    serversSilent: 0,
   };
   #sink: FrameSink | null = null;
   #welcome: m.Welcome | null = null;
@@ -124,6 +127,8 @@ export class LinkCore {
   #redirects = 0;
   /** time of the first redirect since the last welcome */
   #sentOnNs: number | null = null;
+  /** " at" the address of the server that was asked last, or "" */
+  #where = "";
   #endDetail = "";
   #endReason = GoodbyeReason.none;
 
@@ -266,7 +271,12 @@ export class LinkCore {
         break;
       case "opening":
       case "greeting":
-        this.#lose(GoodbyeReason.none, "no welcome from the server within the time-out", nowNs, true);
+        this.#lose(
+          GoodbyeReason.none,
+          `no welcome from the server${this.#where} within ${this.#options.connectTimeoutS} s`,
+          nowNs,
+          true,
+        );
         break;
       case "leaving":
         this.#end(GoodbyeReason.clientLeaves, kClosedHere);
@@ -281,7 +291,8 @@ export class LinkCore {
     const leastNs = Math.min(this.#deadlineNs, this.#giveUpNs);
     if (!this.isActive) return leastNs;
     const keepAliveNs = this.#sentNs + 1e9 * this.#options.keepAliveS;
-    return Math.min(leastNs, this.#membersDueNs, this.#importance.dueNs, keepAliveNs);
+    const silenceNs = this.#welcome!.signsOfLife ? this.#silence.nextLookNs : Infinity;
+    return Math.min(leastNs, this.#membersDueNs, this.#importance.dueNs, keepAliveNs, silenceNs);
   }
 
   get wantsConnection(): boolean {
@@ -308,8 +319,10 @@ export class LinkCore {
     return !this.hasEnded;
   }
 
-  onOpening(nowNs: number): void {
+  /** `where`: the server's address, for people; "": its owner does not say. */
+  onOpening(nowNs: number, where = ""): void {
     if (!this.wantsConnection) return;
+    this.#where = where === "" ? "" : ` at ${where}`;
     this.#connection = true;
     this.#state = "opening";
     this.#deadlineNs = nowNs + 1e9 * this.#options.connectTimeoutS;
@@ -363,6 +376,7 @@ export class LinkCore {
   /** Takes exactly one packet, size prefix included, or a frame datagram. A malformed packet ends the connection; nothing is thrown. */
   onPacket(packet: Uint8Array, nowNs: number): void {
     if (this.#state !== "greeting" && !this.isActive) return;
+    this.#silence.onHeard(nowNs);
     this.#counters.bytesReceived += packet.length;
     let envelope: m.Envelope;
     try {
@@ -471,6 +485,14 @@ export class LinkCore {
   }
 
   #pollActive(nowNs: number): void {
+    if (this.#silence.look(nowNs) && this.#welcome!.signsOfLife) {
+      ++this.#counters.serversSilent;
+      return this.#lose(
+        GoodbyeReason.none,
+        `the server${this.#where} is silent: nothing came from it for ${kSilenceS} s`,
+        nowNs,
+      );
+    }
     if (nowNs - this.#sentNs >= 1e9 * this.#options.keepAliveS) {
       if (this.#queue.isEmpty) this.#enqueue({ type: "poseBatch", poses: [] }); // a keep-alive
       this.#sentNs = nowNs;

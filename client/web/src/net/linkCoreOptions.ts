@@ -64,4 +64,6 @@ export interface LinkCounters {
   redirects: number;
   /** given up, as servers sent it on and on; it asked the first one again */
   redirectLoops: number;
+  /** connections given up as nothing came from their server */
+  serversSilent: number;
 }

@@ -161,7 +161,7 @@ const observe: ClientCodec<Observe> = {
       throw invalid(`observe: errorM not in [0, ${kObserveErrorMaxM}]`);
     const near = (x: number) => Math.abs(x) <= kPositionMaxM;
     if (from && !(from.length === 3 && from.every(near)))
-      throw invalid("observe: the point it is measured from is not finite or too far away");
+      throw invalid(`observe: the point it is measured from is not finite, or beyond ${kPositionMaxM} m`);
   },
 };
 

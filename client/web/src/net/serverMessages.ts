@@ -50,6 +50,8 @@ export interface Welcome {
   readonly maySetWind: boolean;
   /** of the fleet, to ask when this one does not answer any more */
   readonly others: readonly ServerAt[];
+  /** something comes from it in less than kSilentServerMs, all the time */
+  readonly signsOfLife: boolean;
 }
 const welcome: MessageReader<Welcome> = {
   read(from) {
@@ -72,6 +74,7 @@ const welcome: MessageReader<Welcome> = {
       resumeGraceS,
       poseDelayNs: timeOf(from.poseDelayNs(), "welcome's pose delay"),
       maySetWind: from.maySetWind(),
+      signsOfLife: from.signsOfLife(),
       others: Array.from({ length: from.othersLength() }, (_, i) => serverAt(from.others(i)!)),
     };
   },

@@ -1,6 +1,9 @@
 import { changedAppearance, defaultAppearance, type Appearance } from "../hair/appearance";
 import type { LevelIndex } from "../hair/level";
-import { validatePose, type Pose } from "../hair/pose";
+import type { DroppedInput } from "../hair/droppedInput";
+import { notFinite } from "../hair/droppedInput";
+import { HairnetError } from "../hair/hairnetError";
+import { poseFormFault, poseNumberFault, type Pose } from "../hair/pose";
 import { tagBytes } from "../net/appearanceCodec";
 import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";
@@ -35,6 +38,7 @@ export class OwnCharacter {
     readonly groomKey: string,
     { tag, appearance }: CharacterOptions,
     private readonly onChanged: () => void,
+    private readonly dropped: DroppedInput,
   ) {
     this.#tag = tagBytes(tag === undefined ? "" : tag);
     this.#appearance = appearance === undefined ? null : this.#changed(appearance);
@@ -56,10 +60,15 @@ export class OwnCharacter {
 
   /**
    * Sets its current bones, world (see `Pose`); best 60 to 90 times a second. `teleport`: the pose does not continue
-   * the previous one. Throws `HairnetError` when the pose is not valid.
+   * the previous one, so hair does not swing after the jump: it starts at rest there. A pose that is not finite, not
+   * made of rotations, or more than 10 km away is dropped, counted in `room.counters.inputsDropped` and told on the
+   * console; the character stays where it was. Throws `HairnetError` for what is no pose.
    */
   push(pose: Pose, teleport = false): void {
-    validatePose(pose);
+    const none = poseFormFault(pose);
+    if (none) throw new HairnetError("invalid", none);
+    const fault = poseNumberFault(pose);
+    if (fault) return this.#drop("push", fault);
     this.#newest = Float64Array.from(pose);
     this.#sequence = (this.#sequence + 1) >>> 0;
     const sample = {
@@ -82,6 +91,8 @@ export class OwnCharacter {
    * as it is. Others learn of it at most four times a second. Throws `HairnetError` when one of them is not valid.
    */
   setAppearance(appearance: Partial<Appearance>, tag: Uint8Array | string = this.#tag): void {
+    const wrong = notFinite(appearance ?? {});
+    if (wrong) return this.#drop("setAppearance", wrong);
     const bytes = tagBytes(tag);
     this.#appearance = this.#changed(appearance);
     this.#tag = bytes;
@@ -101,6 +112,12 @@ export class OwnCharacter {
 
   /** Replaces its material: one of `materials`, or `{ stiffness: 2 }`, where what is absent is normal. */
   setMaterial(scale: Partial<MaterialScale>): void {
+    const wrong = notFinite(scale ?? {});
+    if (wrong) return this.#drop("setMaterial", wrong);
     this.link.send({ type: "setMaterial", character: this.character, scale: materialOf(scale) });
+  }
+
+  #drop(call: string, fault: string): void {
+    this.dropped.drop(`${call} of character ${this.character}: ${fault}`);
   }
 }

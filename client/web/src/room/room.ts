@@ -1,4 +1,5 @@
 import { checkOptions } from "../hair/checkOptions";
+import { DroppedInput, notFinite } from "../hair/droppedInput";
 import type { Groom } from "../hair/groom";
 import { HairnetError } from "../hair/hairnetError";
 import { LevelIndex } from "../hair/level";
@@ -34,6 +35,11 @@ export interface RoomOptions extends LinkOptions {
    * smaller, the error may be as much larger. 0: the least that there is.
    */
   readonly errorM?: number;
+}
+
+export interface RoomCounters extends LinkCounters {
+  /** poses, winds, materials and appearances of this program that were not finite, or poses out of range */
+  inputsDropped: number;
 }
 
 /** The events of a `Room`. */
@@ -92,6 +98,7 @@ export class Room implements HairSource {
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
   readonly #arrivals = new Arrivals();
   readonly #early = new EarlyFrames();
+  readonly #dropped = new DroppedInput();
   #wind: Wind = kStillAir;
   #state: RoomState = "connected";
   #nextCharacter = 1;
@@ -142,8 +149,8 @@ export class Room implements HairSource {
     return null;
   }
 
-  get counters(): LinkCounters {
-    return this.link.counters;
+  get counters(): RoomCounters {
+    return { ...this.link.counters, inputsDropped: this.#dropped.count };
   }
 
   /** The bytes of other members' grooms that are on their way, and of those that have arrived since none was. */
@@ -188,7 +195,11 @@ export class Room implements HairSource {
   }
 
   reportImportance(members: readonly MemberImportance[]): void {
-    const known = members.filter(({ member }) => this.members.has(member));
+    const known = members.filter(({ member, screenHeight }) => {
+      if (!Number.isFinite(screenHeight))
+        this.#dropped.drop(`the screen height of member ${member} is ${screenHeight}`);
+      return this.members.has(member) && Number.isFinite(screenHeight);
+    });
     if (known.length > 0) this.link.use((core) => core.reportImportance(known));
     this.#queue.setHeights(
       known.map((each) => [
@@ -227,8 +238,13 @@ export class Room implements HairSource {
     this.#forgetUnused(own.groomKey);
   }
 
-  /** Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. */
+  /**
+   * Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. It
+   * lasts until another client sets one, or this one leaves. One that is not finite is dropped, as by `push`.
+   */
   setWind(wind: WindOptions | Partial<Wind>): void {
+    const wrong = notFinite(wind ?? {});
+    if (wrong) return this.#dropped.drop(`setWind: ${wrong}`);
     this.link.send({ type: "setWind", wind: windOf(wind) });
   }
 
@@ -251,7 +267,14 @@ export class Room implements HairSource {
 
   /** `keep` is called once the options have been found valid. */
   #add(groomKey: string, options: CharacterOptions, keep = () => {}): OwnCharacter {
-    const own = new OwnCharacter(this.link, this.#nextCharacter, groomKey, options, () => this.#showOwn(own));
+    const own = new OwnCharacter(
+      this.link,
+      this.#nextCharacter,
+      groomKey,
+      options,
+      () => this.#showOwn(own),
+      this.#dropped,
+    );
     const { character, tag, appearance } = own;
     const { level = LevelIndex.high } = options;
     const add = { type: "addCharacter", character, groom: groomKey, level, state: null, tag, appearance } as const;

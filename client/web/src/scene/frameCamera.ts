@@ -34,9 +34,14 @@ export function checkFrame(camera: PerspectiveCamera, options: FrameOptions): vo
 
 /**
  * Puts the camera in front of these characters, at the height of their middle, so near that their heads, hair and busts
- * just fit into the picture. Returns the point that it looks at, in scene space.
+ * just fit into the picture. Returns the point that it looks at, in scene space. Null, and the camera stays: it has no
+ * finite field of view or aspect, such as that of a canvas without a size.
  */
-export function frameCamera(camera: PerspectiveCamera, characters: readonly Framed[], margin = kMargin): Vector3 {
+export function frameCamera(
+  camera: PerspectiveCamera,
+  characters: readonly Framed[],
+  margin = kMargin,
+): Vector3 | null {
   const facing = facingOf(characters);
   const right = new Vector3(0, 1, 0).cross(facing);
   const corners = characters.flatMap(cornersOf);
@@ -46,6 +51,7 @@ export function frameCamera(camera: PerspectiveCamera, characters: readonly Fram
   const up = enclose(corners, (corner) => corner.y, depth, tangent);
   const eye = facing.clone().multiplyScalar(Math.max(across.eye, up.eye)).addScaledVector(right, across.middle);
   eye.y = up.middle;
+  if (!Number.isFinite(eye.x + eye.y + eye.z)) return null;
   const depths = corners.map(depth);
   const centre = eye.clone().addScaledVector(facing, (Math.min(...depths) + Math.max(...depths)) / 2 - depth(eye));
   const toWorld = new Matrix4().lookAt(eye, centre, new Vector3(0, 1, 0)).setPosition(eye);
@@ -73,9 +79,11 @@ function enclose(
 function facingOf(characters: readonly Framed[]): Vector3 {
   const facing = new Vector3();
   const at = Bone.upperTrunk * kNumbersPerBone;
-  for (const { pose } of characters)
+  for (const { pose, size } of characters)
     facing.add(
-      new Vector3(0, 0, 1).applyQuaternion(new Quaternion(pose[at], pose[at + 1], pose[at + 2], pose[at + 3])),
+      new Vector3(0, 0, Math.sign(size)).applyQuaternion(
+        new Quaternion(pose[at], pose[at + 1], pose[at + 2], pose[at + 3]),
+      ),
     );
   facing.y = 0;
   return facing.length() < 1e-3 ? facing.set(0, 0, 1) : facing.normalize();

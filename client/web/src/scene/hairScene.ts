@@ -2,6 +2,7 @@ import {
   Group,
   Scene,
   type Camera,
+  type Color,
   type Object3D,
   type Object3DEventMap,
   type PerspectiveCamera,
@@ -10,7 +11,9 @@ import {
   type WebGLRenderer,
 } from "three";
 import { kCopies, kDensityGridsMax, kStrayM } from "../generated/constants";
+import { kRoughness } from "../hair/appearance";
 import { checkOptions } from "../hair/checkOptions";
+import { DroppedInput, notFinite } from "../hair/droppedInput";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { Groom } from "../hair/groom";
@@ -18,7 +21,7 @@ import { poseFault } from "../hair/pose";
 import type { Skin } from "../hair/skin";
 import { SkinPush } from "../hair/skinPush";
 import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
-import { detailFor, widthScale } from "./drawDetail";
+import { detailFor, widthScale, type DrawDetail } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
 import { checkFrame, frameCamera, type FrameOptions } from "./frameCamera";
 import type { GroomGeometry } from "./geometry/groomGeometry";
@@ -36,7 +39,7 @@ import { SkinTexture } from "./skinTexture";
 import { CharacterRecords, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
-import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
+import { drawnIn, furtherViews, isFiniteView, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
 
 export interface HairSceneOptions {
   /**
@@ -59,6 +62,8 @@ export interface HairStatistics extends DrawCounts {
   groomBytes: number;
   /** points of the drawn strands */
   pointBytes: number;
+  /** since the beginning: cameras, places and numbers of characters that were not finite */
+  inputsDropped: number;
 }
 
 const kImportanceEveryMs = 250;
@@ -77,7 +82,11 @@ export interface HairSceneEventMap {
 
 /**
  * The hair of all members, as a child of any three.js scene; call `update` before each rendering. Characters of one
- * groom and one drawing level are one draw call. Its world matrix may move and turn the room, and scale it evenly.
+ * groom and one drawing level are one draw call. Its world matrix may move, turn and mirror the room, and scale it
+ * evenly; scaled to 0 it is hidden. Scaled unevenly it is not drawn, and the console says so.
+ *
+ * Numbers of the program that are not finite never end `update`: they are dropped, counted in `statistics.inputsDropped`,
+ * and told on the console.
  *
  * Drawn with multisampling (`antialias: true`, or a target with samples) nothing needs sorting; without, hair is
  * dithered. Logarithmic and reversed depth buffers are not supported.
@@ -103,6 +112,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     grooms: 0,
     groomBytes: 0,
     pointBytes: 0,
+    inputsDropped: 0,
   };
 
   readonly #source: HairSource;
@@ -121,6 +131,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /** numbers of the members, in this frame */
   readonly #here = new Set<number>();
   readonly #shown: ShownCharacter[] = [];
+  /** of characters that are not drawn, at a place that is scaled to 0 or wrong */
+  readonly #unplaced: MemberImportance[] = [];
+  readonly #dropped = new DroppedInput();
   /** the request of `frame` until it is done */
   #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
   #importanceMs = -Infinity;
@@ -167,15 +180,32 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#builder.onPicture();
     const members = this.#source.sample(nowMs);
     this.#meet(members);
-    const views = viewsOf(this.#renderer, camera);
-    this.#appear(members, views, [
-      ...furtherViews(this.#renderer, moreCameras),
-      ...(this.#castsShadows ? shadowViews(rootOf(this)) : []),
-    ]);
-    this.#frame();
-    this.#setUniforms(camera);
-    this.#write(members);
-    this.#reportImportance(nowMs);
+    const views = this.#finiteViews(viewsOf(this.#renderer, camera));
+    const further = this.#finiteViews(furtherViews(this.#renderer, moreCameras));
+    // Nothing can be drawn without a camera; what the last picture had stays.
+    if (views.length > 0) {
+      this.#appear(members, views, [...further, ...(this.#castsShadows ? shadowViews(rootOf(this)) : [])]);
+      this.#frame();
+      this.#setUniforms(camera);
+      this.#write(members);
+      this.#reportImportance(nowMs);
+    }
+    this.statistics.inputsDropped = this.#dropped.count;
+  }
+
+  #finiteViews(views: readonly View[]): View[] {
+    return views.filter((view) => {
+      const isUsable = isFiniteView(view);
+      if (!isUsable) this.#dropped.drop("a camera's matrix is not finite");
+      return isUsable;
+    });
+  }
+
+  /** A number that a program set; its default where it is not finite. */
+  #finite(value: number, otherwise: number, what: string): number {
+    if (Number.isFinite(value)) return value;
+    this.#dropped.drop(`${what} is ${value}`);
+    return otherwise;
   }
 
   /**
@@ -277,6 +307,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #appear(members: readonly ShownMember[], views: readonly View[], further: readonly View[]): void {
     const allViews = [...views, ...further];
     this.#shown.length = 0;
+    this.#unplaced.length = 0;
+    const quality = this.#finite(this.quality, 1, "quality");
     for (const groom of this.#grooms.values()) groom.shown.length = 0;
     for (const [number, member] of members.entries()) {
       const character = this.characters.get(member.member);
@@ -287,11 +319,18 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       character.isReady = groom !== null && pose !== null;
       if (!pose) continue;
       const placed = place(character, pose, this.matrixWorld);
-      const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
-      const seen = seenBy(views, placed.pose, radius, placed.size);
-      const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, placed.size);
-      const detail =
-        character.detail ?? detailFor(drawn.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
+      if (typeof placed === "string") {
+        this.#unplaced.push({ member: member.member, screenHeight: 0, inView: false });
+        if (placed.endsWith("not finite")) this.#dropped.drop(placed);
+        else if (placed !== "hidden") this.#dropped.tellOnce(placed);
+        continue;
+      }
+      const size = Math.abs(placed.size);
+      const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * size;
+      const seen = seenBy(views, placed.pose, radius, size);
+      const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, size);
+      const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
+      const detail = character.detail ? this.#finiteDetail(character.detail, chosen) : chosen;
       const one: ShownCharacter = {
         member,
         number,
@@ -319,6 +358,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     if (wanted.length === 0) return;
     const framed = wanted.map(({ pose, size, member }) => ({ pose, size, groom: member.groom }));
     const centre = frameCamera(camera, framed, options.margin);
+    if (!centre) return this.#dropped.drop("frame: the camera's field of view or aspect is not finite");
     if (wanted.every(({ character }) => character.isReady)) this.#framing = null;
     this.dispatchEvent({ type: "framed", camera, centre });
   }
@@ -385,16 +425,28 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.lattice), number, widthM);
   }
 
+  #finiteDetail(detail: DrawDetail, otherwise: DrawDetail): DrawDetail {
+    const wrong = notFinite(detail);
+    if (wrong) this.#dropped.drop(`a character's detail: ${wrong}`);
+    return wrong ? otherwise : detail;
+  }
+
+  /** A colour that a program set; black where it is not finite. */
+  #albedo({ r, g, b }: Color): [number, number, number] {
+    const [red, green, blue] = [r, g, b].map((share) => this.#finite(share, 0, "a character's colour"));
+    return [red, green, blue];
+  }
+
   #addRecord(one: ShownCharacter, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
     const { character } = one;
     const tip = character.hairTipColour ?? character.hairColour;
     this.#records.add({
       pose: one.pose,
-      hairAlbedo: [character.hairColour.r, character.hairColour.g, character.hairColour.b],
-      hairTipAlbedo: [tip.r, tip.g, tip.b],
-      roughness: character.roughness,
-      skinAlbedo: [character.skinColour.r, character.skinColour.g, character.skinColour.b],
-      widthM: groom.strandWidthM * widthScale(one.detail) * one.size,
+      hairAlbedo: this.#albedo(character.hairColour),
+      hairTipAlbedo: this.#albedo(tip),
+      roughness: this.#finite(character.roughness, kRoughness, "a character's roughness"),
+      skinAlbedo: this.#albedo(character.skinColour),
+      widthM: groom.strandWidthM * widthScale(one.detail) * Math.abs(one.size),
       detail: one.detail,
       strayM: kStrayM,
       size: one.size,
@@ -411,7 +463,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   #setUniforms(camera: Camera): void {
     const { all, rig } = this.#uniforms;
-    all.exposure.value = this.exposure;
+    all.exposure.value = this.#finite(this.exposure, 1, "exposure");
     const root = rootOf(this);
     this.#uniforms.setFog(root instanceof Scene ? root.fog : null);
     if (this.lights === "scene") {
@@ -424,9 +476,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   #reportImportance(nowMs: number): void {
-    if (nowMs - this.#importanceMs < kImportanceEveryMs) return;
+    if (!(nowMs - this.#importanceMs >= kImportanceEveryMs)) return;
     this.#importanceMs = nowMs;
-    this.#source.reportImportance?.(this.#shown.map((one) => one.importance));
+    this.#source.reportImportance?.([...this.#shown.map((one) => one.importance), ...this.#unplaced]);
   }
 }
 

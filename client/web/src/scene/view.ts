@@ -36,6 +36,13 @@ export interface View {
 /** A camera that a picture is drawn from. */
 export type AnyCamera = Camera | CubeCamera;
 
+export function isFiniteView({ eye, forward, frustum, pxPerM }: View): boolean {
+  const numbers = [eye, forward, ...frustum.planes.slice(0, 4).map(({ normal }) => normal)].map((v) =>
+    v ? v.x + v.y + v.z : 0,
+  );
+  return [...numbers, pxPerM].every(Number.isFinite);
+}
+
 /**
  * The views for a picture from `camera`: the camera itself, the parts of an array camera, or the eyes of a headset. Its
  * world matrix must be up to date.

@@ -66,7 +66,7 @@ export class VrmSkeleton {
   pose(out: Pose = new Float64Array(kPoseNumbers)): Pose {
     this.anchor.updateWorldMatrix(true, false);
     this.anchor.matrixWorld.decompose(headPosition, rotation, scale);
-    const size = scale.x;
+    const size = Math.abs(scale.x); // a mirror is one of x
     for (let bone = 0; bone < kBoneCount; ++bone) {
       const node = this.#nodes[bone];
       node.updateWorldMatrix(true, false);

@@ -3,7 +3,7 @@ import { HairnetError } from "../../src/hair/hairnetError";
 import { Link } from "../../src/net/link";
 
 /** A platform on which every WebSocket fails as browsers report it: without a reason. */
-function stubPlatform(page: string, answers: boolean): string[] {
+function stubPlatform(page: string, answers: boolean, tellsClosed = true): string[] {
   const asked: string[] = [];
   vi.stubGlobal("location", new URL(page));
   vi.stubGlobal("fetch", (url: string, { mode, credentials }: RequestInit) => {
@@ -12,8 +12,10 @@ function stubPlatform(page: string, answers: boolean): string[] {
   });
   class FailingSocket {
     onclose: ((event: { code: number; reason: string }) => void) | null = null;
+    onerror: (() => void) | null = null;
     constructor() {
-      queueMicrotask(() => this.onclose?.({ code: 1006, reason: "" }));
+      queueMicrotask(() => this.onerror?.());
+      if (tellsClosed) queueMicrotask(() => this.onclose?.({ code: 1006, reason: "" }));
     }
     close(): void {}
   }
@@ -46,9 +48,18 @@ describe("a page's connection that fails", () => {
     expect(message).toBe("no server answers at localhost:7420: is hairnet-server running there?");
   });
 
+  test("is known at once where the platform tells of an error and of no close, as Node does", async () => {
+    stubPlatform("http://localhost:5173/", false, false);
+    const { code, message } = await failureOf("ws://hair.example");
+    expect(code).toBe("unreachable");
+    expect(message).toBe("no server answers at hair.example:80: is hairnet-server running there?");
+  });
+
   test("by TLS also names the certificate", async () => {
     const asked = stubPlatform("https://studio.example/", false);
-    expect((await failureOf("wss://hair.example")).message).toMatch(/with a certificate that this browser trusts\?$/);
+    expect((await failureOf("wss://hair.example")).message).toMatch(
+      /^no server answers at hair\.example:443: .* with a certificate that this browser trusts\?$/,
+    );
     expect(asked[0]).toContain("https://hair.example/healthz");
   });
 

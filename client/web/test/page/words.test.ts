@@ -44,7 +44,7 @@ test("a file of another program leads to the command that makes a groom of it", 
   for (const name of ["braid.hair", "braid.TFX", "braid.data"])
     expect(foreignFileWords(name)).toContain(`hairnet-groom import ${name} --out braid.groom`);
   expect(foreignFileWords("scene.abc")).toContain("hairnet-groom import FILE --out scene.groom");
-  expect(foreignFileWords("photo.png")).toContain("drop a hairstyle (.groom) or an avatar (.vrm)");
+  expect(foreignFileWords("photo.png")).toContain("give it a hairstyle (.groom) or an avatar (.vrm)");
   const refusal = async (name: string, text: string) => {
     const file = { name, arrayBuffer: () => new Blob([text]).arrayBuffer() };
     const fault = await fileHairstyle(file).catch((error: unknown) => error);

@@ -1,6 +1,17 @@
-import { describe, expect, test } from "vitest";
-import { connect, HairnetError, Link, materials, type Room, type Wind } from "../../src/index";
+import { describe, expect, test, vi } from "vitest";
+import {
+  connect,
+  HairnetError,
+  kPoseNumbers,
+  Link,
+  materials,
+  poseFault,
+  rigidPose,
+  type Room,
+  type Wind,
+} from "../../src/index";
 import type { ClientMessage } from "../../src/net/messages";
+import { kPlain } from "../support/linkCoreDriver";
 import { ServedRoom } from "../support/servedRoom";
 
 /** A room, and what it sent since the last call. */
@@ -138,7 +149,6 @@ describe("winds", () => {
     for (const [bad, pattern] of [
       [{ sped: 3 }, /no option 'sped'; did you mean 'speed'/],
       [{ speed: "3" }, /speed is not a number/],
-      [{ speed: NaN }, /speed is not a number/],
       [{ speed: -1 }, /negative; turn the wind by 'from'/],
       [{ speed: 1, meanMPerS: [1, 0, 0] }, /either 'speed' or 'meanMPerS'/],
       [{ meanMPerS: [1, 0] }, /not 3 numbers/],
@@ -164,5 +174,68 @@ describe("materials", () => {
       if (name !== "normal") expect({ ...materials[name as "wet"] }).not.toEqual(materials.normal);
     }
     expect(Object.keys(materials)).toEqual(["normal", "stiff", "soft", "wet", "gel", "underwater"]);
+  });
+});
+
+describe("numbers that a moment's computation has spoilt", () => {
+  function withCharacter() {
+    const served = new ServedRoom();
+    served.receive({ type: "memberJoined", member: 1, session: 9n, character: 1, groom: "ab".repeat(32), ...kPlain });
+    const { room } = served;
+    const me = room.addCharacterLike(room.sample(0)[0]);
+    const sent = () => {
+      served.link.flush();
+      return served.sent();
+    };
+    return { room, me, sent };
+  }
+
+  test("are dropped, counted and told once a second, and what was before stays", () => {
+    const warn = vi
+      .spyOn(console, "warn")
+      .mockReset()
+      .mockImplementation(() => {});
+    const clock = vi.spyOn(performance, "now").mockReturnValue(50_000);
+    const { room, me, sent } = withCharacter();
+    const good = rigidPose([0, 0, 0, 1], [1, 2, 3]);
+    me.push(good);
+    sent();
+    const turned = (...rotation: number[]) => rigidPose(rotation, [1, 2, 3]);
+    const calls: (() => void)[] = [
+      () => me.push(turned(0, 0, 0, NaN)),
+      () => me.push(turned(0, 0, 0, 0)),
+      () => me.push(turned(1, 1, 0, 0)),
+      () => me.push(rigidPose([0, 0, 0, 1], [0, Infinity, 0])),
+      () => me.push(rigidPose([0, 0, 0, 1], [0, 0, -10001])),
+      () => me.push(any(new Array(kPoseNumbers))),
+      () => room.setWind({ speed: NaN }),
+      () => room.setWind({ speed: 1, from: Infinity }),
+      () => room.setWind({ meanMPerS: [0, NaN, 0] }),
+      () => me.setMaterial({ stiffness: NaN }),
+      () => me.setAppearance({ roughness: NaN }),
+      () => me.setAppearance({ hairRoot: NaN }),
+      () => room.reportImportance([{ member: 1, screenHeight: NaN, inView: true }]),
+    ];
+    calls.forEach((call, n) => {
+      call();
+      expect(room.counters.inputsDropped, String(call)).toBe(n + 1);
+    });
+    expect(warn).toHaveBeenCalledTimes(1);
+    expect(warn.mock.calls[0][0]).toBe("hairnet: push of character 1: pose is not finite; it was dropped (1 so far)");
+    expect(sent()).toEqual([]);
+    expect(me.newestPose).toEqual(good);
+    clock.mockRestore();
+  });
+
+  test("too far away are told with the limit", () => {
+    expect(poseFault(rigidPose([0, 0, 0, 1], [0, 0, -10001]))).toBe(
+      "pose is too far away: -10001 m along an axis, of at most 10000 m",
+    );
+  });
+
+  test("are no excuse for what is no pose at all", () => {
+    const { me } = withCharacter();
+    for (const bad of [undefined, null, 5, [1, 2], new Float64Array(7)])
+      expect(faultOf(() => me.push(any(bad))).code).toBe("invalid");
   });
 });

@@ -1,13 +1,24 @@
 import { describe, expect, test } from "vitest";
-import { Group, PerspectiveCamera, Texture, Vector2, Vector3, type RawShaderMaterial, type WebGLRenderer } from "three";
-import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
+import {
+  Euler,
+  Group,
+  type Matrix4,
+  PerspectiveCamera,
+  Quaternion,
+  Texture,
+  Vector2,
+  Vector3,
+  type RawShaderMaterial,
+  type WebGLRenderer,
+} from "three";
+import { kNumbersPerBone, kPoseNumbers, rigidPose, type Pose } from "../../src/hair/pose";
 import { detailFor } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { kCoefficientTexel, kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
-import { place } from "../../src/scene/placement";
+import { place, type Placed } from "../../src/scene/placement";
 import { CharacterRecords, writeRecord, type CharacterRecord } from "../../src/scene/characterRecords";
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
@@ -188,6 +199,18 @@ describe("draw calls", () => {
 describe("placement", () => {
   const pose = rigidPose([0, 0, 0, 1], [1, 1.6, 0]);
   pose.set([0, 0, 0, 1, 1, 1.5, 0.25], 7); // a neck of its own
+  const placed = (character: HairCharacter, of: Pose, room: Matrix4): Placed => {
+    const where = place(character, of, room);
+    if (typeof where === "string") throw new Error(where);
+    return where;
+  };
+  /** Where a point of head space, of a bone, is drawn: as body.vert moves it. */
+  const drawnAt = ({ pose: at, size }: Placed, bone: number, point: Vector3) =>
+    point
+      .clone()
+      .multiplyScalar(size)
+      .applyQuaternion(new Quaternion().fromArray(at, kNumbersPerBone * bone))
+      .add(new Vector3().fromArray(at, kNumbersPerBone * bone + 4));
 
   test("the room's matrix moves, turns and scales all characters", () => {
     const character = new HairCharacter(1, false, "");
@@ -196,15 +219,15 @@ describe("placement", () => {
     room.rotation.y = Math.PI / 2;
     room.scale.setScalar(2);
     room.updateMatrixWorld();
-    const { pose: placed, size } = place(character, pose, room.matrixWorld);
+    const { pose: at, size } = placed(character, pose, room.matrixWorld);
     expect(size).toBeCloseTo(2);
-    expect(placed[4]).toBeCloseTo(0);
-    expect(placed[5]).toBeCloseTo(3.2);
-    expect(placed[6]).toBeCloseTo(8);
+    expect(at[4]).toBeCloseTo(0);
+    expect(at[5]).toBeCloseTo(3.2);
+    expect(at[6]).toBeCloseTo(8);
     room.add(character);
     room.updateMatrixWorld();
     const head = new Vector3().setFromMatrixPosition(character.matrixWorld);
-    expect(head.toArray()).toEqual([0, 1, 2].map((a) => expect.closeTo(placed[4 + a], 6)));
+    expect(head.toArray()).toEqual([0, 1, 2].map((a) => expect.closeTo(at[4 + a], 6)));
   });
 
   test("an anchor takes the head, and the other bones keep their places about it, as much larger as it is", () => {
@@ -214,12 +237,78 @@ describe("placement", () => {
     anchor.scale.setScalar(1.5);
     character.anchor = anchor;
     const room = new Group();
-    const { pose: placed, size } = place(character, pose, room.matrixWorld);
+    const { pose: at, size } = placed(character, pose, room.matrixWorld);
     expect(size).toBeCloseTo(1.5);
-    expect([...placed.subarray(4, 7)]).toEqual([5, 0, 0]);
-    expect([...placed.subarray(11, 14)]).toEqual([5, expect.closeTo(-0.15), expect.closeTo(0.375)]);
-    expect(placed).toHaveLength(kPoseNumbers);
+    expect([...at.subarray(4, 7)]).toEqual([5, 0, 0]);
+    expect([...at.subarray(11, 14)]).toEqual([5, expect.closeTo(-0.15), expect.closeTo(0.375)]);
+    expect(at).toHaveLength(kPoseNumbers);
     expect(character.position.x).toBe(5);
+  });
+
+  test("a mirrored room mirrors every point of every bone, whichever axes its scale mirrors", () => {
+    const turned = Float64Array.from(pose);
+    turned.set(new Quaternion().setFromEuler(new Euler(0.3, -0.7, 0.2)).toArray(), 0);
+    turned.set(new Quaternion().setFromEuler(new Euler(-0.2, 0.4, 0.9)).toArray(), 7);
+    for (const scale of [
+      [-1, 1, 1],
+      [2, -2, 2],
+      [-0.5, -0.5, -0.5],
+      [-1, -1, 1],
+      [3, 3, 3],
+    ] as const) {
+      const parent = new Group();
+      parent.scale.fromArray(scale);
+      parent.rotation.set(0.4, 0.5, -0.6);
+      const room = new Group();
+      room.position.set(1, 2, 3);
+      room.rotation.set(-0.3, 1, 2);
+      parent.add(room);
+      room.updateWorldMatrix(true, false);
+      const character = new HairCharacter(1, false, "");
+      const where = placed(character, turned, room.matrixWorld);
+      for (const bone of [0, 1]) {
+        const point = new Vector3(0.1, 0.2, -0.3);
+        const wanted = drawnAt({ pose: turned, size: 1 }, bone, point).applyMatrix4(room.matrixWorld);
+        expect(drawnAt(where, bone, point).distanceTo(wanted)).toBeLessThan(1e-9);
+      }
+    }
+  });
+
+  test("a mirrored anchor mirrors the head, and what hangs on the character too", () => {
+    const character = new HairCharacter(1, false, "");
+    const anchor = new Group();
+    anchor.position.set(5, 1, 0);
+    anchor.rotation.set(0.2, 0.8, -0.1);
+    anchor.scale.set(-1.5, 1.5, 1.5);
+    character.anchor = anchor;
+    const room = new Group();
+    room.scale.setScalar(2);
+    room.position.set(0, 1, 0);
+    room.add(character);
+    room.updateMatrixWorld();
+    const where = placed(character, pose, room.matrixWorld);
+    const point = new Vector3(0.1, 0.2, -0.3);
+    const wanted = point.clone().applyMatrix4(anchor.matrixWorld);
+    expect(drawnAt(where, 0, point).distanceTo(wanted)).toBeLessThan(1e-9);
+    room.updateMatrixWorld();
+    expect(point.clone().applyMatrix4(character.matrixWorld).distanceTo(wanted)).toBeLessThan(1e-9);
+  });
+
+  test("a scale of 0 hides; one that is uneven, sheared or not finite is no place", () => {
+    const at = (...scale: [number, number, number]) => {
+      const room = new Group();
+      room.scale.set(...scale);
+      room.updateMatrixWorld();
+      return place(new HairCharacter(1, false, ""), pose, room.matrixWorld);
+    };
+    expect(at(0, 0, 0)).toBe("hidden");
+    expect(at(1, 2, 1)).toMatch(/scaled unevenly/);
+    expect(at(1, 0, 1)).toMatch(/scaled unevenly/);
+    expect(at(1, NaN, 1)).toMatch(/not finite/);
+    expect(at(1, Infinity, 1)).toMatch(/not finite/);
+    const sheared = new Group();
+    sheared.matrixWorld.makeShear(0, 0, 0.5, 0, 0, 0);
+    expect(place(new HairCharacter(1, false, ""), pose, sheared.matrixWorld)).toMatch(/scaled unevenly/);
   });
 });
 

@@ -1,10 +1,11 @@
 import { describe, expect, test } from "vitest";
-import { Group, OrthographicCamera, PerspectiveCamera, Vector3, type WebGLRenderer } from "three";
+import { Group, OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
 import type { ShownMember } from "../../src/hair/hairSource";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { rigidPose } from "../../src/hair/pose";
 import { checkFrame, frameCamera, type Framed } from "../../src/scene/frameCamera";
 import { HairScene } from "../../src/scene/hairScene";
+import { idleRenderer as renderer } from "../support/idleRenderer";
 import { madeGroom } from "../support/madeGroom";
 
 const groom = madeGroom();
@@ -61,7 +62,7 @@ describe("a framed picture", () => {
   test("is taken from the front, level, whichever way the trunks face", () => {
     for (const yaw of [0, 0.7, 2, -2.5]) {
       const camera = new PerspectiveCamera(35, 1);
-      const target = frameCamera(camera, [at(2, 1.6, 1, yaw)]);
+      const target = frameCamera(camera, [at(2, 1.6, 1, yaw)])!;
       const front = camera.position.clone().sub(target).normalize();
       expect(front.toArray()).toEqual([Math.sin(yaw), 0, Math.cos(yaw)].map((x) => expect.closeTo(x, 6)));
     }
@@ -82,6 +83,12 @@ describe("a framed picture", () => {
   });
 });
 
+test("a camera without a finite aspect, as of a canvas without a size, stays where it is", () => {
+  const camera = new PerspectiveCamera(35, NaN);
+  expect(frameCamera(camera, [at(0, 1.6, 0)])).toBeNull();
+  expect(camera.position.toArray()).toEqual([0, 0, 0]);
+});
+
 test("frame refuses what it cannot do", () => {
   const camera = new PerspectiveCamera();
   for (const bad of [
@@ -98,26 +105,6 @@ test("frame refuses what it cannot do", () => {
 });
 
 describe("a HairScene", () => {
-  // It draws nothing: only what is drawn by the GPU needs a real one.
-  const nothing = () => null;
-  const renderer = {
-    xr: { isPresenting: false },
-    domElement: { addEventListener: nothing, removeEventListener: nothing },
-    capabilities: { maxTextureSize: 4096 },
-    extensions: { has: () => false },
-    getContext: () => ({ getExtension: nothing, getParameter: nothing }),
-    getDrawingBufferSize: (size: { set(x: number, y: number): unknown }) => size.set(800, 600),
-    getRenderTarget: nothing,
-    getActiveCubeFace: nothing,
-    getActiveMipmapLevel: nothing,
-    getClearColor: nothing,
-    getClearAlpha: nothing,
-    setRenderTarget: nothing,
-    setClearColor: nothing,
-    clear: nothing,
-    render: nothing,
-  } as unknown as WebGLRenderer;
-
   test("refuses a room that has not been awaited, a missing renderer and a misspelt option", () => {
     const source = { sample: () => [] };
     for (const make of [

@@ -48,6 +48,7 @@ export class LinkCoreDriver {
       resumeGraceS: 30,
       poseDelayNs: 0,
       maySetWind: true,
+      signsOfLife: false,
       others: [],
       ...more,
     };

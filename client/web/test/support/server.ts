@@ -37,6 +37,14 @@ export class Server {
     this.port = Number(readFileSync(portFile, "utf8"));
   }
 
+  /** Its connections stay open, and nothing comes over them until `resume`. */
+  pause(): void {
+    this.#process?.kill("SIGSTOP");
+  }
+  resume(): void {
+    this.#process?.kill("SIGCONT");
+  }
+
   /** At once, like a crash. */
   async kill(): Promise<void> {
     await this.#end("SIGKILL");

@@ -47,6 +47,7 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
       fb.Welcome.addRoom(to, room);
       fb.Welcome.addResumed(to, message.resumed);
       fb.Welcome.addMaySetWind(to, message.maySetWind);
+      fb.Welcome.addSignsOfLife(to, message.signsOfLife);
       fb.Welcome.addSecret(to, fb.Secret.createSecret(to, BigInt(message.secret[0]), 0n));
       return [fb.Body.Welcome, fb.Welcome.endWelcome(to)];
     }

@@ -1,9 +1,10 @@
 import type { VRM } from "@pixiv/three-vrm";
-import { Quaternion, type SkinnedMesh, Vector3 } from "three";
+import { Matrix4, Quaternion, type SkinnedMesh, Vector3 } from "three";
 import { beforeEach, describe, expect, test } from "vitest";
 import { makeDefaultAvatar, type DefaultAvatarOptions } from "../../page/avatar/defaultAvatar";
 import { Bone, kNumbersPerBone, poseFault, type Pose } from "../../src/hair/pose";
 import { HairCharacter } from "../../src/scene/hairCharacter";
+import { place, type Placed } from "../../src/scene/placement";
 import { findHairMeshes, loadVrm, lowerArms, VrmHair, VrmSkeleton } from "../../src/vrm/index";
 import { HeadSurface, kScalp } from "../../src/vrm/headSurface";
 import { modelHeadTriangles } from "../../src/vrm/headTriangles";
@@ -216,6 +217,46 @@ describe("a model's skeleton as a pose", () => {
 });
 
 describe("hair on a model", () => {
+  for (const scale of [
+    [2, 2, 2],
+    [-1, 1, 1],
+    [1.5, 1.5, -1.5],
+    [-1, -1, -1],
+  ] as const)
+    for (const when of ["before", "after"])
+      test(`is where its bones are, also scaled by ${scale.join(" ")} ${when} it gets the hair`, () => {
+        vrm.scene.position.set(3, 0, -1);
+        vrm.scene.rotation.y = 1;
+        if (when === "before") vrm.scene.scale.fromArray(scale);
+        const worn = new VrmHair(vrm);
+        if (when === "before") worn.fit(madeGroom());
+        vrm.scene.scale.fromArray(scale);
+        vrm.humanoid.getRawBoneNode("neck")!.rotation.set(0.2, 0.5, -0.1);
+        vrm.humanoid.getRawBoneNode("head")!.rotation.set(-0.1, 0.3, 0.2);
+        const pose = worn.pose();
+        expect(poseFault(pose)).toBeNull();
+        const character = new HairCharacter(1, true, "");
+        worn.wear(character);
+        const placed = place(character, pose, new Matrix4()) as Placed;
+        expect(Math.sign(placed.size)).toBe(Math.sign(vrm.scene.matrixWorld.determinant()));
+        const drawn = (bone: Bone, ofGroom: Vector3) =>
+          moved(placed.pose, bone, ofGroom.clone().multiplyScalar(placed.size));
+        const point = new Vector3(0.05, 0.1, 0.03);
+        const wanted = point.clone().applyMatrix4(worn.skeleton.anchor.matrixWorld);
+        expect(drawn(Bone.head, point).distanceTo(wanted)).toBeLessThan(1e-5);
+        // Bones keep their places too: the skin that the hair is kept out of.
+        const { size, offset } = worn.headFit;
+        for (const [bone, name] of [
+          [Bone.leftShoulder, "leftShoulder"],
+          [Bone.upperTrunk, "upperChest"],
+        ] as const) {
+          const rest = worn.skeleton.joint(bone).sub(new Vector3(...offset)).divideScalar(size);
+          const joint = vrm.humanoid.getRawBoneNode(name)!.getWorldPosition(new Vector3());
+          expect(drawn(bone, rest).distanceTo(joint)).toBeLessThan(0.02);
+        }
+        worn.dispose();
+      });
+
   for (const version of [0, 1] as const)
     for (const headSize of [0.5, 1, 2, 3])
       test(`fits heads of size ${headSize} in VRM ${version} within millimetres`, async () => {

@@ -1,0 +1,45 @@
+/**
+ * Counts input of a program that was dropped instead of ending its render loop, such as a pose that is not finite, and
+ * tells of it on the console: at most once a second.
+ */
+export class DroppedInput {
+  #count = 0;
+  #toldMs = -Infinity;
+  readonly #toldOnce = new Set<string>();
+
+  get count(): number {
+    return this.#count;
+  }
+
+  /** `what`: of what, and why, in one line. */
+  drop(what: string): void {
+    this.#count += 1;
+    const nowMs = performance.now();
+    if (nowMs - this.#toldMs < 1000) return;
+    this.#toldMs = nowMs;
+    tell(`${what}; it was dropped (${this.#count} so far)`);
+  }
+
+  /** Tells of something that lasts until the program changes it; not counted. */
+  tellOnce(what: string): void {
+    if (this.#toldOnce.has(what)) return;
+    this.#toldOnce.add(what);
+    tell(what);
+  }
+}
+
+function tell(line: string): void {
+  // biome-ignore lint/suspicious/noConsole: it is for the program's author, who may listen to no event.
+  console.warn(`hairnet: ${line}`);
+}
+
+/** The first of the numbers that is not finite, also in lists: "speed is NaN". Null: all are. */
+export function notFinite(values: object): string | null {
+  for (const [name, value] of Object.entries(values)) {
+    const numbers: readonly unknown[] =
+      ArrayBuffer.isView(value) || Array.isArray(value) ? [...(value as number[])] : [value];
+    const wrong = numbers.find((number) => typeof number === "number" && !Number.isFinite(number));
+    if (wrong !== undefined) return `${name} is ${String(wrong)}`;
+  }
+  return null;
+}

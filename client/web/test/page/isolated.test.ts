@@ -1,0 +1,40 @@
+import { expect, test } from "vitest";
+import { foreignFileWords, refusedWords } from "../../page/faultWords";
+import { isolated } from "../../page/isolated";
+import { hairstyleName, personName } from "../../page/roomDetails";
+
+const kOverride = "\u202e";
+const kEmbeddings = ["\u202a", "\u202b", "\u202d", kOverride, "\u2066", "\u2067", "\u2068", "\u2069"];
+
+/** The text with what is isolated left out; every isolate must end, and nothing outside of one may direct. */
+function outside(text: string): string {
+  const left = text.replaceAll(/\u2068[^\u2066-\u2069]*\u2069/g, "NAME");
+  for (const character of kEmbeddings) expect(left).not.toContain(character);
+  return left;
+}
+const person = (tagText: string) => personName({ tagText, groom: null, member: 4, own: true });
+
+test("a name turns nothing around it round, whatever directs inside it", () => {
+  for (const name of [
+    ...kEmbeddings.map((one) => `An${one}n`),
+    "\u05d3\u05d5\u05d3",
+    `${kOverride}\u2069ym`,
+    "\u2069\u2069a\u2068",
+  ])
+    expect(outside(person(name)), JSON.stringify(name)).toBe("NAME (you)");
+});
+
+test("a name that goes the page's way is as it is, and one of nothing but directions is none", () => {
+  for (const name of ["Ann", "Zo\u00eb \u{1f469}\u200d\u{1f9b1}", "\u6797 3"])
+    expect(person(name)).toBe(`${name} (you)`);
+  expect(person("\u202e\u2069")).toBe("Hairstyle 4 (you)");
+  expect(isolated("")).toBe("");
+});
+
+test("so it is with hairstyles, files and what a moderator writes", () => {
+  expect(outside(`${hairstyleName(`a${kOverride}b`)} (in the room)`)).toBe("NAME (in the room)");
+  expect(outside(foreignFileWords(`a${kOverride}riah.hair`))).toMatch(
+    /^NAME holds strands\..* import NAME --out NAME\.groom$/,
+  );
+  expect(outside(refusedWords(`the server says goodbye: removed: ${kOverride}spam`, true))).toBe("NAME.");
+});

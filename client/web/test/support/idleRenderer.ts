@@ -1,0 +1,22 @@
+import type { WebGLRenderer } from "three";
+
+const nothing = () => null;
+
+/** It draws nothing: only what is drawn by the GPU needs a real one. */
+export const idleRenderer = {
+  xr: { isPresenting: false },
+  domElement: { addEventListener: nothing, removeEventListener: nothing },
+  capabilities: { maxTextureSize: 4096 },
+  extensions: { has: () => false },
+  getContext: () => ({ getExtension: nothing, getParameter: nothing }),
+  getDrawingBufferSize: (size: { set(x: number, y: number): unknown }) => size.set(800, 600),
+  getRenderTarget: nothing,
+  getActiveCubeFace: nothing,
+  getActiveMipmapLevel: nothing,
+  getClearColor: nothing,
+  getClearAlpha: nothing,
+  setRenderTarget: nothing,
+  setClearColor: nothing,
+  clear: nothing,
+  render: nothing,
+} as unknown as WebGLRenderer;
