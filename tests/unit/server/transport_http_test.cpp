@@ -493,6 +493,29 @@ TEST_F(ProxiedTest, the_limits_of_one_address_are_those_of_the_named_one) {
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 3; }));
 }
 
+TEST_F(ProxiedTest, nobody_is_exempt_by_the_word_of_the_header) {
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (const char* family :
+       {"TCP4 127.0.0.1", "TCP6 ::ffff:127.0.0.1", "TCP4 127.0.0.1", "TCP6 ::1", "TCP6 ::1", "TCP6 ::1"}) {
+    peers.push_back(std::make_unique<Peer>(listener_->port()));
+    const std::string to = std::string(family).starts_with("TCP4") ? "192.0.2.1" : "2001:db8::2";
+    send_with(*peers.back(), std::string("PROXY ") + family + " " + to + " 51000 7420\r\n");
+  }
+  ASSERT_TRUE(run_until([&] { return counters_.connections_refused_address.value() == 2 && echoes_.size() == 4; }));
+  std::set<std::string_view> networks;
+  for (const auto& echo : echoes_) networks.insert(echo->connection->network());
+  EXPECT_THAT(networks, testing::ElementsAre("127.0.0.1", "::/64"));
+}
+
+TEST_F(ProxiedTest, no_page_is_asked_for_from_the_loopback_through_a_proxy) {
+  for (const char* header : {"PROXY TCP4 127.0.0.1 192.0.2.1 51000 7420\r\n", "PROXY UNKNOWN\r\n"}) {
+    Peer peer(listener_->port());
+    EXPECT_THAT(answer_to(peer, std::string(header) + "GET / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n"),
+                StartsWith("HTTP/1.1 "));
+    EXPECT_FALSE(pages_.from_loopback);
+  }
+}
+
 TEST_F(ProxiedTest, a_connection_of_a_proxy_without_a_header_is_closed) {
   Peer packets(listener_->port()), request(listener_->port());
   packets.send(packet(32, 1));
