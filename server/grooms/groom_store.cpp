@@ -43,6 +43,13 @@ ErrorReason reason_of(BuildFault fault) {
   return ErrorReason::groom_build_failed;
 }
 
+Refused refusal_of(const GroomResult& result) {
+  const ErrorReason reason = reason_of(result.fault);
+  if (reason != ErrorReason::groom_build_failed) return {reason, result.detail};
+  return {reason, fmt::format("the server could not build it, by a fault of its own: {}; offer it again in a while",
+                              result.detail)};
+}
+
 Counter& counter_of(BuildFault fault, GroomCounters& counters) {
   switch (fault) {
     case BuildFault::size:
@@ -364,7 +371,7 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
   if (result.outcome == GroomResult::Outcome::ready) return take_ready(groom, std::move(result), now_ns);
   if (result.fault == BuildFault::server && build_again(groom, result, now_ns)) return;
   if (result.outcome == GroomResult::Outcome::refused)
-    return refuse_all(groom, {reason_of(result.fault), result.detail}, counter_of(result.fault, *counters_), now_ns);
+    return refuse_all(groom, refusal_of(result), counter_of(result.fault, *counters_), now_ns);
   HAIRNET_ASSERT(result.outcome == GroomResult::Outcome::absent);
   go_on_without(groom, now_ns);  // the cache has lost it
 }

@@ -30,7 +30,6 @@ ByteStream::ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoi
   socket_.non_blocking(true, ignored);
   socket_.set_option(UnsentLow(kUnsentSystemBytes), ignored);
   set_peer(peer);
-  from_loopback_ = unmapped(peer.address()).is_loopback();
   counters_->connections_accepted.add();
 }
 
@@ -41,11 +40,6 @@ ByteStream::~ByteStream() {
 void ByteStream::set_peer(const asio::ip::tcp::endpoint& peer) {
   peer_ = shown(peer);
   network_ = network_of(peer.address());
-}
-
-void ByteStream::set_proxied(const asio::ip::tcp::endpoint& peer) {
-  set_peer(peer);
-  set_proxied();
 }
 
 void ByteStream::put_back(std::span<const std::uint8_t> bytes) {

@@ -33,12 +33,9 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   [[nodiscard]] const std::string& peer() const { return peer_; }
   // The peer's IPv4 address or IPv6 /64 network; empty when no limits of one address apply to the connection.
   [[nodiscard]] std::string_view network() const { return ticket_.has_address() ? network_ : std::string_view(); }
-  // As a proxy names the peer: that is never on the loopback, whatever the proxy says.
-  void set_proxied(const asio::ip::tcp::endpoint& peer);
-  void set_proxied() { from_loopback_ = false; }  // by a proxy that names nobody
+  void set_peer(const asio::ip::tcp::endpoint& peer);  // as a proxy names it
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
-  [[nodiscard]] bool is_from_loopback() const { return from_loopback_; }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
   Admission::Ticket& ticket() { return ticket_; }
@@ -62,7 +59,6 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   std::size_t write_now(std::span<const std::uint8_t> bytes);
 
  private:
-  void set_peer(const asio::ip::tcp::endpoint& peer);
   void read_some(asio::mutable_buffer into, Handler handler) override;
   void write_some(const WriteBuffers& from, Handler handler) override;
   void write_corked(std::size_t bytes, Handler handler);
@@ -75,7 +71,7 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   TransportCounters* counters_;
   std::vector<std::uint8_t> put_back_, corked_, leaving_;
   std::uint64_t expiry_count_ = 0;  // counts timers, so that a cancelled one that already fired is ignored
-  bool is_corked_ = false, has_expired_ = false, from_loopback_ = false;
+  bool is_corked_ = false, has_expired_ = false;
 };
 
 }  // namespace hairnet::server

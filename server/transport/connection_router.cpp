@@ -158,9 +158,8 @@ asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {
     stream.close();
     co_return false;
   }
-  stream.set_proxied();
   if (header.peer) {
-    stream.set_proxied(*header.peer);
+    stream.set_peer(*header.peer);
     // Anyone might have made the proxy say that they are on the loopback.
     const bool is_loopback = unmapped(header.peer->address()).is_loopback();
     const auto address = is_loopback ? address_number(header.peer->address()) : limited_address(header.peer->address());

@@ -117,7 +117,9 @@ TEST(LevelBuildProcess, that_aborts_is_no_fault_of_the_server_as_it_would_again)
   Ordered order(support::make_zigzag(10'000));
   int looks = 0;
   const LevelBuild aborted = order.build([&] {
-    if (++looks == 3) EXPECT_EQ(::kill(child_of_this_process(), SIGABRT), 0);
+    if (++looks == 3) {
+      EXPECT_EQ(::kill(child_of_this_process(), SIGABRT), 0);
+    }
     return BuildFault::none;
   });
   EXPECT_EQ(aborted.fault, BuildFault::crash);

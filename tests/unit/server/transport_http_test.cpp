@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "tests/unit/server/transport_fixture.hpp"
 
@@ -18,13 +19,11 @@ class Pages final : public HttpService {
  public:
   HttpResponse handle(const HttpRequest& request) override {
     last = std::string(request.method) + " " + std::string(request.path) + " " + std::string(request.query);
-    from_loopback = request.from_loopback;
     authorization = request.authorization;
     if (request.path == "/readyz") return refusal(503, "draining");
     return {.content_type = "text/plain; version=0.0.4", .body = "metric 1\n"};
   }
   std::string last, authorization;
-  bool from_loopback = false;
 };
 
 class HttpTest : public TransportTest {
@@ -89,7 +88,6 @@ TEST_F(HttpTest, the_servers_own_pages_come_from_the_service) {
   EXPECT_EQ(header_value(metrics, "Content-Type"), "text/plain; version=0.0.4");
   EXPECT_EQ(header_value(metrics, "Cache-Control"), "no-store");
   EXPECT_EQ(pages_.last, "GET /metrics x=1");
-  EXPECT_TRUE(pages_.from_loopback);
   EXPECT_THAT(get("/readyz"), StartsWith("HTTP/1.1 503 "));
   EXPECT_EQ(counters_.http_responses_5xx.value(), 1u);
   EXPECT_EQ(counters_.connections_opened_http.value(), 2u);
@@ -505,15 +503,6 @@ TEST_F(ProxiedTest, nobody_is_exempt_by_the_word_of_the_header) {
   std::set<std::string_view> networks;
   for (const auto& echo : echoes_) networks.insert(echo->connection->network());
   EXPECT_THAT(networks, testing::ElementsAre("127.0.0.1", "::/64"));
-}
-
-TEST_F(ProxiedTest, no_page_is_asked_for_from_the_loopback_through_a_proxy) {
-  for (const char* header : {"PROXY TCP4 127.0.0.1 192.0.2.1 51000 7420\r\n", "PROXY UNKNOWN\r\n"}) {
-    Peer peer(listener_->port());
-    EXPECT_THAT(answer_to(peer, std::string(header) + "GET / HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n"),
-                StartsWith("HTTP/1.1 "));
-    EXPECT_FALSE(pages_.from_loopback);
-  }
 }
 
 TEST_F(ProxiedTest, a_connection_of_a_proxy_without_a_header_is_closed) {
