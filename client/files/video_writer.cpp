@@ -1,13 +1,13 @@
 #include "client/files/video_writer.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -142,7 +142,6 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
                        ? "videos need the program ffmpeg, which is not here (Debian: apt-get install ffmpeg)"
                        : "ffmpeg does not start: " + std::string(std::strerror(fault)));
   }
-  std::signal(SIGPIPE, SIG_IGN);  // writing to a pipe without reader then returns EPIPE
   return writer;
 }
 

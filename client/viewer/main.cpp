@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
 #include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/characters/options.hpp"
@@ -11,6 +12,7 @@
 #include "client/viewer/offline/stream.hpp"
 #include "client/viewer/offline/video.hpp"
 #include "client/viewer/window/viewer_window.hpp"
+#include "core/broken_pipe.hpp"
 
 namespace {
 
@@ -59,10 +61,11 @@ Result<void> run(const ViewOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  ignore_broken_pipes();
   const auto parsed = parse_options(argc, argv);
-  if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+  if (const int* exit_code = std::get_if<int>(&parsed)) return end_program("hairnet-view", *exit_code);
   const Result<void> done = run(std::get<ViewOptions>(parsed));
-  if (done) return 0;
+  if (done) return end_program("hairnet-view", 0);
   std::fprintf(stderr, "hairnet-view: %s\n", done.error().c_str());
   return 1;
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/assert.hpp"
+#include "core/number_range.hpp"
 
 namespace hairnet {
 namespace {
@@ -78,30 +79,20 @@ const std::array<Material, kNames.size()>& named_materials() {
 }  // namespace
 
 std::string validate(const Material& material) {
-  struct Range {
-    const char* name;
-    float value, least, most;
-  };
-  const std::array<Range, 11> ranges{{
+  const std::array<NumberRange, 11> ranges{{
       {"axial stiffness (N per hair)", material.axial_stiffness_n, 0, 10},
       {"attachment stiffness (N/m per hair)", material.attachment_stiffness_n_per_m, 0, 100},
       {"damping ratio", material.damping_ratio, 0, 10},
       {"linear density (kg/m per hair)", material.linear_density_kg_per_m, 1e-8f, 1e-2f},
       {"air drag (N s/m^2 per hair)", material.air_drag_ns_per_m2, 0, 1},
       {"ether mass ratio", material.ether_mass_ratio, 1e-3f, 100},
-      {"ether stiffness (1/s^2)", material.ether_stiffness_per_s2, 0, 1e5f},
+      {"ether stiffness (1/s^2)", material.ether_stiffness_per_s2, 0, 1e5},
       {"ether damping ratio", material.ether_damping_ratio, 0, 10},
       {"root length (m)", material.root_length_m, 0, 10},
       {"thickness (m)", material.thickness_m, 0, 0.1f},
       {"metaball potential (J)", material.metaball_potential_j, 0, 100},
   }};
-  for (const Range& range : ranges) {
-    if (!(range.value >= range.least && range.value <= range.most)) {
-      return std::string(range.name) + " is " + std::to_string(range.value) + ", not in [" +
-             std::to_string(range.least) + ", " + std::to_string(range.most) + ']';
-    }
-  }
-  return {};
+  return out_of_range(ranges);
 }
 
 double axial_damping_time_s(const Material& material, double strand_length_m) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/assert.hpp"
+#include "core/number_range.hpp"
 
 namespace hairnet {
 namespace {
@@ -41,13 +42,12 @@ double ether_damping_over_mass(const Material& m, double gel_per_s2) {
 }  // namespace
 
 std::string validate(const MaterialScale& scale) {
-  for (const ScaleRange& range : kRanges) {
-    const float value = scale.*range.value;
-    if (value >= range.low && value <= range.high) continue;
-    return std::string("material scale ") + range.name + " is " + std::to_string(value) + ", must be from " +
-           std::to_string(range.low) + " to " + std::to_string(range.high);
-  }
-  return {};
+  std::array<NumberRange, kRanges.size()> ranges;
+  std::ranges::transform(kRanges, ranges.begin(), [&](const ScaleRange& range) {
+    return NumberRange{range.name, double{scale.*range.value}, double{range.low}, double{range.high}};
+  });
+  const std::string fault = out_of_range(ranges);
+  return fault.empty() ? fault : "material scale " + fault;
 }
 
 MaterialScale scale_between(const Material& built, const Material& wanted) {
@@ -62,7 +62,11 @@ MaterialScale scale_between(const Material& built, const Material& wanted) {
   scale.ether_damping = ratio(ether_damping_over_mass(wanted, gel), ether_damping_over_mass(built, gel_built));
   scale.air_drag = ratio(wanted.air_drag_ns_per_m2, built.air_drag_ns_per_m2);
   scale.gel_per_s2 = static_cast<float>(gel - gel_built);
-  for (const ScaleRange& range : kRanges) scale.*range.value = std::clamp(scale.*range.value, range.low, range.high);
+  for (const ScaleRange& range : kRanges) {
+    float& value = scale.*range.value;
+    value = std::clamp(value, range.low, range.high);
+    if (value < static_cast<float>(NumberRange::kSmallest)) value = 0;
+  }
   HAIRNET_ASSERT(validate(scale).empty());
   return scale;
 }

@@ -4,23 +4,13 @@
 
 #include "core/assert.hpp"
 #include "core/groom/fault_text.hpp"
+#include "core/number_range.hpp"
 
 namespace hairnet {
 namespace {
 
-struct Range {
-  std::string_view name;
-  float value, least, most;
-};
-
-// Written so that NaN fails.
-std::string out_of_range(std::initializer_list<Range> ranges) {
-  for (const Range& range : ranges) {
-    if (range.value >= range.least && range.value <= range.most) continue;
-    return std::string(range.name) + " is " + std::to_string(range.value) + ", not in [" + std::to_string(range.least) +
-           ", " + std::to_string(range.most) + ']';
-  }
-  return {};
+std::string out_of_range(std::initializer_list<NumberRange> ranges) {
+  return hairnet::out_of_range({ranges.begin(), ranges.size()});
 }
 
 bool is_colour(const Vec3f& c) {
@@ -62,7 +52,7 @@ std::string fault_of(const Thread& thread, const Groom& groom) {
                        {"radius (m)", thread.radius_m, 1e-6f, 0.05f},
                        {"axial stiffness (N)", thread.axial_stiffness_n, 0, 1000},
                        {"damping time (s)", thread.damping_time_s, 0, 1},
-                       {"pin stiffness (N/m)", thread.pin_stiffness_n_per_m, 0, 1e4f},
+                       {"pin stiffness (N/m)", thread.pin_stiffness_n_per_m, 0, 1e4},
                        {"linear density (kg/m)", thread.linear_density_kg_per_m, 1e-6f, 1},
                        {"air drag (N s/m^2)", thread.air_drag_ns_per_m2, 0, 10}});
 }
@@ -81,15 +71,16 @@ std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
   if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
     return "distances from the pins are neither none nor one a point";
   for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
-    if (!(cloth.root_distance_m[i] >= 0 && cloth.root_distance_m[i] <= 100))
-      return fault_at("point", i, "distance from the pins not in [0, 100] m");
+    if (const std::string fault = out_of_range({{"distance from the pins (m)", cloth.root_distance_m[i], 0, 100}});
+        !fault.empty())
+      return fault_at("point", i, fault);
   }
   return out_of_range({{"root length (m)", cloth.root_length_m, 0, 10},
                        {"opacity", cloth.opacity, 0, 1},
-                       {"stretch stiffness (N/m)", cloth.stretch_stiffness_n_per_m, 0, 1e5f},
-                       {"shear stiffness (N/m)", cloth.shear_stiffness_n_per_m, 0, 1e5f},
+                       {"stretch stiffness (N/m)", cloth.stretch_stiffness_n_per_m, 0, 1e5},
+                       {"shear stiffness (N/m)", cloth.shear_stiffness_n_per_m, 0, 1e5},
                        {"damping time (s)", cloth.damping_time_s, 0, 1},
-                       {"pin stiffness (N/m)", cloth.pin_stiffness_n_per_m, 0, 1e4f},
+                       {"pin stiffness (N/m)", cloth.pin_stiffness_n_per_m, 0, 1e4},
                        {"area density (kg/m^2)", cloth.area_density_kg_per_m2, 1e-4f, 100},
                        {"air drag (N s/m^3)", cloth.air_drag_ns_per_m3, 0, 1000}});
 }
@@ -99,7 +90,7 @@ std::string fault_of(const Knot& knot, const Groom& groom) {
   for (const std::uint32_t p : knot.points) {
     if (p >= groom.points.size()) return "a tied point does not exist";
   }
-  return out_of_range({{"stiffness (N/m)", knot.stiffness_n_per_m, 0, 1e5f},
+  return out_of_range({{"stiffness (N/m)", knot.stiffness_n_per_m, 0, 1e5},
                        {"damping time (s)", knot.damping_time_s, 0, 1},
                        {"mass (kg)", knot.mass_kg, 0, 1}});
 }
@@ -152,10 +143,9 @@ std::string validate_point_owners(const Groom& groom, const GroomLimits& limits)
 
 std::string fault_of(const StrandProperties& properties, const Groom& groom) {
   if (properties.group >= groom.group_names.size()) return "its group does not exist";
-  if (!(properties.radius_m > 0 && properties.radius_m <= 0.01f)) return "radius not in (0, 0.01] m";
-  if (!(properties.hair_count > 0 && properties.hair_count <= 1e6f)) return "hair count not in (0, 1e6]";
-  if (!(properties.root_length_m >= 0 && properties.root_length_m <= 10)) return "root length not in [0, 10] m";
-  return {};
+  return out_of_range({{"radius (m)", properties.radius_m, 1e-7f, 0.01f},
+                       {"hair count", properties.hair_count, 1e-3f, 1e6},
+                       {"root length (m)", properties.root_length_m, 0, 10}});
 }
 
 std::string validate_features(const Groom& groom, const GroomLimits& limits) {
@@ -196,7 +186,8 @@ std::string validate_far_cards(const Groom& groom, const GroomLimits& limits) {
     if (points.count() / 2 > limits.far_card_pair_count_max)
       return fault_at("far card", i, over_limit("pairs of points", points.count() / 2, limits.far_card_pair_count_max));
     if (group >= groom.group_names.size()) return fault_at("far card", i, "its group does not exist");
-    if (!(root_length_m >= 0 && root_length_m <= 10)) return fault_at("far card", i, "root length not in [0, 10] m");
+    if (const std::string fault = out_of_range({{"root length (m)", root_length_m, 0, 10}}); !fault.empty())
+      return fault_at("far card", i, fault);
     if (strand_count < 1 || strand_count > groom.strand_count() + groom.cards.size())
       return fault_at("far card", i, "stands for no strands, or more than there are");
   }

@@ -7,14 +7,15 @@ namespace hairnet::server {
 
 // Set by a server under Agones only.
 struct AgonesGauges : GaugeSet {
-  Gauge up{*this, "agones_up"};                // 1 while the sidecar answers
-  Gauge allocated{*this, "agones_allocated"};  // 1 while Agones takes this server for one in use
+  Gauge up{*this, "agones_up", "1 while the sidecar of Agones answers, else 0."};
+  Gauge allocated{*this, "agones_allocated", "1 while Agones takes this server for one in use, else 0."};
 };
 
 struct AgonesCounters : CounterSet {
   AgonesGauges gauges;
-  Counter requests{*this, "agones_requests"};
-  Counter requests_failed_unreachable{*this, "agones_requests_failed", "reason", "unreachable"};
+  Counter requests{*this, "agones_requests", "Requests to the sidecar of Agones."};
+  Counter requests_failed_unreachable{*this, "agones_requests_failed", "reason", "unreachable",
+                                      "Requests to the sidecar of Agones that failed, by reason."};
   Counter requests_failed_timeout{*this, "agones_requests_failed", "reason", "timeout"};
   Counter requests_failed_broken{*this, "agones_requests_failed", "reason", "broken"};    // the connection ended
   Counter requests_failed_refused{*this, "agones_requests_failed", "reason", "refused"};  // answered with an error

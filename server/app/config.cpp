@@ -117,7 +117,7 @@ std::string validate(const FleetConfig& fleet) {
 }
 
 ParsedConfig refused(const std::string& why) {
-  fmt::print(stderr, "hairnet-server: {}\n", why);
+  std::fputs(fmt::format("hairnet-server: {}\n", why).c_str(), stderr);
   ParsedConfig parsed;
   parsed.exit_code = 2;
   return parsed;
@@ -134,7 +134,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   app.set_version_flag("--version", app.get_name() + " " + kVersionAndCommit, "show the version, and exit");
   std::string file;
   app.add_option("--config", file, "TOML file of settings; flags override it")->type_name("FILE");
-  app.add_flag("--check", parsed.check_only, "check the configuration, show it, and exit");
+  app.add_flag("--check", parsed.check_only, "check the configuration as a start does, show it, and exit");
   Given given;
   for (const Setting& setting : settings) add_flag(app, setting, given);
   try {

@@ -4,14 +4,16 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <string_view>
 
 #include "core/closest_name.hpp"
+#include "server/files/files.hpp"
 
 namespace hairnet::server {
 namespace {
+
+constexpr std::size_t kConfigFileBytesMax = std::size_t{1} << 20;
 
 std::optional<Setting::Triple> triple_of(const toml::array& array) {
   Setting::Triple triple{};
@@ -86,14 +88,10 @@ class Reader {
 }  // namespace
 
 Result<std::set<std::string>> read_config_file(const std::string& path, const std::vector<Setting>& settings) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || stream.peek() == std::char_traits<char>::eof()) {
-    // An empty file sets nothing. A folder can be opened, but not read.
-    if (stream.eof() && !stream.bad()) return std::set<std::string>();
-    return Refusal(path + ": cannot be read");
-  }
+  const Result<std::string> text = read_text_file(path, kConfigFileBytesMax);
+  if (!text) return Refusal(path + ": " + text.error());
   try {
-    return Reader(path, settings).read(toml::parse(stream));
+    return Reader(path, settings).read(toml::parse(*text));
   } catch (const toml::parse_error& error) {
     return Refusal(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
   }

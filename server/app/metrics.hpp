@@ -15,17 +15,19 @@
 namespace hairnet::server {
 
 struct ProgramGauges : GaugeSet {
-  Gauge ready{*this, "ready"};                            // 1 while /readyz says so
-  Gauge start_time_seconds{*this, "start_time_seconds"};  // since 1970
-  Gauge cpu_seconds{*this, "cpu_seconds"};                // of all threads, since the start
-  Gauge resident_memory_bytes{*this, "resident_memory_bytes"};
-  Gauge memory_max_bytes{*this, "memory_max_bytes"};  // of resident memory; 0: no bound
-  Gauge memory_full{*this, "memory_full"};            // 1 while the server takes nothing that needs more
-  Gauge open_files{*this, "open_files"};
+  Gauge ready{*this, "ready", "1 while /readyz says so, else 0."};
+  Gauge start_time_seconds{*this, "start_time_seconds", "Start of the server, in seconds since 1970."};
+  Gauge cpu_seconds{*this, "cpu_seconds", "Processor time of all threads since the start, in seconds."};
+  Gauge resident_memory_bytes{*this, "resident_memory_bytes", "Resident memory of the server, in bytes."};
+  Gauge memory_max_bytes{*this, "memory_max_bytes", "Bound of the resident memory, in bytes; 0: none."};
+  Gauge memory_full{*this, "memory_full", "1 while the server takes nothing that needs more memory, else 0."};
+  Gauge open_files{*this, "open_files", "Open descriptors of the server."};
 };
 
 struct ProgramCounters : CounterSet {
-  Counter memory_reserve_used{*this, "memory_reserve_used"};  // an allocation failed
+  Counter log_lines_dropped{*this, "log_lines_dropped",
+                            "Lines of the log that were lost, since their reader was too slow or gone."};
+  Counter memory_reserve_used{*this, "memory_reserve_used", "Allocations that failed and took the reserve."};
 };
 
 // All counters, gauges and histograms of the server. Any thread.

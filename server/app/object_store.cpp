@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
+#include <string_view>
 #include <utility>
 
+#include "server/files/files.hpp"
 #include "server/objects/s3_store.hpp"
 #include "server/transport/blocking_http_client.hpp"
 
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kKeyBytesMax = 256;
+constexpr std::size_t kKeyBytesMax = 256, kKeyFileBytesMax = 4096;
 
 // Without spaces and control characters: it becomes a part of a header.
 bool is_key(const std::string& key) {
@@ -20,24 +21,18 @@ bool is_key(const std::string& key) {
          std::ranges::all_of(key, [](unsigned char c) { return c > ' ' && c < 0x7f; });
 }
 
-std::string line_of(std::ifstream& file) {
-  std::string line;
-  std::getline(file, line);
-  if (line.ends_with('\r')) line.pop_back();
-  return line;
-}
-
 }  // namespace
 
 Result<S3Keys> read_s3_keys(const std::string& file, const std::function<const char*(const char*)>& variable) {
   S3Keys keys;
   if (!file.empty()) {
-    std::ifstream text(file);
-    keys.access = line_of(text);
-    keys.secret = line_of(text);
+    const Result<std::string> text = read_text_file(file, kKeyFileBytesMax);
+    if (!text) return Refusal("the key file of the object store, " + file + ": " + text.error());
+    std::string_view lines = *text;
+    keys.access = take_line(lines);
+    keys.secret = take_line(lines);
     if (!is_key(keys.access) || !is_key(keys.secret))
-      return Refusal("the key file of the object store, " + file +
-                     ", cannot be read, or is not two lines: access key and secret");
+      return Refusal("the key file of the object store, " + file + ", is not two lines: access key and secret");
     return keys;
   }
   const char* access = variable("AWS_ACCESS_KEY_ID");

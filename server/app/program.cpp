@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -10,9 +9,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -20,11 +21,13 @@
 #include "server/app/fleet.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/object_store.hpp"
+#include "server/app/output.hpp"
 #include "server/app/process_memory.hpp"
 #include "server/app/room_page.hpp"
 #include "server/app/server.hpp"
 #include "server/app/server_pages.hpp"
 #include "server/app/tick_thread.hpp"
+#include "server/files/files.hpp"
 #include "server/threading/duty_thread.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/listener.hpp"
@@ -35,15 +38,41 @@ namespace {
 constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
 // The most of a drain's time in which rooms are given up and their sessions sent on.
 constexpr std::int64_t kSendOnMax_ns = 2'000'000'000;
+constexpr int kExitUnwritten = 1;
 constexpr int kExitBadConfiguration = 2;
 constexpr std::size_t kServiceConnectionsMax = 64;
 // More than the largest packet and all that the server makes of it, and what ticks need until sessions have been ended.
 // The system provides no memory for it: it is never used.
 constexpr std::size_t kMemoryReserveBytes = std::size_t{64} << 20;
 
-int refuse(const std::string& why) {
-  fmt::print(stderr, "hairnet-server: {}\n", why);
-  return kExitBadConfiguration;
+// Folders that a start made. A check, and a start that is refused, remove them.
+class MadeFolders {
+ public:
+  MadeFolders() = default;
+  ~MadeFolders() {
+    for (std::error_code ignored; !folders_.empty(); folders_.pop_back())
+      std::filesystem::remove(folders_.back(), ignored);
+  }
+  MadeFolders(const MadeFolders&) = delete;
+  MadeFolders& operator=(const MadeFolders&) = delete;
+
+  // Empty when files can be kept in the folder of that setting.
+  std::string make(const std::string& folder) { return folder.empty() ? "" : try_folder(folder, folders_); }
+  void keep() { folders_.clear(); }
+
+ private:
+  std::vector<std::string> folders_;
+};
+
+// Of all that the server will write. Empty, or one line.
+std::string try_paths(const Config& config, MadeFolders& made) {
+  for (const std::string& folder : {config.groom_cache, config.level_cache})
+    if (std::string wrong = made.make(folder); !wrong.empty()) return wrong;
+  for (const auto& [what, path] : {std::pair("recording", config.record), std::pair("port file", config.port_file)}) {
+    const std::string wrong = path.empty() ? "" : try_file(path);
+    if (!wrong.empty()) return fmt::format("cannot write the {} {}: {}", what, path, wrong);
+  }
+  return {};
 }
 
 bool write_port(const std::string& path, std::uint16_t port) {
@@ -53,13 +82,6 @@ bool write_port(const std::string& path, std::uint16_t port) {
   if (!file) return false;
   const bool written = std::fprintf(file, "%u\n", static_cast<unsigned>(port)) > 0;
   return std::fclose(file) == 0 && written && std::rename(part.c_str(), path.c_str()) == 0;
-}
-
-void set_up_log(const std::string& level) {
-  auto logger = spdlog::stderr_logger_mt("hairnet");
-  logger->set_level(spdlog::level::from_str(level));
-  logger->set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v", spdlog::pattern_time_type::utc);
-  spdlog::set_default_logger(std::move(logger));
 }
 
 TransportOptions transport_options(const Config& config) {
@@ -187,10 +209,18 @@ void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
 
 }  // namespace
 
-int run_program(const Config& config) {
-  set_up_log(config.log_level);
+int run_program(const Config& given, bool check_only) {
+  Config config = given;
   Metrics metrics;
-  IoLoop loop;  // outlives the sessions, which own its sockets
+  Output output(config.log_level, metrics.program_counters);
+  const auto refuse = [&output](const std::string& why) {
+    output.complain(fmt::format("hairnet-server: {}\n", why));
+    return kExitBadConfiguration;
+  };
+  MadeFolders made_folders;
+  if (const std::string wrong = try_paths(config, made_folders); !wrong.empty()) return refuse(wrong);
+  if (check_only) config.record.clear();  // the file may be there, and has been tried
+  IoLoop loop;                            // outlives the sessions, which own its sockets
   MemoryReserve reserve(kMemoryReserveBytes);
   const auto objects = SharedObjects::create(config.object_store, metrics.objects, channel::monotonic_ns);
   if (!objects) return refuse(objects.error());
@@ -220,18 +250,19 @@ int run_program(const Config& config) {
                                          return server.why_refused(token, room);
                                        }});
   ServerPages pages(metrics, health_now, std::move(fleet_now), has_service_port ? service_room : public_room);
+  const PortInUse in_use = check_only ? PortInUse::passed_over : PortInUse::refused;
   auto listener = Listener::create(
       loop, transport_options(config), metrics.transport,
       [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
         return server.open(std::move(connection), now_ns);
       },
-      has_service_port ? static_cast<HttpService*>(&public_room) : &pages);
+      has_service_port ? static_cast<HttpService*>(&public_room) : &pages, in_use);
   if (!listener) return refuse(listener.error());
   const std::uint16_t port = (*listener)->port();
   std::vector<std::unique_ptr<Listener>> listeners;
   listeners.push_back(std::move(*listener));
   if (has_service_port) {
-    auto service = Listener::create(loop, service_options(config), metrics.transport, nullptr, &pages);
+    auto service = Listener::create(loop, service_options(config), metrics.transport, nullptr, &pages, config.service_port == port ? PortInUse::refused : in_use);
     if (!service) return refuse(service.error());
     listeners.push_back(std::move(*service));
   }
@@ -252,8 +283,15 @@ int run_program(const Config& config) {
   auto told = Agones::create(config, std::getenv(agones::kPortVariable), loop, metrics);
   if (!told) return refuse(told.error());
   const std::unique_ptr<Agones> agones = std::move(*told);
+  if (check_only) {
+    const std::string text =
+        fmt::format("# configuration is sound: {}:{}, {}\n{}", given.bind, given.port, summary(given), to_text(given));
+    const bool is_written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+    return is_written ? 0 : kExitUnwritten;
+  }
   if (!config.port_file.empty() && !write_port(config.port_file, port))
     return refuse("cannot write the port file " + config.port_file);
+  made_folders.keep();
 
   Shutdown shutdown(loop, server, *fleet, agones.get(), listeners, metrics.transport, config.drain_s);
   loop.on_terminate([&shutdown, &health] {
@@ -281,13 +319,12 @@ int run_program(const Config& config) {
   };
   log_counters(metrics, config.counters_interval_s, loop);
   health.accepting = true;
-  fmt::print("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config));
-  std::fflush(stdout);
+  output.print(fmt::format("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config)));
   {
     const Threads threads(server, metrics, loop);
     loop.run();
   }
-  fmt::print("hairnet-server stopped\n{}", to_text(metrics, ' ', '\n'));
+  output.print(fmt::format("hairnet-server stopped\n{}", to_text(metrics, ' ', '\n')));
   return 0;
 }
 

@@ -14,18 +14,19 @@ class RevokedTokensFile {
  public:
   explicit RevokedTokensFile(std::string path) : path_(std::move(path)) {}
 
-  // Reads the file when its time or size has changed, and looks at most once a second. While the file cannot be read,
-  // `tokens` stays as it is, and the log says so once.
-  void poll(RevokedTokens& tokens, std::int64_t now_ns);
-  [[nodiscard]] bool has_failed() const { return has_failed_; }
+  // Reads the file when its time or size has changed, and looks at most once a second. `tokens` stays as it is while
+  // the file cannot be read, and when a file that named some is empty: a tool that writes it may have failed, and
+  // whoever is revoked would come in again. An empty line alone revokes nobody. The log tells each fault once. Returns
+  // the fault; empty when there is none.
+  const std::string& poll(RevokedTokens& tokens, std::int64_t now_ns);
 
  private:
-  bool read(RevokedTokens& tokens);
+  std::string read(RevokedTokens& tokens);
 
-  std::string path_;
+  std::string path_, fault_;
   std::filesystem::file_time_type changed_;  // of the text that was read last
   std::uintmax_t bytes_ = 0;
-  bool is_read_ = false, has_failed_ = false;
+  bool is_read_ = false;
   std::int64_t due_ns_ = 0;
 };
 

@@ -1,11 +1,11 @@
 #include "server/app/server.hpp"
 
 #include <chrono>
-#include <fstream>
 #include <utility>
 
 #include "core/assert.hpp"
 #include "core/learnt/pose_inputs.hpp"
+#include "server/files/files.hpp"
 #include "server/session/verify_token.hpp"
 
 namespace hairnet::server {
@@ -66,13 +66,12 @@ GroomBuilderDef builder_def(const Config& config, std::optional<LevelCache>& lev
   return def;
 }
 
-// Returns an empty key when the file has none.
-channel::TokenKey read_token_key(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(kTokenKeyFileBytesMax, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return channel::TokenKey::parse(text);
+Result<channel::TokenKey> read_token_key(const std::string& path) {
+  const Result<std::string> text = read_text_file(path, kTokenKeyFileBytesMax);
+  if (!text) return Refusal("token key file " + path + ": " + text.error());
+  channel::TokenKey key = channel::TokenKey::parse(*text);
+  if (key.empty()) return Refusal("token key file " + path + ": was not made by hairnet-token key");
+  return key;
 }
 
 std::int64_t unix_time_s() {
@@ -93,17 +92,16 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
   }
   std::optional<channel::TokenKey> token_key;
   if (!config.token_key_file.empty()) {
-    token_key.emplace(read_token_key(config.token_key_file));
-    if (token_key->empty())
-      return Refusal("token key file " + config.token_key_file +
-                     ": cannot be read, or was not made by hairnet-token key");
+    Result<channel::TokenKey> read = read_token_key(config.token_key_file);
+    if (!read) return Refusal(read.error());
+    token_key.emplace(std::move(*read));
   }
   std::unique_ptr<Server> server(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock,
                                             build_levels, std::move(memory), learn_hair, objects));
   if (!config.token_revoked_file.empty()) {
     RevokedTokensFile& file = server->revoked_tokens_file_.emplace(config.token_revoked_file);
-    file.poll(server->context_.revoked_tokens, now_ns);
-    if (file.has_failed()) return Refusal("file of revoked tokens " + config.token_revoked_file + ": cannot be read");
+    if (const std::string why = file.poll(server->context_.revoked_tokens, now_ns); !why.empty())
+      return Refusal("file of revoked tokens " + config.token_revoked_file + ": " + why);
   }
   return server;
 }

@@ -1,12 +1,17 @@
 #include "server/grooms/build_pool.hpp"
 
+#include <system_error>
+
 #include "core/assert.hpp"
 #include "server/threading/memory_reserve.hpp"
 
 namespace hairnet::server {
 
 BuildPool::BuildPool(std::size_t thread_count) {
-  for (std::size_t i = 1; i < thread_count; ++i) helpers_.emplace_back([this] { help(); });
+  try {
+    for (std::size_t i = 1; i < thread_count; ++i) helpers_.emplace_back([this] { help(); });
+  } catch (const std::system_error&) {  // the system has no thread to spare: those that there are do the work
+  }
 }
 
 BuildPool::~BuildPool() {

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/files/descriptor.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -27,23 +28,6 @@ constexpr std::string_view kPartSuffix = ".part-";
 constexpr auto kWriting = std::chrono::hours(1);  // an older partial file was left by a server that died
 constexpr std::size_t kHashDigits = 2 * sizeof(wire::GroomHash);
 constexpr std::string_view kDigits = "0123456789abcdef";
-
-class Descriptor {
- public:
-  explicit Descriptor(int descriptor) : descriptor_(descriptor) {}
-  ~Descriptor() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  explicit operator bool() const { return descriptor_ >= 0; }
-  [[nodiscard]] int get() const { return descriptor_; }
-  // Only this detects some write errors; returns false for one.
-  bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
-
- private:
-  int descriptor_;
-};
 
 // Returns false, with errno set, when not all bytes were written.
 bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {

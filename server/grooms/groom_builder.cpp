@@ -135,7 +135,7 @@ void GroomBuilder::do_job(GroomJob job) {
     const MemoryReserve::MayFail may_fail;
     result = build(std::move(job));
   } catch (const std::bad_alloc&) {
-    result = refused(BuildFault::memory, "the server has no memory left for its build");
+    result = refused(BuildFault::server, "the server has no memory left for its build");
   }
   result.job = number;
   result.hash = hash;

@@ -56,7 +56,8 @@ GroomStore::Turn GroomStore::turn_of(const Entry& entry) const {
 GroomStore::Grooms::iterator GroomStore::next_to_build() {
   auto next = grooms_.end();
   for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
-    if (groom->second.state != State::queued || groom->second.job != 0) continue;
+    if (groom->second.state != State::queued || groom->second.job != 0 || groom->second.build_again_ns > now_ns_)
+      continue;
     if (next == grooms_.end() || turn_of(groom->second) < turn_of(next->second)) next = groom;
   }
   return next;

@@ -34,11 +34,20 @@ ErrorReason reason_of(BuildFault fault) {
     case BuildFault::memory:
       return ErrorReason::limit_exceeded;
     case BuildFault::invalid:
+      return ErrorReason::groom_invalid;
     case BuildFault::crash:
+    case BuildFault::server:
     case BuildFault::dropped:
       break;
   }
-  return ErrorReason::groom_invalid;
+  return ErrorReason::groom_build_failed;
+}
+
+Refused refusal_of(const GroomResult& result) {
+  const ErrorReason reason = reason_of(result.fault);
+  if (reason != ErrorReason::groom_build_failed) return {reason, result.detail};
+  return {reason, fmt::format("the server could not build it, by a fault of its own: {}; offer it again in a while",
+                              result.detail)};
 }
 
 Counter& counter_of(BuildFault fault, GroomCounters& counters) {
@@ -51,6 +60,8 @@ Counter& counter_of(BuildFault fault, GroomCounters& counters) {
       return counters.grooms_refused_build_memory;
     case BuildFault::crash:
       return counters.grooms_refused_build_crash;
+    case BuildFault::server:
+      return counters.grooms_refused_server;
     case BuildFault::none:
     case BuildFault::invalid:
     case BuildFault::dropped:
@@ -311,6 +322,7 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
 }
 
 void GroomStore::poll(std::int64_t now_ns) {
+  now_ns_ = now_ns;
   if (now_ns >= refresh_next_ns_) {
     refresh_next_ns_ = now_ns + kRefreshInterval_ns;
     builder_->refresh();
@@ -357,10 +369,25 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
     return send_state(groom, GroomState::queued, now_ns);
   }
   if (result.outcome == GroomResult::Outcome::ready) return take_ready(groom, std::move(result), now_ns);
+  if (result.fault == BuildFault::server && build_again(groom, result, now_ns)) return;
   if (result.outcome == GroomResult::Outcome::refused)
-    return refuse_all(groom, {reason_of(result.fault), result.detail}, counter_of(result.fault, *counters_), now_ns);
+    return refuse_all(groom, refusal_of(result), counter_of(result.fault, *counters_), now_ns);
   HAIRNET_ASSERT(result.outcome == GroomResult::Outcome::absent);
   go_on_without(groom, now_ns);  // the cache has lost it
+}
+
+bool GroomStore::build_again(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  counters_->builds_failed.add();
+  const std::int64_t after_ns = limits_.build_again_ns << entry.build_count;
+  const bool may_try = ++entry.build_count < limits_.build_count_max && entry.bytes;
+  spdlog::warn("event=build_failed groom={} detail={} tries={} again={}", log_hash(groom->first),
+               log_text(result.detail), entry.build_count, may_try);
+  if (!may_try) return false;
+  entry.state = State::queued;
+  entry.build_again_ns = now_ns + after_ns;
+  send_state(groom, GroomState::queued, now_ns);
+  return true;
 }
 
 void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {

@@ -50,6 +50,10 @@ struct GroomStoreLimits {
   // After this time a build gives way to one of a session whose builds have taken less. It begins again later, with
   // twice the time.
   std::int64_t build_turn_ns = 5'000'000'000;
+  // A build that fails by a fault of the server begins again after this time, the next after twice this time, and so
+  // on.
+  std::int64_t build_again_ns = 1'000'000'000;
+  int build_count_max = 4;
   Learning learning = Learning::when_short;
   GroomLimits groom;
 };
@@ -144,6 +148,8 @@ class GroomStore final : public GroomService {
     std::int64_t charged_ns = 0;                   // of the build under way, to its owner
     bool gives_way = false;                        // while building: the builder was told to end it
     std::size_t strand_count = 0;                  // from building on
+    int build_count = 0;                           // that have failed by the server's fault
+    std::int64_t build_again_ns = 0;               // while queued: not before
     std::uint64_t used = 0;                        // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
@@ -199,9 +205,11 @@ class GroomStore final : public GroomService {
   // time.
   using Turn = std::tuple<bool, std::int64_t, std::uint64_t>;
   [[nodiscard]] Turn turn_of(const Entry& entry) const;
-  [[nodiscard]] Grooms::iterator next_to_build();  // end(): none waits
+  [[nodiscard]] Grooms::iterator next_to_build();  // end(): none waits that may begin
   void check_uploads(std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
+  // False when the build has been tried often enough.
+  bool build_again(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void learn(std::int64_t now_ns);
@@ -234,6 +242,7 @@ class GroomStore final : public GroomService {
   std::uint64_t uses_ = 0, orders_ = 0;
   std::uint64_t jobs_ = 0;  // given to the builder
   bool is_builder_busy_ = false;
+  std::int64_t now_ns_ = 0;  // at the last poll
   std::int64_t refresh_next_ns_ = 0;
   HairLearner* learner_ = nullptr;
   std::function<bool()> is_short_;

@@ -20,7 +20,8 @@ enum class BuildFault : std::uint8_t {
   invalid,  // no groom, or one without hair
   time,     // longer than a build may take
   memory,   // more than a build may take
-  crash,    // the process of the build ended without a result
+  crash,    // the build ended its process without a result, and would again
+  server,   // the server has no process, memory or descriptor for the build now, or somebody ended its process
   dropped,  // nobody uses the groom any more, or the server stops
 };
 

@@ -22,6 +22,7 @@
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
 #include "schema/wire/packing.hpp"
+#include "server/files/descriptor.hpp"
 #include "server/grooms/build_pool.hpp"
 #include "server/grooms/level_build.hpp"
 
@@ -52,21 +53,6 @@ constexpr int kExitNoMemory = 3;
 constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20,
                         kBytesPerUnpackedByte = 6;
 constexpr std::uint64_t kModeBytes = std::uint64_t{256} << 20;  // what finding the modes takes
-
-class File {
- public:
-  explicit File(int descriptor) : descriptor_(descriptor) {}
-  ~File() { close(); }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  void close() {
-    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
-  }
-  [[nodiscard]] int get() const { return descriptor_; }
-
- private:
-  int descriptor_;
-};
 
 // A child that is killed and reaped at the latest when this ends.
 class Child {
@@ -150,6 +136,15 @@ std::string how_it_ended(int status) {
                              : fmt::format("with status {}", WEXITSTATUS(status));
 }
 
+// Not by what the groom did to the build: the kernel is out of memory, a person or a supervisor ended the process, or
+// it could not be loaded.
+bool is_from_outside(int status) {
+  constexpr int kExitNotLoaded = 127;
+  if (WIFEXITED(status)) return WEXITSTATUS(status) == kExitNotLoaded;
+  const std::array<int, 5> from_outside{SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};
+  return std::ranges::find(from_outside, WTERMSIG(status)) != from_outside.end();
+}
+
 // The child's side.
 
 [[noreturn]] void end_without_memory() {
@@ -173,7 +168,7 @@ void confine(const Request& request) {
                          kBytesPerUnpackedByte * request.unpacked_bytes + kModeBytes + request.memory_bytes_max);
 #endif
   // When the machine itself is out of memory, this process ends first.
-  if (const File score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score.get() >= 0)
+  if (const Descriptor score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score)
     static_cast<void>(!::write(score.get(), "1000", 4));
   std::set_new_handler(end_without_memory);
 }
@@ -212,12 +207,12 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
   HAIRNET_ASSERT(!file.empty());
   std::array<int, 2> pair{-1, -1};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0)
-    return faulty(BuildFault::crash, fmt::format("no sockets for its build: {}", std::strerror(errno)));
-  const File ours(pair[0]);
-  File theirs(pair[1]);
+    return faulty(BuildFault::server, fmt::format("no sockets for its build: {}", std::strerror(errno)));
+  const Descriptor ours(pair[0]);
+  Descriptor theirs(pair[1]);
   pid_t id = 0;
   if (const int error = spawn(theirs.get(), id); error != 0)
-    return faulty(BuildFault::crash, fmt::format("no process for its build: {}", std::strerror(error)));
+    return faulty(BuildFault::server, fmt::format("no process for its build: {}", std::strerror(error)));
   Child child(id);
   theirs.close();
   const Request request{kMagic,
@@ -237,7 +232,8 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
   if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoMemory) return faulty(BuildFault::memory, memory_detail(def));
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return faulty(BuildFault::time);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != EXIT_SUCCESS || answer.empty())
-    return faulty(BuildFault::crash, "its build ended " + how_it_ended(status));
+    return faulty(is_from_outside(status) ? BuildFault::server : BuildFault::crash,
+                  "its build ended " + how_it_ended(status));
   const std::span<const std::uint8_t> rest = std::span(answer).subspan(1);
   if (answer[0] != static_cast<std::uint8_t>(BuildFault::none))
     return faulty(answer[0] == static_cast<std::uint8_t>(BuildFault::invalid) ? BuildFault::invalid : BuildFault::crash,
@@ -255,7 +251,8 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
 int run_level_build_process() {
   Request request;
   if (!receive_all(&request, sizeof(request)) || request.magic != kMagic) {
-    fmt::print(stderr, "{} is how hairnet-server starts the builds of its grooms\n", kLevelBuildFlag);
+    std::fputs(fmt::format("{} is how hairnet-server starts the builds of its grooms\n", kLevelBuildFlag).c_str(),
+               stderr);
     return 2;
   }
   confine(request);

@@ -7,32 +7,39 @@ namespace hairnet::server {
 
 // Set by a server with an object store only.
 struct ObjectGauges : GaugeSet {
-  Gauge object_store_up{*this, "object_store_up"};  // 1 while its last call was answered as it should be
-  Gauge puts_waiting{*this, "object_puts_waiting"};
+  Gauge object_store_up{*this, "object_store_up",
+                        "1 while the last call of the object store was answered as it should be, else 0."};
+  Gauge puts_waiting{*this, "object_puts_waiting", "Files that wait to be put into the object store."};
 };
 
 struct ObjectCounters : CounterSet {
   ObjectGauges gauges;
-  Counter read_groom{*this, "objects_read", "kind", "groom"};
+  Counter read_groom{*this, "objects_read", "kind", "groom", "Files read from the object store, by kind."};
   Counter read_levels{*this, "objects_read", "kind", "levels"};
-  Counter absent_groom{*this, "objects_absent", "kind", "groom"};
+  Counter absent_groom{*this, "objects_absent", "kind", "groom", "Files that the object store did not have, by kind."};
   Counter absent_levels{*this, "objects_absent", "kind", "levels"};
-  Counter stored_groom{*this, "objects_stored", "kind", "groom"};
+  Counter stored_groom{*this, "objects_stored", "kind", "groom", "Files put into the object store, by kind."};
   Counter stored_levels{*this, "objects_stored", "kind", "levels"};
-  Counter kept_groom{*this, "objects_kept", "kind", "groom"};  // were in the store already
+  Counter kept_groom{*this, "objects_kept", "kind", "groom",
+                     "Files to put that the object store had already, by kind."};  // were in the store already
   Counter kept_levels{*this, "objects_kept", "kind", "levels"};
-  Counter rejected_hash{*this, "objects_rejected", "reason", "hash"};      // no groom of that hash
-  Counter rejected_levels{*this, "objects_rejected", "reason", "levels"};  // not valid, or of another build
+  Counter rejected_hash{*this, "objects_rejected", "reason", "hash",
+                        "Files of the object store that are not valid, by reason."};  // no groom of that hash
+  Counter rejected_levels{*this, "objects_rejected", "reason", "levels"};             // not valid, or of another build
   Counter rejected_size{*this, "objects_rejected", "reason", "size"};
-  Counter bytes_read{*this, "object_bytes_read"};
-  Counter bytes_stored{*this, "object_bytes_stored"};
-  Counter puts_dropped_full{*this, "object_puts_dropped", "reason", "full"};      // too many wait
+  Counter bytes_read{*this, "object_bytes_read", "Bytes read from the object store."};
+  Counter bytes_stored{*this, "object_bytes_stored", "Bytes put into the object store."};
+  Counter puts_dropped_full{*this, "object_puts_dropped", "reason", "full",
+                            "Files that were not put into the object store, by reason."};  // too many wait
   Counter puts_dropped_absent{*this, "object_puts_dropped", "reason", "absent"};  // the folder has lost the file
   Counter puts_dropped_refused{*this, "object_puts_dropped", "reason", "refused"};
-  Counter finds_skipped{*this, "object_finds_skipped"};  // too many wait: the upload was asked for at once
-  Counter requests{*this, "object_requests"};
-  Counter requests_skipped{*this, "object_requests_skipped"};  // the store was left alone after a failure
-  Counter requests_failed_unreachable{*this, "object_requests_failed", "reason", "unreachable"};
+  Counter finds_skipped{*this, "object_finds_skipped",
+                        "Grooms whose upload was asked for at once, since too many wait for the object store."};
+  Counter requests{*this, "object_requests", "Requests to the object store."};
+  Counter requests_skipped{*this, "object_requests_skipped",
+                           "Requests left out, since the object store is left alone after a failure."};
+  Counter requests_failed_unreachable{*this, "object_requests_failed", "reason", "unreachable",
+                                      "Requests to the object store that failed, by reason."};
   Counter requests_failed_timeout{*this, "object_requests_failed", "reason", "timeout"};
   Counter requests_failed_broken{*this, "object_requests_failed", "reason", "broken"};  // the connection ended
   Counter requests_failed_malformed{*this, "object_requests_failed", "reason", "malformed"};

@@ -5,17 +5,17 @@
 namespace hairnet::server {
 
 struct RoomCounters : CounterSet {
-  Counter rooms_opened{*this, "rooms_opened"};
-  Counter rooms_closed{*this, "rooms_closed"};
-  Counter poses_accepted{*this, "poses_accepted"};
+  Counter rooms_opened{*this, "rooms_opened", "Rooms opened."};
+  Counter rooms_closed{*this, "rooms_closed", "Rooms closed."};
+  Counter poses_accepted{*this, "poses_accepted", "Poses that entered the inboxes of their characters."};
   Counter poses_rejected_stale{*this, "poses_rejected", "reason", "stale"};  // captured more than 1 s ago
   // The pose is not newer than one already there, by sequence or capture time.
   Counter poses_rejected_out_of_order{*this, "poses_rejected", "reason", "out_of_order"};
   Counter poses_rejected_future{*this, "poses_rejected", "reason", "future"};  // captured more than 1 s from now
   // The character was removed while the pose waited.
   Counter poses_rejected_unknown{*this, "poses_rejected", "reason", "unknown"};
-  Counter poses_stale{*this, "poses_stale"};                // samples beyond the longest extrapolation
-  Counter poses_extrapolated{*this, "poses_extrapolated"};  // samples beyond the newest pose
+  Counter poses_stale{*this, "poses_stale", "Samples of poses beyond the longest extrapolation."};
+  Counter poses_extrapolated{*this, "poses_extrapolated", "Samples of poses beyond the newest pose."};
 };
 
 }  // namespace hairnet::server

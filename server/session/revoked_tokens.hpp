@@ -16,6 +16,7 @@ class RevokedTokens {
   // Spaces around it, and empty lines, are ignored.
   explicit RevokedTokens(std::string_view lines);
   [[nodiscard]] bool contains(const channel::TokenClaims& claims) const;
+  [[nodiscard]] std::size_t count() const { return names_.size(); }
 
  private:
   std::unordered_set<std::string> names_;

@@ -7,25 +7,29 @@
 namespace hairnet::server {
 
 struct SessionGauges : GaugeSet {
-  Gauge clients{*this, "clients"};                    // all, including detached ones
-  Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
-  Gauge subjects{*this, "subjects"};                  // that clients belong to: of tokens, or addresses
-  Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, until connections send them
-  Gauge bans{*this, "bans"};                          // bans, mutes and locks by moderators
+  Gauge clients{*this, "clients", "Sessions, with detached ones."};
+  Gauge clients_detached{*this, "clients_detached", "Sessions whose connections broke, and that may resume."};
+  Gauge subjects{*this, "subjects", "Subjects that sessions belong to: of tokens, or addresses."};
+  Gauge packets_waiting{*this, "packets_waiting", "Packets in outboxes, until connections send them."};
+  Gauge bans{*this, "bans", "Bans, mutes and locks by moderators in force."};
 };
 
 struct SessionHistograms : HistogramSet {
-  Histogram received_packet_bytes{*this, "received_packet_bytes", {64, 256, 1024, 4096, 16'384, 65'536, 262'144}};
-  Histogram sent_packet_bytes{*this, "sent_packet_bytes", {64, 256, 1024, 4096, 16'384, 65'536, 262'144}};
+  Histogram received_packet_bytes{*this,
+                                  "received_packet_bytes",
+                                  "Size of packets received, in bytes.",
+                                  {64, 256, 1024, 4096, 16'384, 65'536, 262'144}};
+  Histogram sent_packet_bytes{
+      *this, "sent_packet_bytes", "Size of packets sent, in bytes.", {64, 256, 1024, 4096, 16'384, 65'536, 262'144}};
 };
 
 struct SessionCounters : CounterSet {
   SessionGauges gauges;
   SessionHistograms histograms;
-  Counter sessions_opened{*this, "sessions_opened"};
-  Counter sessions_welcomed{*this, "sessions_welcomed"};
-  Counter sessions_closed{*this, "sessions_closed"};
-  Counter sessions_refused_full{*this, "sessions_refused", "reason", "full"};
+  Counter sessions_opened{*this, "sessions_opened", "Sessions opened."};
+  Counter sessions_welcomed{*this, "sessions_welcomed", "Sessions that joined a room."};
+  Counter sessions_closed{*this, "sessions_closed", "Sessions closed."};
+  Counter sessions_refused_full{*this, "sessions_refused", "reason", "full", "Sessions refused, by reason."};
   Counter sessions_refused_token{*this, "sessions_refused", "reason", "token"};
   Counter sessions_refused_room{*this, "sessions_refused", "reason", "room"};
   Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};  // its token's has too many
@@ -37,15 +41,16 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};      // the room is locked
   Counter sessions_refused_outgrown{*this, "sessions_refused", "reason", "outgrown"};  // the server is full of the room
   Counter sessions_refused_fleet{*this, "sessions_refused", "reason", "fleet"};  // no server can take the room now
-  Counter sessions_redirected{*this, "sessions_redirected"};  // to the server that holds the room, or will
-  Counter redirect_loops{*this, "redirect_loops"};            // clients that four servers in a row have sent on
-  Counter sessions_detached{*this, "sessions_detached"};
-  Counter sessions_resumed{*this, "sessions_resumed"};
-  // resume was requested, but the session was unknown or over; a new one was made
-  Counter sessions_not_resumed{*this, "sessions_not_resumed"};
+  Counter sessions_redirected{*this, "sessions_redirected",
+                              "Sessions sent to the server that holds their room, or will."};
+  Counter redirect_loops{*this, "redirect_loops", "Clients that four servers in a row have sent on."};
+  Counter sessions_detached{*this, "sessions_detached", "Sessions whose connection broke."};
+  Counter sessions_resumed{*this, "sessions_resumed", "Sessions resumed on a new connection."};
+  Counter sessions_not_resumed{*this, "sessions_not_resumed",
+                               "Resumes of sessions that are unknown or over; new ones were made."};
   Counter sessions_refused_version{*this, "sessions_refused", "reason", "version"};
-  Counter sessions_closed_by_server_handshake_timeout{*this, "sessions_closed_by_server", "reason",
-                                                      "handshake_timeout"};
+  Counter sessions_closed_by_server_handshake_timeout{*this, "sessions_closed_by_server", "reason", "handshake_timeout",
+                                                      "Sessions that the server closed, by reason."};
   Counter sessions_closed_by_server_idle{*this, "sessions_closed_by_server", "reason", "idle"};
   Counter sessions_closed_by_server_slow{*this, "sessions_closed_by_server", "reason", "slow"};
   Counter sessions_closed_by_server_over_rate{*this, "sessions_closed_by_server", "reason", "over_rate"};
@@ -56,25 +61,30 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_token_revoked{*this, "sessions_closed_by_server", "reason", "token_revoked"};
   Counter sessions_closed_by_server_memory{*this, "sessions_closed_by_server", "reason", "memory"};
   Counter sessions_closed_by_server_removed{*this, "sessions_closed_by_server", "reason", "removed"};
-  Counter kept_left_out{*this, "fleet_kept_left_out"};            // bans, mutes, members: too many to move with a room
-  Counter rooms_kept_refused{*this, "fleet_rooms_kept_refused"};  // what an earlier owner has kept was not valid
-  Counter moderations_remove{*this, "moderations", "action", "remove"};
+  Counter kept_left_out{*this, "fleet_kept_left_out",
+                        "Bans, mutes and members that were too many to move with a room."};
+  Counter rooms_kept_refused{*this, "fleet_rooms_kept_refused",
+                             "What earlier owners kept of rooms, and was not valid."};
+  Counter moderations_remove{*this, "moderations", "action", "remove", "Actions of moderators, by action."};
   Counter moderations_mute{*this, "moderations", "action", "mute"};
   Counter moderations_unmute{*this, "moderations", "action", "unmute"};
   Counter moderations_lock{*this, "moderations", "action", "lock"};
   Counter moderations_unlock{*this, "moderations", "action", "unlock"};
-  Counter packets_received{*this, "packets_received"};
-  Counter datagrams_dropped{*this, "datagrams_dropped"};  // their session was not active (yet)
-  Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed"};
+  Counter packets_received{*this, "packets_received", "Packets received."};
+  Counter datagrams_dropped{*this, "datagrams_dropped", "Datagrams dropped, since their session was not active."};
+  Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed", "Packets refused, by reason."};
   Counter packets_refused_invalid{*this, "packets_refused", "reason", "invalid"};
   Counter packets_refused_oversize{*this, "packets_refused", "reason", "oversize"};
-  Counter messages_refused_unexpected{*this, "messages_refused", "reason", "unexpected"};
+  Counter messages_refused_unexpected{*this, "messages_refused", "reason", "unexpected",
+                                      "Messages refused, by reason."};
   Counter messages_refused_over_rate{*this, "messages_refused", "reason", "over_rate"};
   Counter messages_refused_memory{*this, "messages_refused", "reason", "memory"};  // no memory for what it asks
   Counter messages_refused_work{*this, "messages_refused", "reason", "work"};      // too much work a second
-  Counter characters_added{*this, "characters_added"};
-  Counter characters_removed{*this, "characters_removed"};  // by their clients, or when their sessions ended
-  Counter requests_refused_character{*this, "requests_refused", "request", "character"};
+  Counter characters_added{*this, "characters_added", "Characters added."};
+  Counter characters_removed{*this, "characters_removed",
+                             "Characters removed, by their clients or with their sessions."};
+  Counter requests_refused_character{*this, "requests_refused", "request", "character",
+                                     "Requests refused, by the kind of request."};
   Counter requests_refused_hair_state{*this, "requests_refused", "request", "hair_state"};
   Counter requests_refused_level{*this, "requests_refused", "request", "level"};
   Counter requests_refused_appearance{*this, "requests_refused", "request", "appearance"};
@@ -85,30 +95,32 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_chunk{*this, "requests_refused", "request", "chunk"};
   Counter requests_refused_observe{*this, "requests_refused", "request", "observe"};
   Counter requests_refused_download{*this, "requests_refused", "request", "download"};
-  Counter download_bytes_sent{*this, "download_bytes_sent"};
-  Counter downloads_given_up_stopped{*this, "downloads_given_up", "reason", "stopped"};  // by the client
+  Counter download_bytes_sent{*this, "download_bytes_sent", "Bytes of grooms sent to clients."};
+  Counter downloads_given_up_stopped{*this, "downloads_given_up", "reason", "stopped",
+                                     "Downloads given up, by reason."};                  // by the client
   Counter downloads_given_up_stalled{*this, "downloads_given_up", "reason", "stalled"};  // it did not read them
-  Counter downloads_delayed{*this, "downloads_delayed"};  // a piece waited, as the session had its share of bytes
-  Counter poses_received{*this, "poses_received"};
-  // Sent again with later ones, though they had come. Not among those received.
-  Counter poses_repeated{*this, "poses_repeated"};
-  Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate"};
+  Counter downloads_delayed{*this, "downloads_delayed",
+                            "Pieces of downloads that waited, as their session had its share of bytes."};
+  Counter poses_received{*this, "poses_received", "Poses received, without those sent again."};
+  Counter poses_repeated{*this, "poses_repeated", "Poses sent again with later ones, though they had come."};
+  Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate", "Poses dropped, by reason."};
   Counter poses_dropped_busy{*this, "poses_dropped", "reason", "busy"};
-  // The character's last pose was captured less than 4 ms before or after.
-  Counter poses_thinned{*this, "poses_thinned"};
-  Counter poses_rejected_character{*this, "poses_rejected", "reason", "character"};
+  Counter poses_thinned{*this, "poses_thinned",
+                        "Poses left out: the last one of the character was captured less than 4 ms before or after."};
+  Counter poses_rejected_character{*this, "poses_rejected", "reason", "character", "Poses rejected, by reason."};
   Counter poses_rejected_time{*this, "poses_rejected", "reason", "time"};
   Counter poses_rejected_not_finite{*this, "poses_rejected", "reason", "not_finite"};
   Counter poses_rejected_not_unit{*this, "poses_rejected", "reason", "not_unit"};
   Counter poses_rejected_too_far{*this, "poses_rejected", "reason", "too_far"};
-  Counter commands_dropped{*this, "commands_dropped"};
-  Counter frames_sent{*this, "frames_sent"};
-  Counter frames_superseded{*this, "frames_superseded"};
+  Counter commands_dropped{*this, "commands_dropped", "Commands dropped, since the queue to the tick was full."};
+  Counter frames_sent{*this, "frames_sent", "Frames sent."};
+  Counter frames_superseded{*this, "frames_superseded", "Frames replaced by newer ones before they were sent."};
   // A MemberJoined whose member left while it waited, or a MemberChanged before the newest of its member.
-  Counter messages_cancelled{*this, "messages_cancelled"};
-  Counter packets_sent{*this, "packets_sent"};
-  Counter bytes_sent{*this, "bytes_sent"};
-  Counter errors_sent{*this, "errors_sent"};
+  Counter messages_cancelled{*this, "messages_cancelled",
+                             "Messages about members that left or changed again before they were sent."};
+  Counter packets_sent{*this, "packets_sent", "Packets sent."};
+  Counter bytes_sent{*this, "bytes_sent", "Bytes of packets sent."};
+  Counter errors_sent{*this, "errors_sent", "Messages of errors sent."};
 };
 
 }  // namespace hairnet::server

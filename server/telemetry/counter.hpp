@@ -28,9 +28,11 @@ class CounterSet {
 // A total that any thread may add to. Relaxed memory order.
 class Counter {
  public:
-  Counter(CounterSet& set, std::string_view family, std::string_view label = {}, std::string_view value = {},
-          double scale = 1)
-      : name_{family, label, value, scale} {
+  Counter(CounterSet& set, std::string_view family, std::string_view help, double scale = 1)
+      : Counter(set, family, {}, {}, help, scale) {}
+  Counter(CounterSet& set, std::string_view family, std::string_view label, std::string_view value,
+          std::string_view help = {}, double scale = 1)
+      : name_{family, label, value, help, scale} {
     HAIRNET_ASSERT(name_.is_valid());
     set.counters_.push_back(this);
   }

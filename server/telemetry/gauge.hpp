@@ -29,8 +29,10 @@ class GaugeSet {
 // A current value. NaN until it is first set; /metrics leaves such gauges out. Any thread; relaxed memory order.
 class Gauge {
  public:
-  Gauge(GaugeSet& set, std::string_view family, std::string_view label = {}, std::string_view value = {})
-      : name_{family, label, value} {
+  Gauge(GaugeSet& set, std::string_view family, std::string_view help) : Gauge(set, family, {}, {}, help) {}
+  Gauge(GaugeSet& set, std::string_view family, std::string_view label, std::string_view value,
+        std::string_view help = {})
+      : name_{family, label, value, help} {
     HAIRNET_ASSERT(name_.is_valid());
     set.gauges_.push_back(this);
   }

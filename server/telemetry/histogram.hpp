@@ -55,7 +55,8 @@ class Histogram {
   };
 
   // `bounds` are ascending; each is the highest value of its bucket.
-  Histogram(HistogramSet& set, std::string_view family, std::initializer_list<double> bounds) : name_{family} {
+  Histogram(HistogramSet& set, std::string_view family, std::string_view help, std::initializer_list<double> bounds)
+      : name_{.family = family, .help = help} {
     HAIRNET_ASSERT(name_.is_valid());
     HAIRNET_ASSERT(bounds.size() > 0);
     HAIRNET_ASSERT(bounds.size() <= kBoundsMax);

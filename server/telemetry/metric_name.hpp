@@ -9,10 +9,14 @@ namespace hairnet::server {
 // counter's ends in _total.
 struct MetricName {
   std::string_view family, label = {}, value = {};  // empty label and value: the family has no label
-  double scale = 1;                                 // the shown value is ours times this: Prometheus wants seconds
+  // One sentence about the family, with its unit; one member of a family with labels has it.
+  std::string_view help = {};
+  double scale = 1;  // the shown value is ours times this: Prometheus wants seconds
 
-  // A label and its value come together, and the scale is positive.
-  [[nodiscard]] bool is_valid() const { return !family.empty() && label.empty() == value.empty() && scale > 0; }
+  // A label and its value come together, a family without a label has its help, and the scale is positive.
+  [[nodiscard]] bool is_valid() const {
+    return !family.empty() && label.empty() == value.empty() && !(label.empty() && help.empty()) && scale > 0;
+  }
   // FAMILY or FAMILY_VALUE, for the log and for standard output.
   [[nodiscard]] std::string flat() const {
     std::string text(family);

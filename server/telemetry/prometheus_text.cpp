@@ -38,6 +38,7 @@ class Families {
   }
   void add(const GaugeSet& set) {
     for (const Gauge* gauge : set.gauges()) {
+      note_help(gauge->name(), "");  // also of a gauge that is not set: it may tell its family's help
       if (gauge->is_set()) add(gauge->name(), "", MetricType::Gauge).gauge.value = gauge->value();
     }
   }
@@ -47,29 +48,40 @@ class Families {
   }
   [[nodiscard]] std::vector<MetricFamily> take() {
     std::vector<MetricFamily> families;
-    for (auto& [name, family] : families_) families.push_back(std::move(family));
+    for (auto& [name, family] : families_) {
+      family.help = helps_[name];
+      families.push_back(std::move(family));
+    }
     return families;
   }
 
  private:
+  static std::string shown_name(const MetricName& name, const char* suffix) {
+    return "hairnet_" + std::string(name.family) + suffix;
+  }
+  void note_help(const MetricName& name, const char* suffix) {
+    if (!name.help.empty()) helps_[shown_name(name, suffix)] = name.help;
+  }
   ClientMetric& add(const MetricName& name, const char* suffix, MetricType type) {
-    const std::string shown = "hairnet_" + std::string(name.family) + suffix;
+    const std::string shown = shown_name(name, suffix);
     MetricFamily& family = families_[shown];
     HAIRNET_ASSERT(family.metric.empty() || family.type == type);  // one family, one kind
     family.name = shown;
     family.type = type;
+    note_help(name, suffix);
     ClientMetric& metric = family.metric.emplace_back();
     if (!name.label.empty()) metric.label.push_back({std::string(name.label), std::string(name.value)});
     return metric;
   }
   std::map<std::string, MetricFamily> families_;
+  std::map<std::string, std::string> helps_;
 };
 
 MetricFamily build_info() {
   ClientMetric metric;
   metric.label.push_back({"version", kVersion});
   metric.gauge.value = 1;
-  return {"hairnet_build_info", "", MetricType::Gauge, {metric}};
+  return {"hairnet_build_info", "1, with the version of the server.", MetricType::Gauge, {metric}};
 }
 
 }  // namespace

@@ -40,7 +40,6 @@ ByteStream::~ByteStream() {
 void ByteStream::set_peer(const asio::ip::tcp::endpoint& peer) {
   peer_ = shown(peer);
   network_ = network_of(peer.address());
-  from_loopback_ = unmapped(peer.address()).is_loopback();
 }
 
 void ByteStream::put_back(std::span<const std::uint8_t> bytes) {

@@ -36,7 +36,6 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   void set_peer(const asio::ip::tcp::endpoint& peer);  // as a proxy names it
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
-  [[nodiscard]] bool is_from_loopback() const { return from_loopback_; }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
   Admission::Ticket& ticket() { return ticket_; }
@@ -72,7 +71,7 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   TransportCounters* counters_;
   std::vector<std::uint8_t> put_back_, corked_, leaving_;
   std::uint64_t expiry_count_ = 0;  // counts timers, so that a cancelled one that already fired is ignored
-  bool is_corked_ = false, has_expired_ = false, from_loopback_ = false;
+  bool is_corked_ = false, has_expired_ = false;
 };
 
 }  // namespace hairnet::server

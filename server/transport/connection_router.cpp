@@ -160,7 +160,9 @@ asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {
   }
   if (header.peer) {
     stream.set_peer(*header.peer);
-    const auto address = limited_address(header.peer->address());
+    // Anyone might have made the proxy say that they are on the loopback.
+    const bool is_loopback = unmapped(header.peer->address()).is_loopback();
+    const auto address = is_loopback ? address_number(header.peer->address()) : limited_address(header.peer->address());
     const auto verdict =
         address ? stream.ticket().set_address(*address, channel::monotonic_ns()) : Admission::Verdict::admitted;
     if (verdict != Admission::Verdict::admitted) {

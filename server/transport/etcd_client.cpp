@@ -4,12 +4,12 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
-#include <fstream>
 #include <map>
 #include <utility>
 #include <vector>
 
 #include "core/assert.hpp"
+#include "server/files/files.hpp"
 #include "server/fleet/etcd_api.hpp"
 #include "server/telemetry/log_text.hpp"
 #include "server/transport/http_peer.hpp"
@@ -23,7 +23,7 @@ using Error = boost::system::error_code;
 
 constexpr std::chrono::seconds kConnectTimeout{3}, kAnswerTimeout{10};
 constexpr std::size_t kIdleMax = 4;  // connections to one endpoint that wait for the next call
-constexpr std::size_t kPasswordBytesMax = 1024;
+constexpr std::size_t kPasswordBytesMax = 1024, kPasswordFileBytesMax = 65'536;
 
 EtcdFault fault_of(const Error& error, bool is_connected) {
   if (!is_connected) return EtcdFault::unreachable;
@@ -38,6 +38,10 @@ EtcdFault fault_of(const Error& error, bool is_connected) {
 Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOptions& options) {
   auto made = make_client_tls_context(options.ca, "etcd");
   if (!made || options.certificate.empty()) return made;
+  for (const auto& [what, file] : {std::pair("certificate", options.certificate), std::pair("key", options.key)}) {
+    if (std::string why = unreadable_pem(file); !why.empty())
+      return Refusal(std::string("the ") + what + " for etcd, " + file + ", cannot be read: " + why);
+  }
   SSL_CTX* native = (*made)->native_handle();
   if (SSL_CTX_use_certificate_chain_file(native, options.certificate.c_str()) != 1)
     return Refusal("the certificate for etcd, " + options.certificate + ", cannot be read: " + openssl_reason());
@@ -205,10 +209,12 @@ Result<std::unique_ptr<EtcdClient>> EtcdClient::create(IoLoop& loop, const EtcdO
   }
   if (!options.user.empty()) {
     impl->user = options.user;
-    std::ifstream file(options.password_file);
-    if (!std::getline(file, impl->password) || impl->password.empty() || impl->password.size() > kPasswordBytesMax)
-      return Refusal("the password file for etcd, " + options.password_file +
-                     ", cannot be read, or its first line is empty");
+    const Result<std::string> text = read_text_file(options.password_file, kPasswordFileBytesMax);
+    if (!text) return Refusal("the password file for etcd, " + options.password_file + ": " + text.error());
+    std::string_view lines = *text;
+    impl->password = take_line(lines);
+    if (impl->password.empty() || impl->password.size() > kPasswordBytesMax)
+      return Refusal("the password file for etcd, " + options.password_file + ", has no password in its first line");
   }
   return std::unique_ptr<EtcdClient>(new EtcdClient(std::move(impl)));
 }

@@ -134,11 +134,7 @@ class HttpConnection {
     const std::string_view target = view(request.target()), path = path_of(target);
     if (router_->service && is_service_path(path)) {
       const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : std::string_view();
-      const HttpRequest question{view(request.method_string()),
-                                 path,
-                                 query,
-                                 stream_->peer(),
-                                 stream_->is_from_loopback(),
+      const HttpRequest question{view(request.method_string()), path, query, stream_->peer(),
                                  view(request[http::field::authorization])};
       if (path == kRoomPage) return answer_page(request, question);
       return router_->service->handle(question);

@@ -32,7 +32,7 @@ std::string shown(const std::string& address, std::uint16_t port) {
 
 boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& text, std::uint16_t port) {
   boost::system::error_code error;
-  const auto address = asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
+  const auto address = unmapped(asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error));
   if (error) return error;
   const tcp::endpoint endpoint(address, port);
   acceptor.open(endpoint.protocol(), error);
@@ -96,7 +96,7 @@ struct Listener::Impl {
 
 Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const TransportOptions& options,
                                                    TransportCounters& counters, OpenSession open_session,
-                                                   HttpService* service) {
+                                                   HttpService* service, PortInUse in_use) {
   if (std::string wrong = validate(options); !wrong.empty()) return Refusal(std::move(wrong));
   auto impl = std::make_shared<Impl>();
   impl->router = std::make_shared<ConnectionRouter>();
@@ -118,11 +118,16 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     if (!files) return Refusal(std::move(files.error()));
     router.files = std::move(*files);
   }
-  std::uint16_t port = options.port;
+  std::uint16_t port = options.port, udp_port = options.udp_port;
   for (const std::string& address : options.addresses) {
     auto acceptor = std::make_shared<tcp::acceptor>(loop.core().serial);
-    if (const auto error = listen(*acceptor, address, port))
-      return Refusal("cannot listen on " + shown(address, port) + ": " + reason_of(error));
+    auto error = listen(*acceptor, address, port);
+    if (error == asio::error::address_in_use && in_use == PortInUse::passed_over) {
+      acceptor = std::make_shared<tcp::acceptor>(loop.core().serial);
+      port = udp_port = 0;
+      error = listen(*acceptor, address, port);
+    }
+    if (error) return Refusal("cannot listen on " + shown(address, port) + ": " + reason_of(error));
     boost::system::error_code ignored;
     const tcp::endpoint local = acceptor->local_endpoint(ignored);
     port = local.port();  // all addresses use the port that the system picked for the first
@@ -131,10 +136,9 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
   }
   if (router.open_session) router.webtransport_page = [](std::string_view) { return std::string(kNoWebTransport); };
   if (options.webtransport && router.open_session) {
-    auto quic =
-        QuicListener::create(loop.core().serial, impl->router, options.udp_port ? options.udp_port : port, port);
+    auto quic = QuicListener::create(loop.core().serial, impl->router, udp_port ? udp_port : port, port);
     // Another program may have the UDP port of the same number: WebSockets do without.
-    if (!quic && options.udp_port != 0) return Refusal(std::move(quic.error()));
+    if (!quic && udp_port != 0) return Refusal(std::move(quic.error()));
     if (quic) {
       impl->quic = std::move(*quic);
       impl->quic->start();

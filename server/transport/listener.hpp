@@ -13,6 +13,9 @@
 
 namespace hairnet::server {
 
+// What a port that another program has means: a fault, or only that this listener takes another one, to check the rest.
+enum class PortInUse : std::uint8_t { refused, passed_over };
+
 // One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS, and beside it a UDP port for
 // WebTransport. I/O thread. A program may have several.
 class Listener {
@@ -24,7 +27,8 @@ class Listener {
   // which may be null, must outlive the loop's last run. Without `open_session` the port has pages only.
   static Result<std::unique_ptr<Listener>> create(IoLoop& loop, const TransportOptions& options,
                                                   TransportCounters& counters, OpenSession open_session,
-                                                  HttpService* service = nullptr);
+                                                  HttpService* service = nullptr,
+                                                  PortInUse in_use = PortInUse::refused);
   ~Listener();
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;

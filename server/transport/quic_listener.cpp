@@ -74,8 +74,8 @@ Result<std::shared_ptr<QuicListener>> QuicListener::create(SerialExecutor execut
 Result<void> QuicListener::open(std::uint16_t udp_port) {
   const TransportOptions& options = router_->options;
   for (const std::string& address : options.addresses) {
-    auto socket =
-        UdpSocket::open(executor_, asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address), udp_port);
+    auto socket = UdpSocket::open(
+        executor_, unmapped(asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address)), udp_port);
     if (!socket)
       return Refusal("cannot listen on UDP port " + std::to_string(udp_port) + " of " + address + ": " +
                      socket.error());

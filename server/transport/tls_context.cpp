@@ -5,24 +5,15 @@
 #include <openssl/x509.h>
 #include <spdlog/spdlog.h>
 
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <string>
+#include <utility>
 
+#include "server/files/files.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 namespace {
-
-// Returns an empty string when the file can be read. OpenSSL's own messages about this are hard to read.
-std::string unreadable(const char* what, const std::string& path) {
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (file && file.peek() != std::ifstream::traits_type::eof()) return {};
-  const std::string why = errno != 0 ? std::strerror(errno) : "it is empty";
-  return std::string("cannot read the ") + what + " " + path + ": " + why;
-}
 
 int no_passphrase(char*, int, int, void*) {
   return -1;  // otherwise OpenSSL would prompt at the terminal
@@ -47,6 +38,15 @@ void warn_of_dates(SSL_CTX* context, const std::string& path) {
 
 }  // namespace
 
+std::string unreadable_pem(const std::string& path) {
+  constexpr std::size_t kPemBytesMax = std::size_t{16} << 20;
+  const Result<std::string> text = read_text_file(path, kPemBytesMax);
+  if (!text) return text.error();
+  if (text->empty()) return "it is empty";
+  std::ifstream file(path, std::ios::binary);
+  return file.peek() == 0xef ? "it begins with a byte order mark; save it without" : "";
+}
+
 std::string openssl_reason() {
   const unsigned long code = ERR_peek_last_error();
   const char* text = code == 0 ? nullptr : ERR_reason_error_string(code);
@@ -55,8 +55,10 @@ std::string openssl_reason() {
 }
 
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files) {
-  if (std::string why = unreadable("certificate", files.certificate); !why.empty()) return Refusal(std::move(why));
-  if (std::string why = unreadable("key", files.key); !why.empty()) return Refusal(std::move(why));
+  for (const auto& [what, file] : {std::pair("certificate", files.certificate), std::pair("key", files.key)}) {
+    if (std::string why = unreadable_pem(file); !why.empty())
+      return Refusal(std::string("cannot read the ") + what + " " + file + ": " + why);
+  }
   ERR_clear_error();
   auto made = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
   SSL_CTX* context = made->native_handle();
@@ -91,9 +93,10 @@ Result<std::shared_ptr<asio::ssl::context>> make_client_tls_context(const std::s
   boost::system::error_code ignored;
   if (ca.empty())
     made->set_default_verify_paths(ignored);
-  else if (SSL_CTX_load_verify_locations(context, ca.c_str(), nullptr) != 1)
+  else if (std::string why = unreadable_pem(ca);
+           !why.empty() || SSL_CTX_load_verify_locations(context, ca.c_str(), nullptr) != 1)
     return Refusal("the certificates of the authority of " + std::string(whose) + ", " + ca +
-                   ", cannot be read: " + openssl_reason());
+                   ", cannot be read: " + (why.empty() ? openssl_reason() : why));
   return made;
 }
 

@@ -18,6 +18,10 @@ Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& fil
 // is empty; the caller has names verified. `whose`: the server, in words for errors.
 Result<std::shared_ptr<asio::ssl::context>> make_client_tls_context(const std::string& ca, std::string_view whose);
 
+// Why OpenSSL could not read the PEM file, which also could be a pipe that blocks; empty: it can. OpenSSL's own
+// messages about this are hard to read.
+std::string unreadable_pem(const std::string& path);
+
 // The newest error of OpenSSL in words, which is then forgotten.
 std::string openssl_reason();
 

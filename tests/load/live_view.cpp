@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace hairnet::load {
 namespace {
@@ -60,7 +61,7 @@ void LiveView::show(const RunProgress& progress) {
   if (!is_terminal_) {
     if (progress.time_s - shown_s_ < kLineInterval_s && progress.time_s >= shown_s_) return;
     shown_s_ = progress.time_s;
-    fmt::print(out_, "{}", to_line(progress));
+    std::fputs(to_line(progress).c_str(), out_);
     std::fflush(out_);
     return;
   }
@@ -68,7 +69,7 @@ void LiveView::show(const RunProgress& progress) {
   std::string drawn = lines_ > 0 ? fmt::format("\x1b[{}A", lines_) : "";
   for (const char c : screen) drawn += c == '\n' ? "\x1b[K\n" : std::string(1, c);  // clears to the end of the line
   lines_ = static_cast<int>(std::ranges::count(screen, '\n'));
-  fmt::print(out_, "{}", drawn);
+  std::fputs(drawn.c_str(), out_);
   std::fflush(out_);
 }
 

@@ -10,6 +10,8 @@
 #include <span>
 
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/end_program.hpp"
+#include "core/broken_pipe.hpp"
 #include "tests/load/find_capacity.hpp"
 #include "tests/load/live_view.hpp"
 #include "tests/load/options.hpp"
@@ -22,7 +24,7 @@ namespace {
 std::atomic<bool> stop_asked{false};
 
 int fail(const std::string& why) {
-  fmt::print(stderr, "hairnet-load: {}\n", why);
+  std::fputs(fmt::format("hairnet-load: {}\n", why).c_str(), stderr);
   return static_cast<int>(Outcome::failed);
 }
 
@@ -118,7 +120,7 @@ int perform(const Options& options) {
     report.runs.push_back(std::move(*result));
   }
   judge(options, report);
-  fmt::print("{}", to_summary(report));
+  std::fputs(to_summary(report).c_str(), stdout);
   if (const auto written = write(options.json, to_json_text(report)); !written) return fail(written.error());
   if (const auto written = write(options.html, to_page(report)); !written) return fail(written.error());
   return static_cast<int>(report.outcome);
@@ -128,10 +130,10 @@ int perform(const Options& options) {
 }  // namespace hairnet::load
 
 int main(int argc, char** argv) {
+  hairnet::ignore_broken_pipes();
   const auto parsed = hairnet::load::parse_options(argc, argv);
-  if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+  if (const int* exit_code = std::get_if<int>(&parsed)) return hairnet::end_program("hairnet-load", *exit_code);
   hairnet::load::raise_descriptor_limit();
-  signal(SIGPIPE, SIG_IGN);
   for (const int number : {SIGINT, SIGTERM}) signal(number, [](int) { hairnet::load::stop_asked = true; });
-  return hairnet::load::perform(std::get<hairnet::load::Options>(parsed));
+  return hairnet::end_program("hairnet-load", hairnet::load::perform(std::get<hairnet::load::Options>(parsed)));
 }

@@ -109,12 +109,14 @@ void add_options(CLI::App& app, Options& o, Given& g) {
 }
 
 void print_list() {
+  std::string text;
   for (const Preset& preset : presets())
-    fmt::print("--preset {:<10} {}\n{}\n\n", preset.name, preset.description, preset.plan);
+    text += fmt::format("--preset {:<10} {}\n{}\n\n", preset.name, preset.description, preset.plan);
   for (std::size_t i = 0; i < kAttackNames.size(); ++i)
-    fmt::print("attack={:<11} {}\n", kAttackNames[i], attack_meanings()[i]);
-  fmt::print("\n");
-  for (const FigureName& figure : figure_names()) fmt::print("{:<28} {}\n", figure.name, figure.meaning);
+    text += fmt::format("attack={:<11} {}\n", kAttackNames[i], attack_meanings()[i]);
+  text += '\n';
+  for (const FigureName& figure : figure_names()) text += fmt::format("{:<28} {}\n", figure.name, figure.meaning);
+  std::fputs(text.c_str(), stdout);
 }
 
 Result<Address> parse_address(const std::string& text) {
@@ -212,7 +214,7 @@ std::variant<Options, int> parse_options(int argc, const char* const* argv) {
     return 0;
   }
   if (const auto done = conclude(o, given); !done) {
-    fmt::print(stderr, "hairnet-load: {}\n", done.error());
+    std::fputs(fmt::format("hairnet-load: {}\n", done.error()).c_str(), stderr);
     return 2;
   }
   return o;

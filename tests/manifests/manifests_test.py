@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Tests of deploy/kubernetes: every object keeps to schemas.yaml, and the objects fit each other and the server."""
+import base64
 import copy
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -197,11 +199,21 @@ class Overlays(unittest.TestCase):
         if not server:
             self.skipTest("HAIRNET_SERVER names no program")
         for objects, pod in self.each():
-            with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
-                file.write(objects["ConfigMap", "hairnet-settings"]["data"]["server.toml"])
-                file.flush()
-                arguments = [one.replace("$(HOST)", "192.0.2.1") for one in pod["spec"]["containers"][0]["args"]]
-                done = subprocess.run([server, "--config", file.name, "--check", *arguments], capture_output=True, text=True)
+            with tempfile.TemporaryDirectory() as folder:
+                # The secrets and the cache of the pod are here.
+                here = lambda text: text.replace("/run/secrets", folder).replace("/var/cache/hairnet", folder + "/cache")
+                for secret in ("token", "etcd"):
+                    os.mkdir(f"{folder}/{secret}")
+                pathlib.Path(folder, "token/token.key").write_text(base64.b64encode(bytes(range(32))).decode() + "\n")
+                subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                                "-subj", "/CN=test", "-keyout", f"{folder}/etcd/tls.key", "-out", f"{folder}/etcd/tls.crt"],
+                               check=True, capture_output=True)
+                shutil.copy(f"{folder}/etcd/tls.crt", f"{folder}/etcd/ca.crt")
+                settings = pathlib.Path(folder, "server.toml")
+                settings.write_text(here(objects["ConfigMap", "hairnet-settings"]["data"]["server.toml"]))
+                arguments = [here(one).replace("$(HOST)", "192.0.2.1") for one in pod["spec"]["containers"][0]["args"]]
+                done = subprocess.run([server, "--config", settings, "--check", *arguments], capture_output=True, text=True,
+                                      env={**os.environ, "AGONES_SDK_HTTP_PORT": "9358"})
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertRegex(done.stdout, r"(?m)^service_port = 9100")
 

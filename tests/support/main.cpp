@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/broken_pipe.hpp"
+
 // The tests of the whole project must stay quick: in a release build a case fails that takes more processor time than
 // kMost_s, with the programs that it ran, unless it is listed here. Other work on the machine hardly changes this time.
 namespace {
@@ -60,6 +62,7 @@ class ProcessorTime : public testing::EmptyTestEventListener {
 }  // namespace
 
 int main(int argc, char** argv) {
+  hairnet::ignore_broken_pipes();
   testing::InitGoogleMock(&argc, argv);
 #if defined(NDEBUG) && !HAIRNET_SANITIZED
   testing::UnitTest::GetInstance()->listeners().Append(new ProcessorTime);

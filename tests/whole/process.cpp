@@ -24,7 +24,8 @@ std::string content_of(const std::string& path) {
 
 }  // namespace
 
-Process::Process(const std::vector<std::string>& command, std::string output) : output_(std::move(output)) {
+Process::Process(const std::vector<std::string>& command, std::string output, int descriptor)
+    : output_(std::move(output)) {
   std::vector<char*> arguments;
   for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
@@ -32,9 +33,22 @@ Process::Process(const std::vector<std::string>& command, std::string output) : 
   posix_spawn_file_actions_init(&actions);
   const std::string out = output_ + ".out", err = output_ + ".err";
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  const int fault = posix_spawn(&pid_, arguments[0], &actions, nullptr, arguments.data(), environ);
+  for (const auto& [number, file] : {std::pair(1, out), std::pair(2, err)}) {
+    if (descriptor >= 0)
+      posix_spawn_file_actions_adddup2(&actions, descriptor, number);
+    else
+      posix_spawn_file_actions_addopen(&actions, number, file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  }
+  // As a shell starts it: this program ignores broken pipes.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t broken_pipe;
+  sigemptyset(&broken_pipe);
+  sigaddset(&broken_pipe, SIGPIPE);
+  posix_spawnattr_setsigdefault(&attributes, &broken_pipe);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  const int fault = posix_spawn(&pid_, arguments[0], &actions, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (fault != 0) throw std::runtime_error("cannot run " + command[0]);
 }

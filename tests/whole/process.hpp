@@ -10,8 +10,8 @@ namespace hairnet::whole {
 // A program run by a test, its output kept in two files. Killed when it outlives the test.
 class Process {
  public:
-  // `output`: path without extension; .out and .err are written.
-  Process(const std::vector<std::string>& command, std::string output);
+  // `output`: path without extension; .out and .err are written. Or both go to `descriptor`, where there is one.
+  Process(const std::vector<std::string>& command, std::string output, int descriptor = -1);
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;

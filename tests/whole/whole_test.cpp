@@ -65,18 +65,18 @@ void WholeTest::TearDown() {
 }
 
 std::unique_ptr<Process> WholeTest::start(const std::string& program, const Arguments& arguments,
-                                          const std::string& name) {
+                                          const std::string& name, int descriptor) {
   Arguments command{std::string(HAIRNET_BIN_DIR) + "/" + program};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  return std::make_unique<Process>(command, path(name));
+  return std::make_unique<Process>(command, path(name), descriptor);
 }
 
-std::unique_ptr<Process> WholeTest::start_server(const Arguments& more, const std::string& name) {
+std::unique_ptr<Process> WholeTest::start_server(const Arguments& more, const std::string& name, int descriptor) {
   const std::string port_file = path(name + ".port");
   Arguments arguments{"--port",       "0",    "--port-file", port_file, "--level-cache", path("levels"),
                       "--learn-hair", "never"};  // learning takes longer than the tests, and other tests have it
   arguments.insert(arguments.end(), more.begin(), more.end());
-  auto server = start("hairnet-server", arguments, name);
+  auto server = start("hairnet-server", arguments, name, descriptor);
   EXPECT_TRUE(wait_for_file(port_file, 1, *server)) << server->err();
   std::ifstream(port_file) >> port_;
   return server;

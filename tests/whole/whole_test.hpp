@@ -25,11 +25,13 @@ class WholeTest : public ::testing::Test {
 
   [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }  // of that server
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  // Returns once the server listens. `name` is of its files: output, port.
-  std::unique_ptr<Process> start_server(const Arguments& more = {}, const std::string& name = "server");
+  // Returns once the server listens. `name` is of its files: output, port. `descriptor`: as of Process.
+  std::unique_ptr<Process> start_server(const Arguments& more = {}, const std::string& name = "server",
+                                        int descriptor = -1);
   // hairnet-view, connected to the server started last.
   std::unique_ptr<Process> start_view(const Arguments& more, const std::string& name = "view");
-  std::unique_ptr<Process> start(const std::string& program, const Arguments& arguments, const std::string& name);
+  std::unique_ptr<Process> start(const std::string& program, const Arguments& arguments, const std::string& name,
+                                 int descriptor = -1);
   // Runs to the end; a code other than `exit_code` is a failure with the program's output.
   void finish(Process& process, int exit_code);
   // SIGTERM, and the end of it.

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
@@ -153,7 +154,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return hairnet::end_program("hairnet-groom", run(argc, argv));
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "hairnet-groom: out of memory\n");
     return 1;

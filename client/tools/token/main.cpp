@@ -5,6 +5,7 @@
 #include <iostream>
 #include <optional>
 
+#include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/parse.hpp"
 #include "client/tools/token/commands.hpp"
 #include "client/tools/token/duration.hpp"
@@ -105,7 +106,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return hairnet::end_program("hairnet-token", run(argc, argv));
   } catch (const std::exception& e) {
     std::fprintf(stderr, "hairnet-token: %s\n", e.what());
     return 1;

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "client/files/write_file.hpp"
+#include "client/tools/command_line/end_program.hpp"
 #include "tests/load/fleet_plan/options.hpp"
 #include "tests/load/fleet_plan/report.hpp"
 #include "tests/load/fleet_plan/simulation.hpp"
@@ -12,14 +13,14 @@ namespace hairnet::fleet_plan {
 namespace {
 
 int fail(const std::string& why) {
-  fmt::print(stderr, "hairnet-fleet-plan: {}\n", why);
+  std::fputs(fmt::format("hairnet-fleet-plan: {}\n", why).c_str(), stderr);
   return 1;
 }
 
 int perform(const Options& options) {
   if (const auto possible = check_can_write({options.json, options.page}); !possible) return fail(possible.error());
   const Outcome outcome = simulate(options.settings);
-  fmt::print("{}", to_text(options.settings, outcome));
+  std::fputs(to_text(options.settings, outcome).c_str(), stdout);
   const auto write = [](const std::string& path, const std::string& text) {
     return path.empty() ? Result<void>() : write_file(path, std::as_bytes(std::span(text)));
   };
@@ -35,6 +36,8 @@ int perform(const Options& options) {
 
 int main(int argc, char** argv) {
   const auto parsed = hairnet::fleet_plan::parse_options(argc, argv);
-  if (const int* exit_status = std::get_if<int>(&parsed)) return *exit_status;
-  return hairnet::fleet_plan::perform(std::get<hairnet::fleet_plan::Options>(parsed));
+  if (const int* exit_status = std::get_if<int>(&parsed))
+    return hairnet::end_program("hairnet-fleet-plan", *exit_status);
+  return hairnet::end_program("hairnet-fleet-plan",
+                              hairnet::fleet_plan::perform(std::get<hairnet::fleet_plan::Options>(parsed)));
 }

@@ -1,8 +1,11 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "core/ffd/clump_strands.hpp"
 #include "core/ffd/deform.hpp"
@@ -81,6 +84,44 @@ TEST(GroomFeatures, are_refused_in_one_line_when_they_are_invalid) {
   GroomLimits limits;
   limits.fabric_count_max = 0;
   EXPECT_NE(validate(make_full(), limits), "");
+}
+
+// Every number but a colour or a coordinate.
+TEST(GroomFeatures, are_refused_when_a_number_is_almost_zero_or_absurd) {
+  const std::vector<std::function<float&(Groom&)>> numbers{
+      [](Groom& g) -> float& { return g.strands[0].radius_m; },
+      [](Groom& g) -> float& { return g.strands[0].hair_count; },
+      [](Groom& g) -> float& { return g.strands[0].root_length_m; },
+      [](Groom& g) -> float& { return g.cards[0].properties.hair_count; },
+      [](Groom& g) -> float& { return g.clumps[0].radius_m; },
+      [](Groom& g) -> float& { return g.clumps[0].tip_radius_m; },
+      [](Groom& g) -> float& { return g.threads[0].root_length_m; },
+      [](Groom& g) -> float& { return g.threads[0].radius_m; },
+      [](Groom& g) -> float& { return g.threads[0].axial_stiffness_n; },
+      [](Groom& g) -> float& { return g.threads[0].damping_time_s; },
+      [](Groom& g) -> float& { return g.threads[0].pin_stiffness_n_per_m; },
+      [](Groom& g) -> float& { return g.threads[0].linear_density_kg_per_m; },
+      [](Groom& g) -> float& { return g.threads[0].air_drag_ns_per_m2; },
+      [](Groom& g) -> float& { return g.cloths[0].root_length_m; },
+      [](Groom& g) -> float& { return g.cloths[0].root_distance_m[1]; },
+      [](Groom& g) -> float& { return g.cloths[0].opacity; },
+      [](Groom& g) -> float& { return g.cloths[0].stretch_stiffness_n_per_m; },
+      [](Groom& g) -> float& { return g.cloths[0].shear_stiffness_n_per_m; },
+      [](Groom& g) -> float& { return g.cloths[0].damping_time_s; },
+      [](Groom& g) -> float& { return g.cloths[0].pin_stiffness_n_per_m; },
+      [](Groom& g) -> float& { return g.cloths[0].area_density_kg_per_m2; },
+      [](Groom& g) -> float& { return g.cloths[0].air_drag_ns_per_m3; },
+      [](Groom& g) -> float& { return g.knots[0].stiffness_n_per_m; },
+      [](Groom& g) -> float& { return g.knots[0].damping_time_s; },
+      [](Groom& g) -> float& { return g.knots[0].mass_kg; },
+  };
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    for (const float bad : {1e-42f, 1e-13f, -1e-42f, 2e6f, 3e38f, kNan}) {
+      Groom groom = make_full();
+      numbers[i](groom) = bad;
+      EXPECT_THAT(validate(groom), testing::HasSubstr("in [")) << i << ": " << bad;
+    }
+  }
 }
 
 TEST(RootBlend, without_points_is_equation_7) {

@@ -2,13 +2,16 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "core/groom/groom.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/build.hpp"
+#include "core/number_range.hpp"
 #include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
@@ -17,6 +20,14 @@ namespace {
 using testing::HasSubstr;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+constexpr std::array kNumbers{&Material::axial_stiffness_n,      &Material::attachment_stiffness_n_per_m,
+                              &Material::damping_ratio,          &Material::linear_density_kg_per_m,
+                              &Material::air_drag_ns_per_m2,     &Material::ether_mass_ratio,
+                              &Material::ether_stiffness_per_s2, &Material::ether_damping_ratio,
+                              &Material::root_length_m,          &Material::thickness_m,
+                              &Material::metaball_potential_j};
+static_assert(sizeof(Material) == kNumbers.size() * sizeof(float));
 
 template <class T, class Change>
 std::string fault_of(Change change) {
@@ -66,6 +77,43 @@ TEST(Material, refuses_values_out_of_range_and_names_them) {
   EXPECT_THAT(fault_of<Material>([](Material& m) { m.root_length_m = kNan; }), HasSubstr("root length"));
   EXPECT_THAT(fault_of<Material>([](Material& m) { m.thickness_m = 0.2f; }), HasSubstr("thickness"));
   EXPECT_THAT(fault_of<Material>([](Material& m) { m.metaball_potential_j = kNan; }), HasSubstr("potential"));
+}
+
+// Every number of a material, from outside.
+TEST(Material, refuses_numbers_that_are_almost_zero_and_absurd_ones_with_the_range) {
+  for (const auto number : kNumbers) {
+    for (const float bad : {1e-42f, 1e-13f, -1e-42f, 1e6f, 3e38f, kNan, std::numeric_limits<float>::infinity()}) {
+      const std::string fault = fault_of<Material>([=](Material& m) { m.*number = bad; });
+      EXPECT_THAT(fault, HasSubstr("in [")) << bad;
+    }
+  }
+  EXPECT_EQ(fault_of<Material>([](Material& m) { m.axial_stiffness_n = 1e-42f; }),
+            "axial stiffness (N per hair) is 9.99967e-43, not 0 or in [1e-12, 10]");
+  EXPECT_EQ(fault_of<Material>([](Material& m) { m.axial_stiffness_n = 0; }), "");
+}
+
+TEST(Material, refuses_factors_that_are_almost_zero_and_absurd_ones) {
+  const std::vector<float MaterialScale::*> numbers{&MaterialScale::stiffness, &MaterialScale::damping,
+                                                    &MaterialScale::density,   &MaterialScale::ether_damping,
+                                                    &MaterialScale::air_drag,  &MaterialScale::gel_per_s2};
+  static_assert(sizeof(MaterialScale) == 6 * sizeof(float));
+  for (const auto number : numbers) {
+    for (const float bad : {1e-42f, 1e-13f, -1e-42f, 1e6f, 3e38f, kNan}) {
+      EXPECT_THAT(fault_of<MaterialScale>([=](MaterialScale& s) { s.*number = bad; }), HasSubstr("in [")) << bad;
+    }
+  }
+}
+
+TEST(Material, of_the_smallest_numbers_that_are_taken_gives_sound_levels) {
+  constexpr auto kSmallest = static_cast<float>(1.01 * NumberRange::kSmallest);
+  for (const auto number : kNumbers) {
+    Groom groom = support::make_head_of_hair(6);
+    float& value = groom.materials.base.*number;
+    value = kSmallest;
+    if (!validate(groom).empty()) continue;  // its own smallest number is larger
+    const auto levels = build_levels(groom);
+    for (const Level& level : levels->levels) EXPECT_EQ(validate(level), "");
+  }
 }
 
 TEST(Material, its_damping_is_that_share_of_critical_damping_of_a_strands_axial_mode) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/random.hpp"
 
@@ -263,6 +264,13 @@ TEST(Wind, refuses_values_out_of_range_and_names_them) {
   };
   EXPECT_EQ(validate(Wind{}), "");
   EXPECT_EQ(validate(make_storm()), "");
+  EXPECT_EQ(fault([](Wind& w) { w.mean_m_per_s = {5, 5 * std::cos(std::numbers::pi / 2), 0}; }), "") << "3e-16 along y";
+  EXPECT_NE(fault([](Wind& w) { w.mean_m_per_s = {5, -1e-42, 0}; }), "");
+  for (const double tiny : {5e-324, 1e-42, 1e-13}) {
+    EXPECT_NE(fault([tiny](Wind& w) { w.mean_m_per_s = Vec3(0, tiny, 0); }), "");
+    EXPECT_NE(fault([tiny](Wind& w) { w.gust_ratio = tiny; }), "");
+    EXPECT_NE(fault([tiny](Wind& w) { w.turbulence_rms_m_per_s = tiny; }), "");
+  }
   EXPECT_THAT(fault([](Wind& w) { w.mean_m_per_s.y() = kNan; }), HasSubstr("speed"));
   EXPECT_THAT(fault([](Wind& w) { w.mean_m_per_s = {50, 50, 0}; }), HasSubstr("speed"));
   EXPECT_THAT(fault([](Wind& w) { w.gust_ratio = 1.01; }), HasSubstr("gust ratio"));

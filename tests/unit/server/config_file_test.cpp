@@ -94,10 +94,16 @@ TEST_F(ConfigFile, a_file_that_cannot_be_read_is_named) {
   const std::vector<Setting> settings = settings_of(config_);
   const auto absent = read_config_file("/nonexistent/server.toml", settings);
   ASSERT_FALSE(absent);
-  EXPECT_EQ(absent.error(), "/nonexistent/server.toml: cannot be read");
+  EXPECT_EQ(absent.error(), "/nonexistent/server.toml: No such file or directory");
   const auto folder = read_config_file("/", settings);
   ASSERT_FALSE(folder);
-  EXPECT_EQ(folder.error(), "/: cannot be read");
+  EXPECT_EQ(folder.error(), "/: is a folder, not a file");
+}
+
+TEST_F(ConfigFile, may_come_from_windows) {
+  const ParsedConfig parsed = parse({"--config", file("\xef\xbb\xbf[server]\r\nport = 1000\r\n")});
+  ASSERT_EQ(parsed.exit_code, -1);
+  EXPECT_EQ(parsed.config.port, 1000);
 }
 
 TEST_F(ConfigFile, flags_go_before_it) {

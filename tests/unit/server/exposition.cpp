@@ -128,7 +128,13 @@ bool parse_exposition(const std::string& text, Exposition& exposition, std::stri
   Exposition::Family* family = nullptr;
   std::string family_name, line;
   for (std::istringstream lines(text); std::getline(lines, line);) {
-    if (line.starts_with("# HELP ")) continue;
+    if (line.starts_with("# HELP ")) {
+      const std::size_t space = line.find(' ', 7);
+      if (space == std::string::npos ||
+          !exposition.helps.emplace(line.substr(7, space - 7), line.substr(space + 1)).second)
+        return refuse("bad help", line);
+      continue;
+    }
     if (line.starts_with("# TYPE ")) {
       std::istringstream words(line.substr(7));
       std::string type, more;

@@ -18,6 +18,7 @@ struct Exposition {
     std::vector<Sample> samples;
   };
   std::map<std::string, Family> families;
+  std::map<std::string, std::string> helps;  // by family
 
   // The value of a sample without labels, or with only this one; NaN when there is none.
   [[nodiscard]] double value(const std::string& name, const std::string& label = "",

@@ -168,12 +168,69 @@ TEST_F(GroomStoreTest, a_build_without_memory_or_that_crashes_ends_alone) {
     offer(kAnna, good_);
     send_all(kAnna, good_);
     build();
-    EXPECT_EQ(errors(kAnna).back(), throws ? ErrorReason::limit_exceeded : ErrorReason::groom_invalid);
+    for (int round = 0; throws && round < 10; ++round) {
+      now_ns_ += 10 * kSecond_ns;
+      build();
+    }
+    EXPECT_EQ(errors(kAnna).back(), ErrorReason::groom_build_failed) << "the file may be sound";
     EXPECT_EQ(store_->groom_count(), 0u);
     EXPECT_EQ(store_->upload_bytes(), 0u);
   }
-  EXPECT_EQ(counters_.grooms_refused_build_memory.value(), 1u);
+  EXPECT_EQ(counters_.grooms_refused_server.value(), 1u);
   EXPECT_EQ(counters_.grooms_refused_build_crash.value(), 1u);
+}
+
+TEST_F(GroomStoreTest, a_build_that_fails_by_the_servers_fault_is_tried_again_later_and_later) {
+  int builds = 0;
+  build_levels_ = [&](const LevelBuildDef& def, const wire::GroomHash& hash, auto file, const Groom& groom,
+                      const GoesOn& goes_on) -> LevelBuild {
+    if (++builds < 3) return {nullptr, BuildFault::server, "its build ended by signal 9"};
+    return build_levels_here(def, hash, file, groom, goes_on);
+  };
+  make({});
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  build();
+  EXPECT_EQ(builds, 1) << "not at once";
+  EXPECT_EQ(states(kAnna).back(), GroomState::queued);
+  now_ns_ += kSecond_ns;
+  build();
+  EXPECT_EQ(builds, 2);
+  now_ns_ += kSecond_ns;
+  build();
+  EXPECT_EQ(builds, 2) << "the second time it waits longer";
+  EXPECT_EQ(offer(kBert, good_), ErrorReason::none) << "others may wait with it";
+  now_ns_ += kSecond_ns;
+  build();
+  EXPECT_EQ(builds, 3);
+  EXPECT_TRUE(store_->ready(good_.hash));
+  EXPECT_THAT(errors(kAnna), ElementsAre());
+  EXPECT_EQ(counters_.builds_failed.value(), 2u);
+}
+
+TEST_F(GroomStoreTest, a_build_that_always_fails_by_the_servers_fault_is_refused_and_may_be_offered_again) {
+  bool fails = true;
+  build_levels_ = [&](const LevelBuildDef& def, const wire::GroomHash& hash, auto file, const Groom& groom,
+                      const GoesOn& goes_on) -> LevelBuild {
+    if (fails) return {nullptr, BuildFault::server, "no process for its build"};
+    return build_levels_here(def, hash, file, groom, goes_on);
+  };
+  make({});
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  for (int second = 0; second < 20; ++second) {
+    build();
+    now_ns_ += kSecond_ns;
+  }
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_build_failed));
+  EXPECT_EQ(counters_.builds_failed.value(), static_cast<std::uint64_t>(GroomStoreLimits().build_count_max));
+  EXPECT_EQ(counters_.grooms_refused_server.value(), 1u);
+  EXPECT_EQ(store_->groom_count(), 0u);
+  fails = false;
+  EXPECT_EQ(offer(kAnna, good_), ErrorReason::none);
+  EXPECT_EQ(send_all(kAnna, good_), ErrorReason::none);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
 }
 
 TEST_F(GroomStoreTest, bytes_that_are_no_groom_are_refused_with_a_reason) {

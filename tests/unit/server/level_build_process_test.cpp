@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -97,6 +98,33 @@ TEST(LevelBuildProcess, ends_when_it_may_not_go_on) {
   }
 }
 
+TEST(LevelBuildProcess, without_descriptors_or_processes_is_a_fault_of_the_server) {
+  const Ordered order(small_groom());
+  for (const auto resource : {RLIMIT_NOFILE, RLIMIT_NPROC}) {
+    if (resource == RLIMIT_NPROC && ::geteuid() == 0) continue;  // it does not bind root
+    rlimit limit{};
+    ASSERT_EQ(::getrlimit(resource, &limit), 0);
+    const rlimit none{0, limit.rlim_max};
+    ASSERT_EQ(::setrlimit(resource, &none), 0);
+    const LevelBuild build = order.build();
+    ASSERT_EQ(::setrlimit(resource, &limit), 0);
+    EXPECT_EQ(build.fault, BuildFault::server) << build.detail;
+    EXPECT_THAT(build.detail, testing::StartsWith("no "));
+  }
+}
+
+TEST(LevelBuildProcess, that_aborts_is_no_fault_of_the_server_as_it_would_again) {
+  Ordered order(support::make_zigzag(10'000));
+  int looks = 0;
+  const LevelBuild aborted = order.build([&] {
+    if (++looks == 3) {
+      EXPECT_EQ(::kill(child_of_this_process(), SIGABRT), 0);
+    }
+    return BuildFault::none;
+  });
+  EXPECT_EQ(aborted.fault, BuildFault::crash);
+}
+
 TEST(LevelBuildProcess, that_is_killed_is_a_fault_of_that_build_only) {
   Ordered order(support::make_zigzag(10'000));
   int looks = 0;
@@ -106,7 +134,7 @@ TEST(LevelBuildProcess, that_is_killed_is_a_fault_of_that_build_only) {
     }
     return BuildFault::none;
   });
-  EXPECT_EQ(killed.fault, BuildFault::crash);
+  EXPECT_EQ(killed.fault, BuildFault::server);
   EXPECT_THAT(killed.detail, testing::HasSubstr("signal 9"));
   EXPECT_EQ(Ordered(small_groom()).build().fault, BuildFault::none);
 }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -77,7 +78,7 @@ TEST(Metrics, a_histogram_counts_each_value_in_the_first_bucket_that_contains_it
 
 TEST(Metrics, a_histogram_leaves_out_what_is_not_finite) {
   HistogramSet set;
-  Histogram histogram(set, "seconds", {1});
+  Histogram histogram(set, "seconds", "Seconds.", {1});
   histogram.observe(std::nan(""));
   histogram.observe(std::numeric_limits<double>::infinity());
   {
@@ -92,7 +93,7 @@ TEST(Metrics, a_histogram_leaves_out_what_is_not_finite) {
 
 TEST(Metrics, tallies_of_several_threads_add_up) {
   HistogramSet set;
-  Histogram histogram(set, "seconds", {1, 2});
+  Histogram histogram(set, "seconds", "Seconds.", {1, 2});
   const auto work = [&histogram] {
     for (int round = 0; round < 100; ++round) {
       Histogram::Tally tally(histogram);
@@ -126,6 +127,36 @@ TEST(Metrics, names_contain_thing_refusal_and_reason) {
   EXPECT_EQ(to_text(metrics, '=', ' '),
             "sent_bytes_websocket=4 frames_sent=3 duty_seconds_encode=2.5 grooms_refused_queue_full=2 "
             "tick_seconds_max=0.25 ");
+}
+
+TEST(Metrics, every_family_has_one_sentence_of_help) {
+  const Metrics metrics;
+  std::map<std::string, std::vector<std::string>> helps;
+  const auto note = [&helps](const MetricName& name) {
+    std::vector<std::string>& of_family = helps[std::string(name.family)];
+    if (!name.help.empty()) of_family.emplace_back(name.help);
+  };
+  for (const CounterSet* set : metrics.counter_sets())
+    for (const Counter* counter : set->counters()) note(counter->name());
+  for (const GaugeSet* set : metrics.gauge_sets())
+    for (const Gauge* gauge : set->gauges()) note(gauge->name());
+  for (const HistogramSet* set : metrics.histogram_sets())
+    for (const Histogram* histogram : set->histograms()) note(histogram->name());
+  EXPECT_GT(helps.size(), 150u);
+  for (const auto& [family, of_family] : helps) {
+    ASSERT_EQ(of_family.size(), 1u) << family;
+    EXPECT_TRUE(of_family[0].ends_with('.') && of_family[0].find('\n') == std::string::npos) << of_family[0];
+    const bool has_unit = !family.ends_with("_seconds") || of_family[0].find("seconds") != std::string::npos;
+    EXPECT_TRUE(has_unit) << family << ": " << of_family[0];
+  }
+}
+
+TEST(Metrics, every_family_is_shown_with_its_help) {
+  Metrics metrics;
+  metrics.tick.gauges.characters[LevelIndex::low].set(7);  // not the one that has the family's help
+  const Exposition exposition = exposition_of(metrics);
+  EXPECT_TRUE(exposition.families.contains("hairnet_characters"));
+  for (const auto& [family, shown] : exposition.families) EXPECT_TRUE(exposition.helps.contains(family)) << family;
 }
 
 TEST(Metrics, names_in_the_log_are_as_many_as_counters) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "tests/unit/server/transport_fixture.hpp"
 
@@ -18,13 +19,11 @@ class Pages final : public HttpService {
  public:
   HttpResponse handle(const HttpRequest& request) override {
     last = std::string(request.method) + " " + std::string(request.path) + " " + std::string(request.query);
-    from_loopback = request.from_loopback;
     authorization = request.authorization;
     if (request.path == "/readyz") return refusal(503, "draining");
     return {.content_type = "text/plain; version=0.0.4", .body = "metric 1\n"};
   }
   std::string last, authorization;
-  bool from_loopback = false;
 };
 
 class HttpTest : public TransportTest {
@@ -89,7 +88,6 @@ TEST_F(HttpTest, the_servers_own_pages_come_from_the_service) {
   EXPECT_EQ(header_value(metrics, "Content-Type"), "text/plain; version=0.0.4");
   EXPECT_EQ(header_value(metrics, "Cache-Control"), "no-store");
   EXPECT_EQ(pages_.last, "GET /metrics x=1");
-  EXPECT_TRUE(pages_.from_loopback);
   EXPECT_THAT(get("/readyz"), StartsWith("HTTP/1.1 503 "));
   EXPECT_EQ(counters_.http_responses_5xx.value(), 1u);
   EXPECT_EQ(counters_.connections_opened_http.value(), 2u);
@@ -491,6 +489,20 @@ TEST_F(ProxiedTest, the_limits_of_one_address_are_those_of_the_named_one) {
   Peer other(listener_->port());
   send_with(other, "PROXY TCP4 203.0.113.8 192.0.2.1 51000 7420\r\n");
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 3; }));
+}
+
+TEST_F(ProxiedTest, nobody_is_exempt_by_the_word_of_the_header) {
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (const char* family :
+       {"TCP4 127.0.0.1", "TCP6 ::ffff:127.0.0.1", "TCP4 127.0.0.1", "TCP6 ::1", "TCP6 ::1", "TCP6 ::1"}) {
+    peers.push_back(std::make_unique<Peer>(listener_->port()));
+    const std::string to = std::string(family).starts_with("TCP4") ? "192.0.2.1" : "2001:db8::2";
+    send_with(*peers.back(), std::string("PROXY ") + family + " " + to + " 51000 7420\r\n");
+  }
+  ASSERT_TRUE(run_until([&] { return counters_.connections_refused_address.value() == 2 && echoes_.size() == 4; }));
+  std::set<std::string_view> networks;
+  for (const auto& echo : echoes_) networks.insert(echo->connection->network());
+  EXPECT_THAT(networks, testing::ElementsAre("127.0.0.1", "::/64"));
 }
 
 TEST_F(ProxiedTest, a_connection_of_a_proxy_without_a_header_is_closed) {

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace hairnet::server {
+
+struct OutputThreadDef {
+  int descriptor = -1;                              // stays open, and is not closed
+  std::size_t bytes_max = std::size_t{1} << 20;     // of text that waits; beyond it the oldest is lost
+  std::function<void(std::uint64_t)> on_lost = {};  // with the number of texts. Any thread; must not put more
+  // What stands in the place of that many lost texts, once text is written again. On the output's thread.
+  std::function<std::string(std::uint64_t)> lost_text = {};
+};
+
+// Writes texts to a descriptor on a thread of its own. So a reader who stalls, a pipe without a reader or a full disk
+// holds up nobody: text that cannot be written is counted as lost. The program must ignore SIGPIPE.
+class OutputThread {
+ public:
+  explicit OutputThread(OutputThreadDef def);
+  // Leaves what finish() has not written.
+  ~OutputThread();
+  OutputThread(const OutputThread&) = delete;
+  OutputThread& operator=(const OutputThread&) = delete;
+
+  // Never waits for the reader. Any thread.
+  void put(std::string text);
+  // Counts a text that could not even be put. Any thread.
+  void lose();
+  // Waits until all is written or lost, but no longer than that. What is left then is lost; a write that blocks goes on
+  // until the process ends. Later texts are lost too.
+  void finish(std::chrono::steady_clock::time_point until);
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;  // shared with the thread, which may outlive this in a write that blocks
+};
+
+}  // namespace hairnet::server
