@@ -31,7 +31,7 @@ Offset<fb::Welcome> write(FlatBufferBuilder& to, const Welcome& m) {
   const auto listed = others.empty() ? 0 : to.CreateVector(others);
   return fb::CreateWelcome(to, m.session, m.tick, m.groom_bytes_max, m.tick_rate_hz, m.character_count_max,
                            m.protocol_version, to.CreateString(fit_text(m.room)), &secret, m.resumed, m.resume_grace_s,
-                           m.pose_delay_ns, m.may_set_wind, listed);
+                           m.pose_delay_ns, m.may_set_wind, listed, m.signs_of_life);
 }
 
 Fault read(const fb::Welcome& in, Welcome& out) {
@@ -44,6 +44,7 @@ Fault read(const fb::Welcome& in, Welcome& out) {
   if (in.secret()) out.secret = from_flatbuffer(*in.secret());
   out.resumed = in.resumed();
   out.may_set_wind = in.may_set_wind();
+  out.signs_of_life = in.signs_of_life();
   out.resume_grace_s = in.resume_grace_s();
   if (in.others()) {
     if (in.others()->size() > kServersMax) return "welcome: more than " + std::to_string(kServersMax) + " servers";
@@ -149,11 +150,11 @@ Fault read(const fb::MemberChanged& in, MemberChanged& out) {
 
 Offset<fb::RoomWind> write(FlatBufferBuilder& to, const RoomWind& m) {
   const fb::Wind wind = to_flatbuffer(m.wind);
-  return fb::CreateRoomWind(to, &wind, m.session);
+  return fb::CreateRoomWind(to, &wind, m.session, m.wind.carried);
 }
 
 Fault read(const fb::RoomWind& in, RoomWind& out) {
-  out = {from_flatbuffer(*in.wind()), in.session()};
+  out = {from_flatbuffer(*in.wind(), in.carried()), in.session()};
   const Wind& w = out.wind;
   const bool finite = w.mean_m_per_s.allFinite() && std::isfinite(w.gust_ratio) && std::isfinite(w.gust_period_s) &&
                       std::isfinite(w.turbulence_rms_m_per_s) && std::isfinite(w.turbulence_scale_m);

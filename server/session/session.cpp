@@ -15,6 +15,9 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
+// Of a session that has nothing else to be told. Some may be late before the client gives the server up.
+constexpr std::int64_t kSignOfLife_ns = std::int64_t{wire::kSilentServer_ms} * 1'000'000 / 4;
+
 }  // namespace
 
 Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns)
@@ -26,6 +29,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
       downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
+      sent_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
   HAIRNET_ASSERT(id != 0);
   HAIRNET_ASSERT(connection_);
@@ -204,7 +208,7 @@ void Session::flush(std::int64_t now_ns) {
       if (state_ == State::draining) close("drained", now_ns);
       return;
     }
-    note_sent(packet);
+    note_sent(packet, now_ns);
     if (may_be_lost)
       connection_->send_datagram(std::move(packet));
     else
@@ -214,12 +218,13 @@ void Session::flush(std::int64_t now_ns) {
   outbox_->mark_blocked();
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;
   while (connection_->takes_datagrams() && outbox_->take_losable(packet, now_ns)) {
-    note_sent(packet);
+    note_sent(packet, now_ns);
     connection_->send_datagram(std::move(packet));
   }
 }
 
-void Session::note_sent(const std::vector<std::uint8_t>& packet) {
+void Session::note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
+  sent_ns_ = now_ns;
   context_->counters.packets_sent.add();
   context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
   context_->counters.bytes_sent.add(packet.size());
@@ -242,7 +247,7 @@ void Session::send_on_streams(std::int64_t now_ns) {
     }
     auto& piece = std::get<Downloads::Piece>(*next);
     std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::move(piece.data)});
-    note_sent(packet);
+    note_sent(packet, now_ns);
     connection_->send_download(piece.stream, std::move(packet), piece.is_last);
   }
 }
@@ -283,6 +288,8 @@ void Session::poll(std::int64_t now_ns) {
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
   } else if (const auto stalled = downloads_.give_up_stalled(*connection_, now_ns)) {
     send(*stalled, now_ns);
+  } else if (state_ == State::active && now_ns - sent_ns_ >= kSignOfLife_ns && outbox_->packet_count() == 0) {
+    send(wire::FrameBatch{context_->tick.load(std::memory_order_relaxed), now_ns, {}}, now_ns);
   }
 }
 

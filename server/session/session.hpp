@@ -127,7 +127,7 @@ class Session final : public PacketSink {
   // Counts against the rate of messages; false: the session ends with over_rate.
   bool take_message(std::int64_t now_ns, double price = 1);
   void remove(std::uint32_t character);  // asserts that it exists
-  void note_sent(const std::vector<std::uint8_t>& packet);
+  void note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void send_on_streams(std::int64_t now_ns);
   void note_member_change();        // a fleet keeps the members of a locked room
@@ -142,7 +142,7 @@ class Session final : public PacketSink {
   PeerClock clock_;
   Downloads downloads_;
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
-  std::int64_t opened_ns_, heard_ns_;
+  std::int64_t opened_ns_, heard_ns_, sent_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
   std::int64_t pose_error_next_ns_;           // at most one error about poses is sent a second

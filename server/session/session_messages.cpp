@@ -373,6 +373,7 @@ struct Session::MessageHandler {
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
     welcome.may_set_wind = may_set_wind() && !is_muted();
+    welcome.signs_of_life = true;
     if (context.fleet) welcome.others = others_than_this(*context.fleet);
     session.connection_->mark_joined();
     session.send(welcome, now_ns);

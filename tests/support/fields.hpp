@@ -23,7 +23,7 @@ BOOST_DESCRIBE_STRUCT(LearntHair, (),
                        low_error, wind))
 BOOST_DESCRIBE_STRUCT(MaterialScale, (), (stiffness, damping, density, ether_damping, air_drag, gel_per_s2))
 BOOST_DESCRIBE_STRUCT(Wind, (),
-                      (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed))
+                      (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed, carried))
 BOOST_DESCRIBE_STRUCT(Lattice, (), (origin, spacing, dims))
 BOOST_DESCRIBE_STRUCT(LevelGeometry, (),
                       (lattice, active_nodes, trimmed_nodes, trimmed_begin, trimmed_from, trimmed_weights))
@@ -76,7 +76,7 @@ BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
 BOOST_DESCRIBE_STRUCT(ServerAt, (), (host, port))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
-                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others))
+                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others, signs_of_life))
 BOOST_DESCRIBE_STRUCT(GroomNeed, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(GroomStatus, (), (hash, state))
 BOOST_DESCRIBE_STRUCT(GroomData, (), (hash, byte_count, offset, bytes))

@@ -159,6 +159,7 @@ void RandomMessages::draw(Welcome& w) {
   w.resume_grace_s = static_cast<float>(real(0, 100));
   draw(w.pose_delay_ns);
   draw(w.may_set_wind);
+  draw(w.signs_of_life);
   w.others.resize(integer(0, kServersMax));
   for (ServerAt& other : w.others) draw(other);
 }
@@ -233,6 +234,7 @@ Wind RandomMessages::wind() {
   w.turbulence_rms_m_per_s = real(0, 20);
   w.turbulence_scale_m = real(0.3, 100);
   w.seed = integer(0, ~std::uint64_t{0});
+  draw(w.carried);
   return w;
 }
 
