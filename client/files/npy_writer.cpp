@@ -1,11 +1,8 @@
 #include "client/files/npy_writer.hpp"
 
 #include <bit>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
-#include "client/files/system_refusal.hpp"
 #include "core/assert.hpp"
 
 namespace hairnet {
@@ -23,23 +20,15 @@ std::size_t item_bytes(NpyType type) {
 }  // namespace
 
 Result<NpyWriter> NpyWriter::create(const std::string& path, NpyType type, std::vector<std::size_t> row_shape) {
-  NpyWriter writer;
-  writer.path_ = path;
-  writer.temporary_ = path + ".part";
+  Result<OutputFile> file = OutputFile::create(path);
+  if (!file) return Refusal(file.error());
+  NpyWriter writer(std::move(*file));
   writer.type_ = type;
   writer.row_shape_ = std::move(row_shape);
   writer.row_bytes_ = item_bytes(type);
   for (const std::size_t extent : writer.row_shape_) writer.row_bytes_ *= extent;
-  writer.file_.reset(std::fopen(writer.temporary_.c_str(), "wb"));
-  if (!writer.file_) return system_refusal("cannot be written there");
   writer.write_header();
   return writer;
-}
-
-NpyWriter::~NpyWriter() {
-  if (!file_) return;
-  file_.reset();
-  std::remove(temporary_.c_str());
 }
 
 void NpyWriter::write_header() {
@@ -53,36 +42,25 @@ void NpyWriter::write_header() {
   header[8] = static_cast<char>(kHeaderBytes - 10);  // bytes after this field, u16
   header.resize(kHeaderBytes - 1, ' ');
   header += '\n';
-  append_bytes(std::as_bytes(std::span(header)));
+  file_.write(std::as_bytes(std::span(header)));
 }
 
 void NpyWriter::append(std::span<const float> values) {
   HAIRNET_ASSERT(type_ == NpyType::float32);
-  append_bytes(std::as_bytes(values));
+  file_.write(std::as_bytes(values));
   row_count_ += row_bytes_ > 0 ? values.size_bytes() / row_bytes_ : 1;
 }
 
 void NpyWriter::append(std::span<const std::int64_t> values) {
   HAIRNET_ASSERT(type_ == NpyType::int64);
-  append_bytes(std::as_bytes(values));
+  file_.write(std::as_bytes(values));
   row_count_ += row_bytes_ > 0 ? values.size_bytes() / row_bytes_ : 1;
 }
 
-void NpyWriter::append_bytes(std::span<const std::byte> bytes) {
-  std::fwrite(bytes.data(), 1, bytes.size(), file_.get());
-}
-
 Result<void> NpyWriter::finish() {
-  HAIRNET_ASSERT(file_);
-  std::fseek(file_.get(), 0, SEEK_SET);
+  file_.go_to_begin();
   write_header();
-  const bool written = std::ferror(file_.get()) == 0;
-  const bool closed = std::fclose(file_.release()) == 0;
-  if (written && closed && std::rename(temporary_.c_str(), path_.c_str()) == 0) return {};
-  const int fault = errno;
-  std::remove(temporary_.c_str());
-  errno = fault;
-  return system_refusal("cannot be written");
+  return file_.finish();
 }
 
 }  // namespace hairnet

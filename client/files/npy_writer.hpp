@@ -2,13 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/result.hpp"
+#include "schema/files/output_file.hpp"
 
 namespace hairnet {
 
@@ -20,29 +20,21 @@ class NpyWriter {
  public:
   // Rows have `row_shape`: {} for a plain list, {nodes, 3} for a list of node positions.
   static Result<NpyWriter> create(const std::string& path, NpyType type, std::vector<std::size_t> row_shape);
-  NpyWriter(NpyWriter&&) noexcept = default;
-  NpyWriter& operator=(NpyWriter&&) noexcept = default;
-  ~NpyWriter();  // without finish() the unfinished file is removed
 
   // Whole rows, one or more, of the type given to create(). A failure to write shows in finish().
   void append(std::span<const float> values);
   void append(std::span<const std::int64_t> values);
-  // Writes the row count and gives the file its name.
+  // Writes the row count and gives the file its name; without it there is no file.
   Result<void> finish();
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  NpyWriter() = default;
-  void append_bytes(std::span<const std::byte> bytes);
+  explicit NpyWriter(OutputFile file) : file_(std::move(file)) {}
   void write_header();
 
-  std::string path_, temporary_;
+  OutputFile file_;
   NpyType type_ = NpyType::float32;
   std::vector<std::size_t> row_shape_;
   std::size_t row_bytes_ = 0, row_count_ = 0;
-  std::unique_ptr<std::FILE, CloseFile> file_;
 };
 
 }  // namespace hairnet

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "client/files/system_refusal.hpp"
+#include "schema/files/system_refusal.hpp"
 
 namespace hairnet {
 namespace {

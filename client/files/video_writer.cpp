@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -95,14 +94,11 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   if (kind == nullptr) return Refusal(path + ": a video ends in .mp4, .gif or .webm");
   if (width < 16 || width > 8192 || height < 16 || height > 8192) return Refusal("a video is 16 to 8192 pixels a side");
   if (!(rate_hz >= 1 && rate_hz <= 240)) return Refusal("a video has 1 to 240 pictures a second");
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  std::error_code ignored;
-  if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
-    return Refusal(path + ": its folder is not there");
+  Result<OutputFile> file = OutputFile::create(path);
+  if (!file) return Refusal(path + ": " + file.error());
 
-  VideoWriter writer;
+  VideoWriter writer(std::move(*file));
   writer.path_ = path;
-  writer.part_ = path + ".part";
   writer.picture_bytes_ = std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const std::optional<Pipe> pictures = make_pipe();
   if (!pictures) return Refusal("no pipe for a video: " + std::string(std::strerror(errno)));
@@ -117,7 +113,7 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   fcntl(writer.complaints_fd_, F_SETFL, O_NONBLOCK);
   int complaints_write = complaints->write;
 
-  Words words = command_line(*kind, writer.part_, width, height, rate_hz);
+  Words words = command_line(*kind, writer.file_.temporary(), width, height, rate_hz);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -146,8 +142,8 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
 }
 
 VideoWriter::VideoWriter(VideoWriter&& other) noexcept
-    : path_(std::move(other.path_)),
-      part_(std::move(other.part_)),
+    : file_(std::move(other.file_)),
+      path_(std::move(other.path_)),
       picture_bytes_(other.picture_bytes_),
       process_(std::exchange(other.process_, -1)),
       pictures_fd_(std::exchange(other.pictures_fd_, -1)),
@@ -157,7 +153,6 @@ VideoWriter::~VideoWriter() {
   if (process_ > 0) {
     kill(process_, SIGTERM);
     (void)end_process();
-    unlink(part_.c_str());
   }
   close_end(pictures_fd_);
   close_end(complaints_fd_);
@@ -172,7 +167,6 @@ Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
       rgba = rgba.subspan(static_cast<std::size_t>(written));
     } else if (written < 0 && errno != EINTR) {
       const std::string complaint = end_process();
-      unlink(part_.c_str());
       return Refusal(path_ + ": ffmpeg gave up" + (complaint.empty() ? "" : ": " + complaint));
     }
   }
@@ -181,12 +175,9 @@ Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
 
 Result<void> VideoWriter::finish() {
   if (process_ <= 0) return Refusal(path_ + ": the video is finished");
-  const std::string complaint = end_process();
-  std::error_code fault;
-  if (complaint.empty()) std::filesystem::rename(part_, path_, fault);
-  if (complaint.empty() && !fault) return {};
-  unlink(part_.c_str());
-  return Refusal(path_ + ": " + (complaint.empty() ? fault.message() : complaint));
+  if (const std::string complaint = end_process(); !complaint.empty()) return Refusal(path_ + ": " + complaint);
+  if (const Result<void> written = file_.finish(); !written) return Refusal(path_ + ": " + written.error());
+  return {};
 }
 
 std::string VideoWriter::end_process() {

@@ -4,8 +4,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/result.hpp"
+#include "schema/files/output_file.hpp"
 
 namespace hairnet {
 
@@ -13,7 +15,7 @@ namespace hairnet {
 bool is_video(std::string_view path);
 
 // Writes pictures of one size, at a fixed rate, to a video through a pipe to ffmpeg. The file appears when the video is
-// finished; an abandoned video leaves no file. One thread.
+// finished; an abandoned video leaves no file (OutputFile). One thread.
 class VideoWriter {
  public:
   // Returns an error for another extension, sizes outside 16 ... 8192, a rate outside 1 ... 240, a missing folder, and
@@ -28,10 +30,11 @@ class VideoWriter {
   Result<void> finish();
 
  private:
-  VideoWriter() = default;
+  explicit VideoWriter(OutputFile file) : file_(std::move(file)) {}
   std::string end_process();  // its error output, or empty
 
-  std::string path_, part_;
+  OutputFile file_;
+  std::string path_;
   std::size_t picture_bytes_ = 0;
   int process_ = -1, pictures_fd_ = -1, complaints_fd_ = -1;
 };

@@ -10,8 +10,7 @@
 
 namespace hairnet {
 
-// Writes a temporary file beside `path` and renames it, so that a reader sees either the old or the whole new file, and
-// a failure leaves the old one unchanged. A device or pipe is written directly. The error does not name the file.
+// Writes an OutputFile: a reader sees either the old or the whole new file. The error does not name the file.
 Result<void> write_file(const std::string& path, std::span<const std::byte> bytes);
 
 // Whether files could be written there, so that a program says so before it works for minutes. Empty paths are skipped.

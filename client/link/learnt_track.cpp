@@ -41,7 +41,7 @@ std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair>
   hair_ = std::move(hair);
   evaluated_.resize(hair_->mode_count);
   if (has_begun_ && frame.discontinuous) {  // the World does not step it either
-    state_.poses = {};
+    state_.poses.forget();
     return std::nullopt;
   }
   is_new_ = !std::exchange(has_begun_, true);

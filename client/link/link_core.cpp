@@ -169,6 +169,12 @@ void LinkCore::poll(std::int64_t now_ns) {
   check_invariants();
   if (ended()) return;
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
+  if (active() && welcome_->signs_of_life && silence_.look(now_ns)) {
+    ++counters_.servers_silent;
+    return lose(GoodbyeReason::none,
+                "the server is silent: nothing came from it for " + std::to_string(wire::kSilentServer_ms / 1000) + " s",
+                now_ns);
+  }
   if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
     if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive
     sent_ns_ = now_ns;
@@ -209,7 +215,8 @@ std::int64_t LinkCore::next_deadline_ns() const {
   if (ended()) return kNever_ns;
   const std::int64_t least_ns = std::min(deadline_ns_, give_up_ns_);
   if (!active()) return least_ns;
-  return std::min({least_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + to_ns(options_.keep_alive_s)});
+  const std::int64_t look_ns = welcome_->signs_of_life ? silence_.next_look_ns() : kNever_ns;
+  return std::min({least_ns, look_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + to_ns(options_.keep_alive_s)});
 }
 
 bool LinkCore::wants_close() const {
@@ -334,6 +341,7 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
 
 void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
   if (!connection_ || ended()) return;
+  silence_.on_heard(now_ns);
   const bool sound =
       splitter_.feed(bytes, [this, now_ns](std::span<const std::uint8_t> packet) { on_packet(packet, now_ns); });
   const bool listens = state_ == State::greeting || state_ == State::active;

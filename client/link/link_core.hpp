@@ -20,6 +20,7 @@
 #include "client/link/requested_wind.hpp"
 #include "client/link/send_queue.hpp"
 #include "client/link/sent_poses.hpp"
+#include "client/link/silence.hpp"
 #include "client/link/upload_queue.hpp"
 #include "schema/channel/bulk_scheduler.hpp"
 #include "schema/channel/clock_estimate.hpp"
@@ -57,6 +58,7 @@ struct LinkCounters {
   std::uint64_t frames_lacking_learnt = 0;  // without coefficients, and what to evaluate is not here
   std::uint64_t reconnects = 0;             // welcomes after the first
   std::uint64_t resumes = 0;                // of these, by a server that still had the session
+  std::uint64_t servers_silent = 0;         // connections given up since nothing came any more
   std::uint64_t redirects = 0;              // followed, to the server that holds the room
   std::uint64_t redirect_loops = 0;         // given up, as servers sent it on and on; it asked the first one again
 };
@@ -200,6 +202,7 @@ class LinkCore {
   std::int64_t active_since_ns_ = 0;
   std::optional<std::int64_t> away_since_ns_;  // start of the current or the last outage
   std::int64_t sent_ns_ = 0;                   // when a packet, or a sign of life, went out last
+  Silence silence_;
   Backoff backoff_;
   channel::PacketSplitter splitter_;
   channel::ClockEstimate clock_;

@@ -66,7 +66,7 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
     HAIRNET_ASSERT(member.state);
     HAIRNET_ASSERT(member.pose);
     HAIRNET_ASSERT(member.coefficients.size() >= hair.mode_count);
-    const PoseInputs own = member.state->poses.next(*member.pose);
+    const PoseInputs own = member.state->poses.next(*member.pose, member.air_is_carried);
     const Vec3f air = (member.pose->head().rotation.conjugate() * member.air_world).cast<float>();
     member.is_covered = hair.covers(own) && hair.covers_air(member.air_world.norm());
     for (std::size_t i = 0; i < own.size(); ++i) inputs[i * kLearntWidth + m] = own[i];
@@ -110,7 +110,10 @@ void step_learnt(const LearntHair& hair, std::span<LearntMotion> motions) {
         pose = *motion.to;
       else
         pose = interpolate(*motion.from, *motion.to, static_cast<double>(tick) / motion.ticks);
-      members[count] = {motion.state, &pose, motion.coefficients};
+      members[count] = {.state = motion.state,
+                        .pose = &pose,
+                        .coefficients = motion.coefficients,
+                        .air_is_carried = motion.air_is_carried};
       if (!motion.air_world.empty())
         members[count].air_world = motion.air_world[static_cast<std::size_t>(std::max(tick, 0))];
       stepped[count++] = &motion;

@@ -66,7 +66,8 @@ struct LearntMember {
   LearntState* state = nullptr;
   const Pose* pose = nullptr;     // kLearntTick_s after the last
   std::span<float> coefficients;  // of the groom's basis, m; those that are not driven become 0
-  Vec3 air_world = Vec3::Zero();  // velocity of the air at the head, m/s
+  Vec3 air_world = Vec3::Zero();  // velocity of the air at the head, m/s; of carried air, relative to the head's
+  bool air_is_carried = false;    // Wind::carried
   bool is_covered = false;        // result: the hair covers the inputs
 };
 
@@ -84,6 +85,7 @@ struct LearntMotion {
   // Velocities of the air at the head, m/s: at `from`, which counts when the network begins, then at each tick. Empty:
   // still air.
   std::span<const Vec3> air_world = {};
+  bool air_is_carried = false;
   bool is_covered = true;  // result: the hair covers all poses after `from`
 };
 

@@ -20,13 +20,16 @@ Vec3 shift_dm(const RigidTransform& bone, const Vec3& place) {
 
 }  // namespace
 
-PoseInputs PoseHistory::next(const Pose& pose) {
-  if (known_count_ > 0 && is_teleport(last_, pose, kLearntTick_s)) known_count_ = 0;
+PoseInputs PoseHistory::next(const Pose& pose, bool air_is_carried) {
+  if (known_count_ > 0) {
+    if (is_teleport(last_, pose, kLearntTick_s, expected_world_)) known_count_ = 0;
+    expected_world_ = velocity_to_expect(last_, pose, kLearntTick_s, expected_world_);
+  }
   const RigidTransform& head = pose.head();
   const RigidTransform to_head = head.inverse();
   Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero(), spin = Vec3::Zero();
   if (known_count_ > 0) {
-    velocity = (head.position - last_.head().position) / kLearntTick_s;
+    velocity = head_velocity(last_, pose, kLearntTick_s);
     spin = turn_of(last_.head().rotation.conjugate() * head.rotation) / kLearntTick_s;
   }
   if (known_count_ > 1) acceleration = (velocity - velocity_world_) / kLearntTick_s;
@@ -36,7 +39,7 @@ PoseInputs PoseHistory::next(const Pose& pose) {
 
   const RigidTransform trunk = to_head * pose[Bone::upper_trunk];
   const std::array<Vec3, kPoseInputCount / 3> inputs{Vec3::UnitY() - to_head.vector(Vec3::UnitY()),
-                                                     to_head.vector(velocity),
+                                                     air_is_carried ? Vec3(Vec3::Zero()) : to_head.vector(velocity),
                                                      to_head.vector(acceleration) / kGravity_m_per_s2,
                                                      spin,
                                                      turn_of(trunk.rotation),

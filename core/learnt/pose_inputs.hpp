@@ -23,12 +23,15 @@ using PoseInputs = std::array<float, kPoseInputCount>;
 class PoseHistory {
  public:
   // The next pose, kLearntTick_s after the last. A first pose, and one after a teleport, counts as still; an
-  // acceleration needs three poses.
-  PoseInputs next(const Pose& pose);
+  // acceleration needs three poses. `air_is_carried`: the velocity is 0, since it counts against the air.
+  PoseInputs next(const Pose& pose, bool air_is_carried = false);
+  // The next pose counts as still, like a first one.
+  void forget() { known_count_ = 0; }
 
  private:
   Pose last_;
   Vec3 velocity_world_ = Vec3::Zero();
+  Vec3 expected_world_ = Vec3::Zero();  // velocity_to_expect(), also after a jump
   int known_count_ = 0;  // poses since the last teleport, at most 2
 };
 

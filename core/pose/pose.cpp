@@ -11,6 +11,8 @@ namespace hairnet {
 namespace {
 
 constexpr double kTeleportSpeed_m_per_s = 25;
+constexpr double kTeleportChange = 0.25;       // of the speed before: 300 m/s on a circle of 50 m change by 0.2 in a tick
+constexpr double kRideSpeedMax_m_per_s = 1000;  // what is faster does not ride
 constexpr double kTeleportTurn_deg_per_s = 2500;
 constexpr double kUnitTolerance = 1e-3;
 
@@ -47,15 +49,26 @@ Pose rounded_to_wire(const Pose& pose) {
   return out;
 }
 
-bool is_teleport(const Pose& from, const Pose& to, double interval_s) {
+Vec3 head_velocity(const Pose& from, const Pose& to, double interval_s) {
   HAIRNET_ASSERT(interval_s > 0);
+  return (to.head().position - from.head().position) / interval_s;
+}
+
+bool is_teleport(const Pose& from, const Pose& to, double interval_s, const Vec3& velocity_before) {
+  const Vec3 velocity = head_velocity(from, to, interval_s);
+  const double speed = velocity.norm(), change_max = kTeleportSpeed_m_per_s + kTeleportChange * velocity_before.norm();
+  if (speed > kRideSpeedMax_m_per_s) return true;
+  if (speed > kTeleportSpeed_m_per_s && (velocity - velocity_before).norm() > change_max) return true;
   const RigidTransform &a = from.head(), &b = to.head();
-  const double distance_m = kTeleportSpeed_m_per_s * interval_s;
-  if ((b.position - a.position).squaredNorm() > distance_m * distance_m) return true;
   const double half_turn_deg = 0.5 * kTeleportTurn_deg_per_s * interval_s;
   if (half_turn_deg >= 90) return false;  // no turn is larger
   const double cosine = std::cos(half_turn_deg * std::numbers::pi / 180), dot = a.rotation.dot(b.rotation);
   return dot * dot < cosine * cosine * a.rotation.squaredNorm() * b.rotation.squaredNorm();
+}
+
+Vec3 velocity_to_expect(const Pose& from, const Pose& to, double interval_s, const Vec3& velocity_before) {
+  const Vec3 velocity = head_velocity(from, to, interval_s);
+  return velocity.norm() > kRideSpeedMax_m_per_s ? velocity_before : velocity;
 }
 
 }  // namespace hairnet

@@ -22,7 +22,7 @@ void put_terms(const StepTerms& terms, std::size_t lane, std::size_t width, floa
 
 bool is_windy(std::span<const CrowdMember> members) {
   return std::ranges::any_of(members, [](const CrowdMember& member) {
-    return std::ranges::any_of(member.inputs, [](const StepInput& i) { return !i.environment->wind.is_still(); });
+    return std::ranges::any_of(member.inputs, [](const StepInput& i) { return i.environment->wind.acts(); });
   });
 }
 

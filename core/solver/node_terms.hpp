@@ -7,6 +7,7 @@
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/damping.hpp"
+#include "core/solver/head_motion.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/step.hpp"
 #include "core/solver/wind.hpp"
@@ -66,8 +67,8 @@ class NodeWind {
   NodeWind(const Lattice& lattice, const StepInput& input) : lattice_(lattice) {
     HAIRNET_ASSERT(input.environment);
     const WindField& field = input.environment->wind;
-    is_still_ = field.is_still();
-    if (!is_still_) wind_ = wind_on(field, lattice, input.to.head(), input.time_s);
+    is_still_ = !field.acts();
+    if (!is_still_) wind_ = wind_on(field, lattice, input.to.head(), input.time_s, HeadMotion(input).velocity());
   }
   [[nodiscard]] Vec3f at(std::uint32_t grid_node) const {
     HAIRNET_ASSERT(grid_node < lattice_.node_count());

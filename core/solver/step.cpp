@@ -52,7 +52,7 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
   HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   HAIRNET_ASSERT(input.environment);
   const LaneSizes sizes = single_sizes();
-  const LevelView level_view = make_view(level, {.wind = !input.environment->wind.is_still()}, scratch.view);
+  const LevelView level_view = make_view(level, {.wind = input.environment->wind.acts()}, scratch.view);
   const LaneMemory memory = scratch.lanes.allocate(sizes, level_view);
   const StepTerms terms = step_terms(level, input, state);
   std::memcpy(scratch.lanes.terms(), &terms, sizeof terms);

@@ -57,7 +57,7 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
   terms.step_s = static_cast<float>(input.step_s);
   put(motion.turn, terms.turn);
   put(Mat3(motion.rotation_less_identity / -input.step_s), terms.rigid_velocity.turn);
-  put(Vec3(motion.relative.position / -input.step_s), terms.rigid_velocity.shift);
+  put(motion.velocity(), terms.rigid_velocity.shift);
   put(motion.gravity_load, terms.gravity_load);
 
   const MaterialScale& material = input.material;
@@ -71,8 +71,9 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
   terms.elastic_energy_max_j = state.elastic_energy_max_j;
 
   put_bones(level, input, terms);
-  if (!input.environment->wind.is_still()) {
-    const LatticeWind wind = wind_on(input.environment->wind, level.geometry.lattice, input.to.head(), input.time_s);
+  if (input.environment->wind.acts()) {
+    const LatticeWind wind = wind_on(input.environment->wind, level.geometry.lattice, input.to.head(), input.time_s,
+                                     motion.velocity());
     for (std::size_t corner = 0; corner < wind.corners.size(); ++corner) {
       Eigen::Map<Vec3f>{terms.wind[corner]} = wind.corners[corner];
     }

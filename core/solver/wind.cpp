@@ -94,7 +94,7 @@ double gust_m_per_s(const Wind& wind) {
   return (1 + wind.gust_ratio) * wind.mean_m_per_s.norm() + 2 * wind.turbulence_rms_m_per_s;
 }
 
-WindField::WindField(const Wind& wind) {
+WindField::WindField(const Wind& wind) : is_carried_(wind.carried) {
   HAIRNET_ASSERT(validate(wind).empty());
   const bool is_moving = wind.mean_m_per_s != Vec3::Zero();
   if (hairnet::is_still(wind)) return;
@@ -154,12 +154,15 @@ Vec3f LatticeWind::at(const Vec3f& fraction) const {
   return mix(mix(edge(0), edge(2), fraction[1]), mix(edge(4), edge(6), fraction[1]), fraction[2]);
 }
 
-LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s) {
+LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s,
+                    const Vec3& head_velocity) {
   LatticeWind wind;
-  if (field.is_still()) return wind;
+  if (!field.acts()) return wind;
   const Quat to_head = head.rotation.conjugate();
+  const Vec3 carried = field.is_carried() ? head_velocity : Vec3::Zero();
+  const Vec3 place = field.is_carried() ? Vec3::Zero() : head.position;  // in the air's own frame
   if (!field.is_turbulent()) {
-    wind.corners.fill((to_head * field.velocity(head.position, time_s)).cast<float>());
+    wind.corners.fill((to_head * field.velocity(place, time_s) + carried).cast<float>());
     return wind;
   }
   const Vec3 origin = lattice.origin.cast<double>();
@@ -167,8 +170,8 @@ LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidT
       lattice.spacing.cast<double>().cwiseProduct(Vec3(lattice.dims[0] - 1, lattice.dims[1] - 1, lattice.dims[2] - 1));
   for (std::size_t corner = 0; corner < wind.corners.size(); ++corner) {
     const Vec3 sides(corner & 1 ? 1 : 0, corner & 2 ? 1 : 0, corner & 4 ? 1 : 0);
-    const Vec3 point_world = head.point(origin + sides.cwiseProduct(size));
-    wind.corners[corner] = (to_head * field.velocity(point_world, time_s)).cast<float>();
+    const Vec3 point = place + head.rotation * (origin + sides.cwiseProduct(size));
+    wind.corners[corner] = (to_head * field.velocity(point, time_s) + carried).cast<float>();
   }
   return wind;
 }

@@ -21,6 +21,9 @@ struct Wind {
   // smallest eddies are pi scale across. A lattice cannot represent turbulence below kTurbulenceScaleMin_m.
   double turbulence_scale_m = 0.6;
   std::uint64_t seed = 1;
+  // The air goes along with each head, as in a vehicle: hair moves as in a room at rest, however fast the head, and the
+  // wind is relative to it. Else the air stands in the room, and who moves has a headwind.
+  bool carried = false;
 };
 inline constexpr double kTurbulenceScaleMin_m = 0.3;
 
@@ -44,6 +47,9 @@ class WindField {
   explicit WindField(const Wind& wind);
 
   [[nodiscard]] bool is_still() const { return !modes_; }
+  [[nodiscard]] bool is_carried() const { return is_carried_; }
+  // False for still air that stands in the room: the only drag is then that of the hair's own motion.
+  [[nodiscard]] bool acts() const { return modes_ || is_carried_; }
   // False when the velocity is the same everywhere.
   [[nodiscard]] bool is_turbulent() const { return modes_ && !modes_->turbulence.empty(); }
   [[nodiscard]] Vec3 velocity(const Vec3& point_world, double time_s) const;  // m/s; exactly zero in still air
@@ -65,6 +71,7 @@ class WindField {
     std::vector<Eddy> turbulence;
   };
   std::shared_ptr<const Modes> modes_;  // null in still air
+  bool is_carried_ = false;
 };
 
 // The wind over one lattice: velocities at the eight corners of its box, in head axes, interpolated trilinearly. A wave
@@ -79,6 +86,8 @@ struct LatticeWind {
   [[nodiscard]] Vec3f at(const Vec3f& fraction) const;
 };
 
-LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s);
+// `head_velocity`: in the head's axes, m/s; carried air has it too.
+LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s,
+                    const Vec3& head_velocity = Vec3::Zero());
 
 }  // namespace hairnet

@@ -18,10 +18,12 @@ constexpr double kStillTurn_rad = 1e-3;
 constexpr float kStillSpeed_m_per_s = 1e-3f;
 constexpr double kSettleHalf_s = 1.0 / 15;  // in which hair that settles loses half its velocity
 
-// Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. No head
-// moves faster than 25 m/s and 2500 deg/s (is_teleport), so hair within a metre of it is hardly faster.
+// Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. Hair
+// within a metre of a head moves hardly faster than the head (is_teleport).
 constexpr float kStateSlack_m = 0.002f;
-constexpr float kStateSpeedMax_m_per_s = 100;
+constexpr float kStateSpeedMax_m_per_s = 1000;
+// Faster hair was on a ride, and this head may move otherwise by now.
+constexpr float kStateRideSpeed_m_per_s = 25;
 
 bool is_still(const Pose& a, const Pose& b) {
   static const double kTurnCosine = std::cos(kStillTurn_rad / 2);
@@ -111,6 +113,14 @@ void end_turn(const TickContext& terms, Character& c) {
   const double steps = terms.plan(c).substep_count;
   c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (steps - 1) / steps);
   c.from = c.to;
+  c.velocity_is_relative = c.discontinuous;
+}
+
+// Hair has no part in a jump: its velocity is relative to the head from here on, as nobody knows the head's yet.
+void make_velocity_relative(Character& c) {
+  if (c.model() && !c.velocity_is_relative) add_rigid_velocity(*c.model(), last_head_motion(c), -1, c.state);
+  c.last_from = c.from;
+  c.velocity_is_relative = true;
 }
 
 // The rest's velocity over the coming first substep, in the axes of the head at its start.
@@ -157,7 +167,11 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
   c.step_ticks = static_cast<std::uint8_t>(terms.tick + 1 - c.state_tick);
   c.state_tick = terms.tick + 1;
   const StepPlan& plan = terms.plan(c);
-  c.discontinuous = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, plan.interval_s);
+  const Vec3 velocity_before = c.head_velocity;
+  const bool is_marked = std::exchange(c.teleport, false);
+  // A marked jump says nothing about how the head moves on.
+  if (!is_marked) c.head_velocity = velocity_to_expect(c.from, c.to, plan.interval_s, velocity_before);
+  c.discontinuous = is_marked || is_teleport(c.from, c.to, plan.interval_s, velocity_before);
   const bool bones_move = c.discontinuous || !is_still(c.still_pose, c.to);
   c.bones_still_s = bones_move ? 0 : c.bones_still_s + (c.is_asleep() ? 0 : plan.interval_s);
   if (bones_move || !terms.environment(c).wind.is_still()) {
@@ -173,6 +187,7 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
     outcome = Outcome::eased;
   } else if (c.discontinuous) {
     outcome = Outcome::teleport;
+    make_velocity_relative(c);
   } else if (c.model()) {
     if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
     ease_in(terms, c);
@@ -182,7 +197,7 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
   } else if (c.network()) {
     return Outcome::stepped;
   }
-  if (c.network()) c.learnt.state.poses = {};  // its motion begins anew
+  if (c.network()) c.learnt.state.poses.forget();
   end_turn(terms, c);
   if (outcome == Outcome::idle) c.still_s += plan.interval_s;
   check_invariants(c);
@@ -240,13 +255,14 @@ void step_learnt_turns(const TickContext& terms, std::span<Character* const> cha
     const bool begins = !std::exchange(c.learnt.has_begun, true);
     motions[i] = {&c.learnt.state, &c.from, &c.to, ticks, begins, c.learnt.coefficients};
     const WindField& wind = terms.environment(c).wind;
+    motions[i].air_is_carried = wind.is_carried();
     if (wind.is_still()) continue;
     const std::span<Vec3> air = std::span(air_world[i]).first(static_cast<std::size_t>(ticks) + 1);
     for (int tick = begins ? 0 : 1; tick <= ticks; ++tick) {
       const double share = static_cast<double>(tick) / ticks;
-      const Vec3 head_world = interpolate(c.from, c.to, share).head().position;
+      const Vec3 place = wind.is_carried() ? Vec3::Zero() : interpolate(c.from, c.to, share).head().position;
       const double time_s = (static_cast<double>(terms.tick + 1) - (1 - share) * c.step_ticks) * terms.tick_s;
-      air[static_cast<std::size_t>(tick)] = wind.velocity(head_world, time_s);
+      air[static_cast<std::size_t>(tick)] = wind.velocity(place, time_s);
     }
     motions[i].air_world = air;
   }
@@ -262,9 +278,7 @@ void step_learnt_turns(const TickContext& terms, std::span<Character* const> cha
 void suspend(Character& c) {
   HAIRNET_ASSERT(!c.suspended);
   c.suspended = true;
-  if (c.model() && !c.velocity_is_relative) add_rigid_velocity(*c.model(), last_head_motion(c), -1, c.state);
-  c.last_from = c.from;
-  c.velocity_is_relative = true;
+  make_velocity_relative(c);
 }
 
 void unsuspend(std::uint64_t tick, Character& c) {
@@ -289,9 +303,10 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   reset_to_rest(*level, c.state);
   HAIRNET_ASSERT(c.state.displacement.size() == displacement.size());
   std::ranges::copy(displacement, c.state.displacement.begin());
-  std::ranges::copy(velocity, c.state.velocity.begin());
-  c.last_from = velocity.empty() ? c.from : c.last_from;
-  c.velocity_is_relative = velocity.empty();
+  const bool is_usable = !velocity.empty() && std::ranges::all_of(velocity, within(kStateRideSpeed_m_per_s));
+  if (is_usable) std::ranges::copy(velocity, c.state.velocity.begin());
+  c.last_from = is_usable ? c.last_from : c.from;
+  c.velocity_is_relative = !is_usable;
   c.wake();
   return true;
 }

@@ -38,6 +38,7 @@ struct Character {
   Pose from, to;                // `from`: pose at state_tick, to which the state belongs; `to`: the newest
   Pose last_from;               // pose at which the last substep began: with `from` it gives the rigid velocity
   double last_step_s = 0;       // the length of that substep
+  Vec3 head_velocity = Vec3::Zero();  // world, m/s, over its last turn: tells a ride from a jump (is_teleport)
   Pose still_pose;              // the bones have stayed near it for bones_still_s
   double bones_still_s = 0;     // duration
   double still_s = 0;           // duration for bones and hair; from kSleepAfter_s on the character is asleep

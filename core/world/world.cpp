@@ -376,6 +376,7 @@ std::uint64_t World::hash() const {
             std::uint64_t{c.velocity_is_relative} << 3 | std::uint64_t{c.suspended} << 2 |
             std::uint64_t{c.steps_next_tick} << 1 | std::uint64_t{c.teleport});
     fnv.add(c.suspended ? 0 : w.tick - c.state_tick);
+    for (int a = 0; a < 3; ++a) fnv.add(c.head_velocity[a]);
     for (const Pose* pose : {&c.from, &c.to}) {
       for (const RigidTransform& bone : pose->bones) {
         for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);

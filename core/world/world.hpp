@@ -80,9 +80,8 @@ class World {
   // Returns a null id when full. Asserts a valid pose, and an environment below kEnvironmentCountMax.
   [[nodiscard]] CharacterId add(const CharacterDef& def);
   void remove(CharacterId id);  // unknown ids are ignored
-  // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. A pose change that is
-  // too large for the time since the character's last step (is_teleport) is treated as a teleport too. Asserts
-  // that `pose` is valid.
+  // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head, and keeps its velocity
+  // relative to the head. A jump of the head (is_teleport) is treated as a teleport too. Asserts that `pose` is valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
   // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
   void set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels);
@@ -108,9 +107,10 @@ class World {
   // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then
   // continues with the velocity relative to the head that it had before.
   void set_suspended(CharacterId id, bool suspended);
-  // Replaces the lattice state on the present level. Empty velocities: the hair moves with the head. Returns false and
+  // Replaces the lattice state on the present level. Empty velocities, or some above 25 m/s, which are those of a ride:
+  // the hair moves with the head. Returns false and
   // changes nothing when the counts are not the level's, a number is not finite, a node is further from its design than
-  // the level allows, or faster than 100 m/s.
+  // the level allows, or faster than 1000 m/s.
   bool set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity);
   // Exactly one tick. A character whose bones and hair have been still for kSleepAfter_s falls asleep and is not
   // stepped until its pose, its level, its material or the environment changes; any wind keeps all awake.

@@ -223,11 +223,11 @@ Fault read(const fb::SetMaterial& in, SetMaterial& out) {
 
 Offset<fb::SetWind> write(FlatBufferBuilder& to, const SetWind& m) {
   const fb::Wind wind = to_flatbuffer(m.wind);
-  return fb::CreateSetWind(to, &wind);
+  return fb::CreateSetWind(to, &wind, m.wind.carried);
 }
 
 Fault read(const fb::SetWind& in, SetWind& out) {
-  out.wind = from_flatbuffer(*in.wind());
+  out.wind = from_flatbuffer(*in.wind(), in.carried());
   return {};
 }
 

@@ -88,9 +88,10 @@ fb::Wind to_flatbuffer(const Wind& w) {
           w.seed};
 }
 
-Wind from_flatbuffer(const fb::Wind& w) {
+Wind from_flatbuffer(const fb::Wind& w, bool carried) {
   return {{w.mean_x(), w.mean_y(), w.mean_z()}, w.gust_ratio(),         w.gust_period_s(),
-          w.turbulence_rms_m_per_s(),           w.turbulence_scale_m(), w.seed()};
+          w.turbulence_rms_m_per_s(),           w.turbulence_scale_m(), w.seed(),
+          carried};
 }
 
 }  // namespace hairnet::wire

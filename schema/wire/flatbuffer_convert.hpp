@@ -38,7 +38,7 @@ fb::Appearance to_flatbuffer(const Appearance& appearance);
 Appearance from_flatbuffer(const fb::Appearance& appearance);
 
 fb::Wind to_flatbuffer(const Wind& wind);
-Wind from_flatbuffer(const fb::Wind& wind);
+Wind from_flatbuffer(const fb::Wind& wind, bool carried);
 
 inline Vec3f from_flatbuffer(const fb::Vec3& v) {
   return {v.x(), v.y(), v.z()};

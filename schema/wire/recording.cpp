@@ -37,7 +37,7 @@ Body write(FlatBufferBuilder& to, const RecordingHeader& e) {
   const fb::Vec3d mean(w.mean_m_per_s.x(), w.mean_m_per_s.y(), w.mean_m_per_s.z());
   return body(fb::CreateRecordedHeader(to, kRecordingVersion, e.tick_rate_hz, e.substep_count, e.iterations, &gravity,
                                        &mean, w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s,
-                                       w.turbulence_scale_m, w.seed));
+                                       w.turbulence_scale_m, w.seed, w.carried));
 }
 
 Body write(FlatBufferBuilder& to, const RecordedGroom& e) {
@@ -67,7 +67,11 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedMaterial> materials;
   for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, to_flatbuffer(m.scale));
   std::vector<fb::RecordedWind> winds;
-  for (const RecordedWind& w : e.winds) winds.emplace_back(to_flatbuffer(w.wind), w.room);
+  std::vector<std::uint8_t> winds_carried;
+  for (const RecordedWind& w : e.winds) {
+    winds.emplace_back(to_flatbuffer(w.wind), w.room);
+    winds_carried.push_back(w.wind.carried);
+  }
   std::vector<fb::RecordedStride> strides;
   for (const RecordedStride& s : e.strides) strides.emplace_back(s.character, s.stride);
   std::vector<fb::RecordedSuspension> suspensions;
@@ -94,9 +98,10 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   const auto states_at = to.CreateVectorOfStructs(states);
   const auto displacements_at = write_vectors(to, displacements);
   const auto velocities_at = write_vectors(to, velocities);
+  const auto carried_at = winds_carried.empty() ? 0 : to.CreateVector(winds_carried);
   return body(fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at,
                                      poses_at, materials_at, winds_at, strides_at, suspensions_at, states_at,
-                                     displacements_at, velocities_at));
+                                     displacements_at, velocities_at, carried_at));
 }
 
 bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
@@ -122,7 +127,8 @@ Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
               in.gust_period_s(),
               in.turbulence_rms_m_per_s(),
               in.turbulence_scale_m(),
-              in.wind_seed()};
+              in.wind_seed(),
+              in.wind_carried()};
   const Fault fault = validate(out.wind);
   return fault.empty() ? fault : "header: " + fault;
 }
@@ -183,7 +189,7 @@ Fault read(const fb::RecordedSuspension& in, RecordedSuspension& out) {
 }
 
 Fault read(const fb::RecordedWind& in, RecordedWind& out) {
-  out = {in.room(), from_flatbuffer(in.wind())};
+  out = {in.room(), from_flatbuffer(in.wind(), false)};
   Fault fault = check_room(out.room);
   return fault.empty() ? validate(out.wind) : fault;
 }
@@ -244,6 +250,11 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   if (fault.empty()) fault = read_all(*in.strides(), out.strides);
   if (fault.empty()) fault = read_all(*in.suspensions(), out.suspensions);
   if (fault.empty()) fault = read_all(*in.winds(), out.winds);
+  if (fault.empty() && in.winds_carried()) {
+    if (in.winds_carried()->size() != out.winds.size()) fault = "winds and what is carried differ in number";
+    for (std::size_t i = 0; fault.empty() && i < out.winds.size(); ++i)
+      out.winds[i].wind.carried = in.winds_carried()->Get(static_cast<flatbuffers::uoffset_t>(i)) != 0;
+  }
   if (fault.empty()) fault = read_states(in, out.states);
   if (fault.empty()) fault = read_all(*in.poses(), out.poses);
   return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;

@@ -150,11 +150,11 @@ Fault read(const fb::MemberChanged& in, MemberChanged& out) {
 
 Offset<fb::RoomWind> write(FlatBufferBuilder& to, const RoomWind& m) {
   const fb::Wind wind = to_flatbuffer(m.wind);
-  return fb::CreateRoomWind(to, &wind, m.session);
+  return fb::CreateRoomWind(to, &wind, m.session, m.wind.carried);
 }
 
 Fault read(const fb::RoomWind& in, RoomWind& out) {
-  out = {from_flatbuffer(*in.wind()), in.session()};
+  out = {from_flatbuffer(*in.wind(), in.carried()), in.session()};
   const Wind& w = out.wind;
   const bool finite = w.mean_m_per_s.allFinite() && std::isfinite(w.gust_ratio) && std::isfinite(w.gust_period_s) &&
                       std::isfinite(w.turbulence_rms_m_per_s) && std::isfinite(w.turbulence_scale_m);

@@ -13,10 +13,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "schema/files/output_file.hpp"
 #include "server/app/agones.hpp"
 #include "server/app/fleet.hpp"
 #include "server/app/metrics.hpp"
@@ -75,13 +77,13 @@ std::string try_paths(const Config& config, MadeFolders& made) {
   return {};
 }
 
-bool write_port(const std::string& path, std::uint16_t port) {
-  // Renamed into place, so that a program that waits for the file never reads half a number.
-  const std::string part = path + ".part";
-  std::FILE* file = std::fopen(part.c_str(), "w");
-  if (!file) return false;
-  const bool written = std::fprintf(file, "%u\n", static_cast<unsigned>(port)) > 0;
-  return std::fclose(file) == 0 && written && std::rename(part.c_str(), path.c_str()) == 0;
+// A program that waits for the file never reads half a number.
+Result<void> write_port(const std::string& path, std::uint16_t port) {
+  Result<OutputFile> file = OutputFile::create(path);
+  if (!file) return Refusal(file.error());
+  const std::string text = fmt::format("{}\n", port);
+  file->write(std::as_bytes(std::span(text)));
+  return file->finish();
 }
 
 TransportOptions transport_options(const Config& config) {
@@ -289,8 +291,10 @@ int run_program(const Config& given, bool check_only) {
     const bool is_written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
     return is_written ? 0 : kExitUnwritten;
   }
-  if (!config.port_file.empty() && !write_port(config.port_file, port))
-    return refuse("cannot write the port file " + config.port_file);
+  if (!config.port_file.empty()) {
+    if (const Result<void> written = write_port(config.port_file, port); !written)
+      return refuse("cannot write the port file " + config.port_file + ": " + written.error());
+  }
   made_folders.keep();
 
   Shutdown shutdown(loop, server, *fleet, agones.get(), listeners, metrics.transport, config.drain_s);

@@ -176,6 +176,7 @@ void add_wind(List& list, Config& c) {
   list.number(w.turbulence_scale_m, "turbulence_scale_m", kTurbulenceScaleMin_m, 100,
               "metres over which turbulence changes", "--turbulence-scale");
   list.integer(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
+  list.boolean(w.carried, "carried", "the air goes along with each head, as in a vehicle", "--wind-carried");
   list.choice(c.sessions.wind_from_clients, "from_clients", "which clients may set their room's wind",
               {"off", "moderators", "participants", "everyone"}, "--wind-from-clients");
 }

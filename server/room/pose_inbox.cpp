@@ -18,6 +18,10 @@ double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
   return static_cast<double>(at_ns - from_ns) / static_cast<double>(to_ns - from_ns);
 }
 
+void shift(const Vec3& by, Pose& pose) {
+  for (RigidTransform& bone : pose.bones) bone.position += by;
+}
+
 }  // namespace
 
 void PoseInbox::check_invariants() const {
@@ -66,7 +70,7 @@ PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
   }
   if (after == poses_.end()) {
     Sample sample = beyond_newest(time_ns);
-    sample.teleport = teleport;
+    sample.teleport = sample.teleport || teleport;
     return sample;
   }
   if (after == poses_.begin()) return {Kind::clamped, teleport, after->sample.pose};
@@ -77,7 +81,7 @@ PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
           interpolate(a.pose, b.pose, fraction(a.capture_time_ns, b.capture_time_ns, time_ns))};
 }
 
-PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {
+PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) {
   HAIRNET_ASSERT(!poses_.empty());
   const wire::PoseSample& newest = poses_.back().sample;
   HAIRNET_ASSERT(time_ns >= newest.capture_time_ns);
@@ -89,9 +93,17 @@ PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {
     const wire::PoseSample& before = poses_[i].sample;
     const std::int64_t span_ns = newest.capture_time_ns - before.capture_time_ns;
     if (span_ns > kSlopeMost_ns) break;
-    if (span_ns >= kSlopeLeast_ns)
-      return {kind, false,
-              interpolate(before.pose, newest.pose, fraction(before.capture_time_ns, newest.capture_time_ns, to_ns))};
+    if (span_ns >= kSlopeLeast_ns) {
+      Sample sample{
+          kind, false,
+          interpolate(before.pose, newest.pose, fraction(before.capture_time_ns, newest.capture_time_ns, to_ns))};
+      const Vec3 velocity = head_velocity(before.pose, newest.pose, 1e-9 * static_cast<double>(span_ns));
+      if (kind == Kind::extrapolated || velocity.norm() < kRideLeast_m_per_s) return sample;
+      const std::int64_t ends_ns = newest.capture_time_ns + kRideMax_ns;
+      shift(1e-9 * static_cast<double>(std::min(time_ns, ends_ns) - to_ns) * velocity, sample.pose);
+      if (time_ns > ends_ns) sample.teleport = !std::exchange(poses_.back().ride_ended, true);
+      return sample;
+    }
     crosses_teleport = before.teleport;
   }
   return {kind, false, newest.pose};

@@ -16,6 +16,9 @@ class PoseInbox {
   static constexpr std::int64_t kAgeMax_ns = 1'000'000'000;
   static constexpr std::int64_t kLeadMax_ns = 1'000'000'000;
   static constexpr std::int64_t kExtrapolationMax_ns = 50'000'000;
+  // A head that is faster than anyone runs rides: it goes on, since a stop that is none would fling its hair.
+  static constexpr double kRideLeast_m_per_s = 13;
+  static constexpr std::int64_t kRideMax_ns = 1'000'000'000;
   static constexpr std::int64_t kHistory_ns = 100'000'000;  // age up to which poses are stored, for extrapolation
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
@@ -33,7 +36,7 @@ class PoseInbox {
   };
   // Between two poses: interpolates, except that a teleport jumps at its capture time. Before the first pose: returns
   // that pose. After the newest: extrapolates from the last two poses for at most kExtrapolationMax_ns, then stops
-  // there.
+  // there. A head that rides then goes straight on without turning; after kRideMax_ns it stops, with a teleport.
   Sample sample(std::int64_t time_ns);
 
   // Capture time of the newest pose; none without a pose.
@@ -45,8 +48,9 @@ class PoseInbox {
   struct Entry {
     wire::PoseSample sample;
     bool teleport_reported = false;  // by a Sample
+    bool ride_ended = false;         // likewise: the head stopped after kRideMax_ns without a newer pose
   };
-  Sample beyond_newest(std::int64_t time_ns) const;
+  Sample beyond_newest(std::int64_t time_ns);
   void forget_before(std::int64_t time_ns);
   void check_invariants() const;
 

@@ -186,7 +186,8 @@ bool Publisher::note_learnt(const Terms& terms, const Character& character, Obse
     observer.sink->push(wire::GroomLearnt{character.groom, told.file}, terms.now_ns);
   }
   const Room& room = terms.rooms.room(character.room);
-  if (!is_still(room.wind_in_world.value_or(room.wind))) {  // clients evaluate hair in still air
+  const Wind& wind = room.wind_in_world ? *room.wind_in_world : room.wind;
+  if (wind.carried || !is_still(wind)) {  // clients evaluate hair in still air, of the room
     view.learnt_since.reset();
     return false;
   }

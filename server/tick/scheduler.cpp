@@ -30,7 +30,7 @@ void copy_vectors(const std::vector<std::int16_t>& integers, float unit, std::ve
 bool is_same(const Wind& a, const Wind& b) {
   const auto values = [](const Wind& w) {
     return std::tie(w.mean_m_per_s, w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s, w.turbulence_scale_m,
-                    w.seed);
+                    w.seed, w.carried);
   };
   return values(a) == values(b);
 }

@@ -74,7 +74,7 @@ void PlainModel::take(const Stiffeners& stiffeners, double step_s, const Materia
 }
 
 PlainStep::PlainStep(const Level& level, const StepInput& input) : input_{} {
-  HAIRNET_ASSERT(input.environment->wind.is_still());
+  HAIRNET_ASSERT(!input.environment->wind.acts());
   input_.step_s = input.step_s;
   input_.head_from = plain(input.from.head());
   input_.head_to = plain(input.to.head());

@@ -22,7 +22,8 @@ Result<Trajectory> integrate(const Level& level, const Clip& clip) {
     input.from = clip.poses[tick - 1];
     input.to = clip.poses[tick];
     input.step_s = tick_s;
-    if (is_teleport(input.from, input.to, tick_s)) return Refusal(where + "a teleport");
+    const Vec3 before = tick > 1 ? head_velocity(clip.poses[tick - 2], input.from, tick_s) : Vec3::Zero();
+    if (is_teleport(input.from, input.to, tick_s, before)) return Refusal(where + "a teleport");
     if (!solver.step(input, lattice)) return Refusal(where + "the step has no finite solution");
     if (tick > clip.lead_in_ticks) {
       trajectory.displacement.push_back(to_head(level, input.to.head(), lattice).displacement);

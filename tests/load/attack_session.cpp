@@ -1,5 +1,6 @@
 #include "tests/load/attack_session.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -138,11 +139,15 @@ void AttackSession::send_poses(std::int64_t captured_ns, std::int64_t now_ns) {
   sample.capture_time_ns = captured_ns;
   RigidTransform head;
   head.rotation = Quat(std::cos(angle / 2), 0, std::sin(angle / 2), 0);
+  constexpr double kRideRadius_m = 50;
+  const double t = static_cast<double>(captured_ns) * 1e-9, ridden_s = 3 * std::floor(t / 4) + std::min(3.0, std::fmod(t, 4.0));
+  const double turn = attack_.ride_m_per_s / kRideRadius_m * ridden_s;
+  const Vec3 ride = attack_.ride_m_per_s > 0 ? kRideRadius_m * Vec3(std::cos(turn), 0, std::sin(turn)) : Vec3::Zero();
   for (std::uint32_t begin = first_; begin < end_;) {
     wire::PoseBatch batch;
     for (; begin < end_ && batch.poses.size() < kPosesPerPacket; ++begin) {
       sample.character = begin;
-      head.position = Vec3(begin % 32, 0, begin / 32);
+      head.position = ride + Vec3(begin % 32, 0, begin / 32);
       sample.pose = rigid_pose(head);
       batch.poses.push_back(sample);
     }

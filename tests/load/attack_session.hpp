@@ -18,6 +18,7 @@ struct SessionAttack {
   double pose_hz = 0;                // of each character
   bool moves = true;                 // whether its poses differ
   double observe_hz = 0;             // Observe of the nearest members
+  double ride_m_per_s = 0;           // heads ride at this speed on circles of 50 m, and stop for a second in each four
   double wind_hz = 0;                // SetWind
   bool wind_varies = true;           // whether the winds differ
   double churn_hz = 0;               // characters are added and removed in turn

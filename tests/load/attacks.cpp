@@ -1,5 +1,6 @@
 #include "tests/load/attacks.hpp"
 
+#include <array>
 #include <string>
 #include <utility>
 
@@ -109,7 +110,8 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "one client sends 184 000 poses a second",
       "in the witnesses' rooms: 4 clients change tags and appearances of 64 characters 900 times a second, one "
       "30 000 times, and 2 send tags of too many bytes, changes of characters that are not theirs, and damaged "
-      "packets"};
+      "packets",
+      "in the witnesses' rooms: 4 clients whose 64 characters ride at 30 to 300 m/s on circles, and stop at once"};
   return meanings;
 }
 
@@ -190,6 +192,15 @@ std::vector<std::unique_ptr<Attacker>> make_attackers(Attack attack, const Attac
       break;
     case Attack::appearances:
       add_appearances(cast, session);
+      break;
+    case Attack::rides:
+      session.characters = 64;
+      session.pose_hz = 60;
+      for (int room = 0; room < 4; ++room) {
+        session.room = "load-" + std::to_string(room);
+        session.ride_m_per_s = std::array{30.0, 60.0, 100.0, 300.0}[static_cast<std::size_t>(room)];
+        cast.add_persons(1, session);
+      }
       break;
   }
   return cast.take();

@@ -28,7 +28,8 @@ MotionBank MotionBank::of(std::vector<Motion> motions, double pose_hz) {
       loop.poses.push_back(motion.sample(time_s));
       loop.teleports.push_back(i > 0 && motion.teleports_within(time_s - 1 / pose_hz, time_s));
     }
-    loop.teleports.front() = is_teleport(loop.poses.back(), loop.poses.front(), 1 / pose_hz);
+    const Pose &last = loop.poses.back(), &before = loop.poses[count > 1 ? count - 2 : 0];
+    loop.teleports.front() = is_teleport(last, loop.poses.front(), 1 / pose_hz, head_velocity(before, last, 1 / pose_hz));
     bank.loops_.push_back(std::move(loop));
   }
   return bank;

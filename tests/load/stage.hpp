@@ -37,11 +37,13 @@ enum class Attack : std::uint8_t {
   observe,
   wind,
   poses,
-  appearances
+  appearances,
+  rides
 };
-inline constexpr std::array<std::string_view, 14> kAttackNames{"zigzag",  "body",   "big",      "resume",     "offers",
+inline constexpr std::array<std::string_view, 15> kAttackNames{"zigzag",  "body",   "big",      "resume",     "offers",
                                                                "silent",  "hellos", "prologue", "churn",      "rooms",
-                                                               "observe", "wind",   "poses",    "appearances"};
+                                                               "observe", "wind",   "poses",    "appearances",
+                                                               "rides"};
 
 // So many, or so large a share of the well-behaved clients.
 struct Headcount {

@@ -14,6 +14,11 @@ run(${CMAKE_COMMAND} -S ${OUTSIDE} -B ${SCRATCH}/outside -G ${GENERATOR} -DCMAKE
     -DCMAKE_PREFIX_PATH=${SCRATCH}/installed -DCMAKE_CXX_FLAGS=${FLAGS} -DHEADERS=${HEADERS} -DREADME=${README})
 run(${CMAKE_COMMAND} --build ${SCRATCH}/outside)
 run(${SCRATCH}/outside/outside)
+# The program on the page README says what it does, or why it ends; it goes on where a server listens.
+execute_process(COMMAND ${SCRATCH}/outside/readme TIMEOUT 10 OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(output STREQUAL "")
+  message(FATAL_ERROR "the program on the page README ended without a word")
+endif()
 # An installed package must not need the tree that it came from.
 file(GLOB scripts ${SCRATCH}/installed/lib/cmake/hairnet/*.cmake ${SCRATCH}/installed/lib/*/cmake/hairnet/*.cmake)
 if(NOT scripts)

@@ -234,6 +234,7 @@ Wind RandomMessages::wind() {
   w.turbulence_rms_m_per_s = real(0, 20);
   w.turbulence_scale_m = real(0.3, 100);
   w.seed = integer(0, ~std::uint64_t{0});
+  draw(w.carried);
   return w;
 }
 

@@ -332,8 +332,11 @@ std::set<server::CharacterKey> Player::keys() const {
 Pose Player::pose_of(const Character& character) const {
   const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.still_since_ns;
   const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
+  constexpr double kRideRadius_m = 50;
+  const double ridden = character.ride_m_per_s * t / kRideRadius_m;
+  const Vec3 ride = kRideRadius_m * Vec3(std::cos(ridden) - 1, 0, std::sin(ridden));
   const Vec3 place =
-      character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
+      character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t)) + ride;
   Pose pose = rigid_pose({Quat(Eigen::AngleAxisd(0.3 * std::sin(t), Vec3::UnitY())), place});
   RigidTransform& head = pose[Bone::head];
   head.rotation = head.rotation * Quat(Eigen::AngleAxisd(character.turn * std::sin(3 * t), Vec3::UnitX()));
@@ -472,8 +475,9 @@ void Player::act() {
   } else if (pick == 11 && !numbers.empty()) {
     Character& character = characters_[one_of(numbers, random_)];
     character.place += Vec3(random_.between(-4, 4), 0, 0);
+    character.ride_m_per_s = random_.unit() < 0.7 ? 0 : random_.between(20, 300);
     character.teleports = true;
-    journal_->count("teleport");
+    journal_->count(character.ride_m_per_s > 0 ? "ride" : "teleport");
   } else if (pick == 12 && !plain) {
     gap_until_ns_ = timeline_->now_ns() + static_cast<std::int64_t>(random_.between(1e8, 1.5e9));
     journal_->count("gap of poses");

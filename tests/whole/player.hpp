@@ -88,6 +88,7 @@ class Player final : public ClientEvents {
     std::uint32_t sequence = 0;
     bool moving = true;
     double phase = 0, reach = 0.1, turn = 0.5;
+    double ride_m_per_s = 0;  // on a circle
     Vec3 place = Vec3::Zero();
     std::int64_t still_since_ns = 0;  // of the motion, while it does not move
     bool teleports = false;           // the next pose

@@ -21,6 +21,7 @@ inline CLI::Option_group* add_wind_flags(CLI::App& app, Wind& wind) {
   flags->add_option("--turbulence", wind.turbulence_rms_m_per_s, "m/s of each component, root mean square (0)");
   flags->add_option("--turbulence-scale", wind.turbulence_scale_m, "metres over which turbulence changes (0.6)");
   flags->add_option("--wind-seed", wind.seed, "another seed, another turbulence (1)");
+  flags->add_flag("--wind-carried", wind.carried, "the air goes along with the head, as in a vehicle");
   return flags;
 }
 

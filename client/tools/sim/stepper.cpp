@@ -35,15 +35,20 @@ class WorldStepper : public Stepper {
 // The same ticks with every step's linear system solved in double. The lattice stays in double, in world axes.
 class ConvergedStepper : public Stepper {
  public:
-  explicit ConvergedStepper(const StepperDef& def) : def_(def), level_((*def_.levels)[def.level]), from_(def.start) {
+  explicit ConvergedStepper(const StepperDef& def) : def_(def), level_((*def_.levels)[def.level]), from_(def.start), last_from_(def.start) {
     reset_to_rest(level_, state_);
     lattice_ = to_world(level_, from_.head(), state_);
   }
 
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
-    if (teleport || is_teleport(from_, to, def_.tick_s)) {
+    const Vec3 velocity_before = head_velocity_;
+    if (!teleport) head_velocity_ = velocity_to_expect(from_, to, def_.tick_s, velocity_before);
+    if (teleport || is_teleport(from_, to, def_.tick_s, velocity_before)) {
+      add_rigid_velocity(last_from_.head(), from_.head(), -1);
       move_rigidly(to.head() * from_.head().inverse());
+      last_from_ = to;
+      is_relative_ = true;
       report.teleports = 1;
     } else {
       step_smoothly(to);
@@ -61,20 +66,34 @@ class ConvergedStepper : public Stepper {
     for (Vec3& p : lattice_.P) p = jump.point(p);
     for (Vec3& v : lattice_.P_dot) v = jump.vector(v);
   }
+  // `sign` times the velocity of hair that moves rigidly with the head through a substep.
+  void add_rigid_velocity(const RigidTransform& from, const RigidTransform& to, double sign) {
+    const double substep_s = def_.tick_s / def_.substep_count;
+    for (std::size_t i = 0; i < lattice_.P_dot.size(); ++i) {
+      const Vec3 rest = level_.rest[i].cast<double>();
+      lattice_.P_dot[i] += sign / substep_s * (to.point(rest) - from.point(rest));
+    }
+  }
+  [[nodiscard]] Pose after(int substep, const Pose& to) const {
+    return substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count);
+  }
   void step_smoothly(const Pose& to) {
     const double substep_s = def_.tick_s / def_.substep_count;
+    if (std::exchange(is_relative_, false)) add_rigid_velocity(from_.head(), after(1, to).head(), 1);
     StepInput input{from_, from_, substep_s, &def_.environment, 0, {}, tick_ * def_.tick_s};
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
-      input.from = std::exchange(
-          input.to, substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count));
+      input.from = std::exchange(input.to, after(substep, to));
       input.time_s += substep_s;
       reference_step(level_, input, lattice_);
     }
+    last_from_ = input.from;
   }
 
   StepperDef def_;
   const Level& level_;  // kept alive by def_
-  Pose from_;
+  Pose from_, last_from_;                // at the end of the last tick, and one substep before that
+  Vec3 head_velocity_ = Vec3::Zero();    // of the last tick, world, m/s
+  bool is_relative_ = false;             // velocities are relative to the head's, after a teleport
   double tick_ = 0;
   WorldLattice lattice_;
   LatticeState state_;

@@ -114,6 +114,51 @@ TEST(LinkCore, a_silent_server_runs_into_the_time_out) {
   }
 }
 
+TEST(LinkCore, a_server_that_falls_silent_is_given_up_and_asked_again) {
+  wire::Welcome welcome = welcome_to(5);
+  welcome.signs_of_life = true;
+  for (const bool has_datagrams : {false, true}) {
+    LinkCoreDriver d;
+    d.core.start();
+    d.core.on_opening(d.now_ns);
+    d.core.on_open(d.now_ns, has_datagrams);
+    d.expect<wire::Hello>();
+    d.send(welcome);
+    d.event<Connected>();
+    for (int i = 0; i < 20; ++i) {  // signs of life alone
+      d.pass(2500 * kMs);
+      d.send(wire::FrameBatch{});
+      EXPECT_TRUE(d.core.active());
+    }
+    d.core.push_poses(pose_of(1));  // its own packets are no sign of the server's life
+    for (int s = 0; s < 9; ++s) d.pass(1000 * kMs);
+    EXPECT_TRUE(d.core.active());
+    EXPECT_LE(d.core.next_deadline_ns(), d.now_ns + 1000 * kMs);
+    d.pass(1000 * kMs);
+    EXPECT_FALSE(d.core.active());
+    EXPECT_TRUE(d.core.wants_close());
+    EXPECT_THAT(d.event<Reconnecting>()->detail, HasSubstr("silent"));
+    EXPECT_EQ(d.core.counters().servers_silent, 1u);
+    d.close_as_wanted();
+    d.open();
+    d.send(welcome);
+    EXPECT_TRUE(d.event<Connected>()->again);
+  }
+}
+
+TEST(LinkCore, the_silence_of_a_server_does_not_count_while_this_program_is_stopped_nor_of_one_that_gives_no_signs) {
+  LinkCoreDriver stopped;
+  wire::Welcome welcome = welcome_to(5);
+  welcome.signs_of_life = true;
+  stopped.connect(welcome);
+  stopped.pass(3600'000 * kMs);
+  EXPECT_TRUE(stopped.core.active());
+  LinkCoreDriver older;
+  older.connect(welcome_to(5));
+  for (int s = 0; s < 100; ++s) older.pass(1000 * kMs);
+  EXPECT_TRUE(older.core.active());
+}
+
 TEST(LinkCore, only_a_welcome_an_error_or_a_goodbye_may_come_first) {
   for (const wire::Message& message :
        {wire::Message(wire::GroomStatus{}), wire::Message(wire::FrameBatch{}), wire::Message(wire::MemberLeft{1})}) {

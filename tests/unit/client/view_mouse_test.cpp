@@ -131,7 +131,7 @@ TEST(HeadGrab, no_jerk_of_the_mouse_is_a_teleport) {
     grab.advance(1.0 / 60);
     const Pose pose = grab.apply(rest, body);
     ASSERT_TRUE(is_valid(pose));
-    EXPECT_FALSE(is_teleport(last, pose, 1.0 / 60)) << i;
+    EXPECT_FALSE(is_teleport(last, pose, 1.0 / 60, Vec3::Zero())) << i;
     last = pose;
   }
 }

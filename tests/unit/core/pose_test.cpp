@@ -46,15 +46,33 @@ TEST(Pose, is_invalid_when_not_finite_or_not_a_rotation) {
 
 TEST(Pose, a_snap_turn_and_a_leap_are_teleports_and_lively_motion_is_not) {
   const Pose rest;
-  EXPECT_TRUE(is_teleport(rest, rigid_pose(turned(std::numbers::pi / 2, {0, 1, 0})), 1.0 / 30));
-  EXPECT_TRUE(is_teleport(rest, rigid_pose({Quat::Identity(), {1, 0, 0}}), 1.0 / 30));
-  EXPECT_FALSE(is_teleport(rest, rigid_pose(turned(0.5, {0, 1, 0}, {0.2, 0, 0})), 1.0 / 30));
+  const Vec3 still = Vec3::Zero();
+  EXPECT_TRUE(is_teleport(rest, rigid_pose(turned(std::numbers::pi / 2, {0, 1, 0})), 1.0 / 30, still));
+  EXPECT_TRUE(is_teleport(rest, rigid_pose({Quat::Identity(), {1, 0, 0}}), 1.0 / 30, still));
+  EXPECT_FALSE(is_teleport(rest, rigid_pose(turned(0.5, {0, 1, 0}, {0.2, 0, 0})), 1.0 / 30, still));
   const Pose half_a_turn = rigid_pose({Quat(0, 0, 1, 0), Vec3::Zero()});
-  EXPECT_TRUE(is_teleport(rest, half_a_turn, 1.0 / 30));
-  EXPECT_FALSE(is_teleport(rest, half_a_turn, 0.1)) << "1800 degrees a second";
+  EXPECT_TRUE(is_teleport(rest, half_a_turn, 1.0 / 30, still));
+  EXPECT_FALSE(is_teleport(rest, half_a_turn, 0.1, still)) << "1800 degrees a second";
   Pose loose = rest;  // as long as a rotation on the wire may be
   for (RigidTransform& bone : loose.bones) bone.rotation.coeffs() *= 0.9991;
-  EXPECT_FALSE(is_teleport(loose, loose, 1.0 / 1000));
+  EXPECT_FALSE(is_teleport(loose, loose, 1.0 / 1000, still));
+}
+
+TEST(Pose, a_head_that_rides_does_not_jump_however_fast_and_one_that_stops_does_not_either) {
+  constexpr double kTick_s = 1.0 / 30;
+  for (const double speed : {0.0, 1.0, 10.0, 25.0, 30.0, 100.0, 300.0}) {
+    const Vec3 velocity(speed, 0, 0);
+    const Pose there = rigid_pose({Quat::Identity(), {9000, 2, 0}});
+    const auto moved = [&](const Vec3& by) { return rigid_pose({Quat::Identity(), Vec3(9000, 2, 0) + by}); };
+    EXPECT_FALSE(is_teleport(there, moved(kTick_s * velocity), kTick_s, velocity)) << speed;
+    EXPECT_FALSE(is_teleport(there, there, kTick_s, velocity)) << speed;
+    const double turn = speed * kTick_s / 50;  // on a circle of 50 m
+    const Vec3 turned_velocity(speed * std::cos(turn), 0, speed * std::sin(turn));
+    EXPECT_FALSE(is_teleport(there, moved(kTick_s * turned_velocity), kTick_s, velocity)) << speed;
+    EXPECT_TRUE(is_teleport(there, moved(kTick_s * velocity + Vec3(0, 12, 0)), kTick_s, velocity)) << speed;
+    EXPECT_TRUE(is_teleport(there, moved({-500, 0, 0}), kTick_s, velocity)) << speed;
+    EXPECT_EQ(velocity_to_expect(there, moved({-500, 0, 0}), kTick_s, velocity), velocity);
+  }
 }
 
 TEST(RigidTransform, inverse_undoes_and_products_compose) {

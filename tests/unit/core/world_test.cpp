@@ -126,9 +126,9 @@ TEST(World, takes_a_jump_too_large_to_simulate_for_a_teleport) {
   const CharacterId id = world.add({levels, LevelIndex::low, Pose{}});
   world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 0.8}}));
   EXPECT_EQ(world.step().teleports, 0u);
-  world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 1.7}}));
+  world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 3}}));
   EXPECT_EQ(world.step().teleports, 1u);
-  world.set_pose(id, rigid_pose(support::turned(1.5, {0, 1, 0}, {0, 0, 1.7})));
+  world.set_pose(id, rigid_pose(support::turned(1.5, {0, 1, 0}, {0, 0, 3})));
   EXPECT_EQ(world.step().teleports, 1u);
 }
 

@@ -107,6 +107,22 @@ TEST_F(PoseInboxTest, extrapolates_along_the_last_poses_for_50_ms_and_then_stops
   EXPECT_NEAR(x(60'000), 0.7, 1e-9);
 }
 
+TEST_F(PoseInboxTest, a_head_that_rides_goes_on_while_poses_are_missing_and_stops_with_a_teleport_at_last) {
+  put(timed(1, 0, 0));
+  put(timed(2, 20, 2));
+  for (std::int64_t at_ms = 20; at_ms <= 1020; at_ms += 20) {
+    EXPECT_NEAR(x(at_ms), 0.1 * static_cast<double>(at_ms), 1e-6) << at_ms;
+    EXPECT_FALSE(sample(at_ms).teleport);
+  }
+  EXPECT_EQ(sample(200).kind, Kind::stale);
+  EXPECT_TRUE(sample(1021).teleport);
+  EXPECT_FALSE(sample(1040).teleport) << "once";
+  EXPECT_NEAR(x(60'000), 102, 1e-6);
+  put(timed(3, 60'000, 6000));
+  put(timed(4, 60'020, 6002));
+  EXPECT_NEAR(x(60'010), 6001, 1e-6);
+}
+
 TEST_F(PoseInboxTest, does_not_throw_the_jitter_of_two_close_poses_far) {
   put(timed(1, 0, 0));
   put(timed(2, 20, 0.2));

@@ -286,6 +286,23 @@ TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::idle_timeout));
 }
 
+TEST_F(SessionTest, gives_signs_of_life_when_nothing_else_is_sent) {
+  hello();
+  const auto batches = [this] { return connection_->all<wire::FrameBatch>().size(); };
+  const std::size_t before = batches();
+  std::int64_t last_ns = now_ns_, longest_ns = 0;
+  for (int s = 1; s <= 30; ++s) {
+    const std::int64_t at_ns = now_ns_ + s * kSecond_ns;
+    const std::size_t sent = batches();
+    session_.poll(at_ns);
+    if (batches() == sent) continue;
+    longest_ns = std::max(longest_ns, at_ns - last_ns);
+    last_ns = at_ns;
+  }
+  EXPECT_GT(batches(), before);
+  EXPECT_LT(longest_ns, std::int64_t{wire::kSilentServer_ms} * 1'000'000 / 2);
+}
+
 TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   hello();
   connection_->is_writable = false;

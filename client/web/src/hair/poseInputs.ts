@@ -7,8 +7,10 @@ export const kLearntTickS = 1 / 30;
 export const kPoseInputCount = 24;
 
 const kGravityMPerS2 = 9.81;
-// A jump of the head that is too large to simulate.
-const kTeleportM = 25 * kLearntTickS;
+// A jump of the head that is too large to simulate (core/pose/pose.hpp).
+const kTeleportMPerS = 25;
+const kTeleportChange = 0.25;
+const kRideMPerSMax = 1000;
 const kTeleportRad = (2500 * kLearntTickS * Math.PI) / 180;
 // Points whose places tell where a body is, head space at rest, m.
 const kTrunk = [0, -0.2, 0] as const;
@@ -20,6 +22,8 @@ export class PoseHistory {
   readonly #last: Pose = rigidPose();
   /** x y z, in the world, m/s */
   readonly #velocity = new Float64Array(3);
+  /** that of the pose before, also after a jump; x y z, in the world, m/s */
+  readonly #expected = new Float64Array(3);
   /** poses since the last teleport, at most 2 */
   #knownCount = 0;
 
@@ -33,7 +37,7 @@ export class PoseHistory {
   next(pose: Pose, out: Float64Array): void {
     const last = this.#last;
     const velocity = this.#velocity;
-    if (this.#knownCount > 0 && isTeleport(last, pose)) this.#knownCount = 0;
+    if (this.#knownCount > 0 && isTeleport(last, pose, this.#expected)) this.#knownCount = 0;
     const [vx, vy, vz] = velocity;
     for (let axis = 0; axis < 3; ++axis)
       velocity[axis] = this.#knownCount > 0 ? (pose[4 + axis] - last[4 + axis]) / kLearntTickS : 0;
@@ -127,12 +131,23 @@ function writeShiftDm(
   for (let axis = 0; axis < 3; ++axis) out[at + axis] -= 10 * place[axis];
 }
 
-function isTeleport(from: Pose, to: Pose): boolean {
-  const x = to[4] - from[4];
-  const y = to[5] - from[5];
-  const z = to[6] - from[6];
+/** Whether the head jumps from one pose to the next; then `expected` is the velocity to compare the one after with. */
+function isTeleport(from: Pose, to: Pose, expected: Float64Array): boolean {
+  const x = (to[4] - from[4]) / kLearntTickS;
+  const y = (to[5] - from[5]) / kLearntTickS;
+  const z = (to[6] - from[6]) / kLearntTickS;
+  const speed = Math.sqrt(x * x + y * y + z * z);
+  const dx = x - expected[0];
+  const dy = y - expected[1];
+  const dz = z - expected[2];
+  const before = Math.sqrt(expected[0] * expected[0] + expected[1] * expected[1] + expected[2] * expected[2]);
+  const changes = Math.sqrt(dx * dx + dy * dy + dz * dz) > kTeleportMPerS + kTeleportChange * before;
+  if (speed > kRideMPerSMax) return true;
+  expected[0] = x;
+  expected[1] = y;
+  expected[2] = z;
+  if (speed > kTeleportMPerS && changes) return true;
   writeBetween(from, 0, to, 0);
   const sine = Math.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
-  const turnRad = 2 * Math.atan2(sine, Math.abs(turn[3]));
-  return x * x + y * y + z * z > kTeleportM * kTeleportM || turnRad > kTeleportRad;
+  return 2 * Math.atan2(sine, Math.abs(turn[3])) > kTeleportRad;
 }

@@ -35,9 +35,11 @@ export interface Wind {
   readonly turbulenceRmsMPerS: number;
   readonly turbulenceScaleM: number;
   readonly seed: bigint;
+  /** the air goes along with each head, as in a vehicle; else it stands in the room */
+  readonly carried: boolean;
 }
 /** @internal */
-export function windOf(w: fb.Wind): Wind {
+export function windOf(w: fb.Wind, carried: boolean): Wind {
   return {
     meanMPerS: [w.meanX(), w.meanY(), w.meanZ()],
     gustRatio: w.gustRatio(),
@@ -45,12 +47,14 @@ export function windOf(w: fb.Wind): Wind {
     turbulenceRmsMPerS: w.turbulenceRmsMPerS(),
     turbulenceScaleM: w.turbulenceScaleM(),
     seed: w.seed(),
+    carried,
   };
 }
 
 /** @internal Its ranges are the server's. */
-export function checkWind({ seed, meanMPerS, ...numbers }: Wind): void {
+export function checkWind({ seed, meanMPerS, carried, ...numbers }: Wind): void {
   if (typeof seed !== "bigint") throw invalid("wind: the seed is no bigint");
+  if (typeof carried !== "boolean") throw invalid("wind: carried is not true or false");
   if (meanMPerS.length !== 3) throw invalid("wind: its mean is not 3 numbers");
   checkNumbers([...meanMPerS, ...Object.values(numbers)], "wind");
 }
@@ -78,9 +82,10 @@ const setWind: ClientCodec<SetWind> = {
         BigInt.asUintN(64, w.seed),
       ),
     );
+    fb.SetWind.addCarried(to, w.carried);
     return fb.SetWind.endSetWind(to);
   },
-  read: (from) => ({ wind: windOf(from.wind()!) }),
+  read: (from) => ({ wind: windOf(from.wind()!, from.carried()) }),
   check: ({ wind }) => checkWind(wind),
 };
 

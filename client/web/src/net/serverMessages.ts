@@ -197,7 +197,7 @@ export interface RoomWind {
 }
 const roomWind: MessageReader<RoomWind> = {
   read(from) {
-    const wind = windOf(from.wind()!);
+    const wind = windOf(from.wind()!, from.carried());
     checkWind(wind);
     return { wind, session: from.session() };
   },

@@ -12,9 +12,12 @@ export interface WindOptions {
   readonly gust?: number;
   /** of each component of the velocity, root mean square, m/s; 0.15 times the speed by default */
   readonly turbulence?: number;
+  /** the air goes along with each head, as in a vehicle; false by default: it stands in the room */
+  readonly carried?: boolean;
 }
 
-const kShort: Readonly<Record<keyof WindOptions, true>> = { speed: true, from: true, gust: true, turbulence: true };
+// `carried` is a property of both.
+const kShort: Readonly<Record<Exclude<keyof WindOptions, "carried">, true>> = { speed: true, from: true, gust: true, turbulence: true };
 const kFrom = 90;
 const kGust = 0.4;
 const kTurbulenceIntensity = 0.15; // usual outdoors
@@ -26,16 +29,23 @@ export const kStillAir: Wind = {
   turbulenceRmsMPerS: 0,
   turbulenceScaleM: 0.6,
   seed: 1n,
+  carried: false,
 };
 
 /** The wind of these options, or of some of a `Wind`'s own properties; what is absent gets its default. */
 export function windOf(options: WindOptions | Partial<Wind>): Wind {
   checkOptions<WindOptions & Partial<Wind>>(options, { ...kShort, ...kStillAir }, "setWind");
-  const full = Object.keys(options).find((name) => Object.hasOwn(kStillAir, name));
+  const full = Object.keys(options).find((name) => name !== "carried" && Object.hasOwn(kStillAir, name));
   const short = Object.keys(options).find((name) => Object.hasOwn(kShort, name));
   if (full && short) throw new HairnetError("invalid", `setWind: give either '${short}' or '${full}', not both`);
   if (full) return { ...kStillAir, ...options };
-  const { speed = 0, from = kFrom, gust = kGust, turbulence = kTurbulenceIntensity * speed } = options as WindOptions;
+  const {
+    speed = 0,
+    from = kFrom,
+    gust = kGust,
+    turbulence = kTurbulenceIntensity * speed,
+    carried = false,
+  } = options as WindOptions;
   for (const [name, value] of Object.entries({ speed, from, gust, turbulence }))
     if (!Number.isFinite(value)) throw new HairnetError("invalid", `setWind: ${name} is not a number`);
   if (speed < 0) throw new HairnetError("invalid", "setWind: speed is negative; turn the wind by 'from'");
@@ -45,5 +55,6 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
     meanMPerS: [-speed * Math.sin(angle), 0, -speed * Math.cos(angle)],
     gustRatio: gust,
     turbulenceRmsMPerS: turbulence,
+    carried,
   };
 }

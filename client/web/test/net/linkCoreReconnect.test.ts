@@ -21,6 +21,7 @@ describe("link: coming back", () => {
       turbulenceRmsMPerS: 0,
       turbulenceScaleM: 0.6,
       seed: 1n,
+      carried: false,
     },
   });
 

@@ -11,6 +11,7 @@ const windOf = (x: number) => ({
   turbulenceRmsMPerS: 0,
   turbulenceScaleM: 0.6,
   seed: 1n,
+  carried: false,
 });
 
 /** Speeds that are sent; 0: nothing is. */

@@ -138,6 +138,7 @@ describe("winds", () => {
       turbulenceRmsMPerS: 0.25,
       turbulenceScaleM: 1,
       seed: 7n,
+      carried: true,
     };
     expect(windOf(full)).toEqual(full);
     expect(windOf({ meanMPerS: [1, 0, 0] })).toMatchObject({ gustRatio: 0, gustPeriodS: 4, seed: 1n });

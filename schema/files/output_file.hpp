@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// A file under the name that a user gave. The bytes go to a temporary file until finish(). A regular file then appears at
+// once, whole, with the permissions of the one that it replaces. What is no regular file gets the bytes then, and stays
+// what it is: a device, a pipe, a FIFO, or an open descriptor (/dev/stdout). Symbolic links are followed. Without
+// finish(), or when it fails, a regular file stays as it was. Errors do not name the file. One thread.
+class OutputFile {
+ public:
+  static Result<OutputFile> create(const std::string& path);
+  OutputFile(OutputFile&& other) noexcept = default;
+  OutputFile& operator=(OutputFile&& other) noexcept = default;
+  ~OutputFile() = default;
+
+  // A failure shows in finish().
+  void write(std::span<const std::byte> bytes);
+  void go_to_begin();
+  // Where another program may write the bytes instead; its end need not be the same file.
+  [[nodiscard]] const std::string& temporary() const { return temporary_.path; }
+  Result<void> finish();
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  // Removes it, unless it has got its name.
+  struct Temporary {
+    explicit Temporary(std::string p = {}) : path(std::move(p)) {}
+    Temporary(Temporary&& other) noexcept : path(std::exchange(other.path, {})) {}
+    Temporary& operator=(Temporary&& other) noexcept {
+      std::swap(path, other.path);
+      return *this;
+    }
+    ~Temporary();
+    std::string path;
+  };
+  OutputFile() = default;
+  Result<void> copy_to_place();
+
+  std::string target_;                              // of a regular file
+  Temporary temporary_;
+  std::unique_ptr<std::FILE, CloseFile> file_;      // the temporary file
+  std::unique_ptr<std::FILE, CloseFile> in_place_;  // what is no regular file
+  int fault_ = 0;                                   // of the first write that failed: errno
+};
+
+// Empty, or why no file can be written there; does not name the file.
+std::string fault_of_output(const std::string& path);
+
+}  // namespace hairnet
