@@ -228,7 +228,7 @@ class DirectoryTrial {
   }
 
   // The promise: no room that is asked for is without an owner that may step it for longer than two leases while there
-  // is a server that could be it. Each new fault may hit the server that was about to be it.
+  // is a server that could be it. Each new fault that stops servers may hit the one that was about to be it.
   void check_stands_still(std::size_t room, bool is_held) {
     std::int64_t& moved_ns = moved_ns_[room];
     if (is_held || !wanted_[room] || !first_able_ns_) moved_ns = timeline_.now_ns();
@@ -272,7 +272,7 @@ class DirectoryTrial {
     const auto index = static_cast<std::size_t>(random_.unit() * static_cast<double>(hosts_.size()));
     // With rooms that go on without etcd, only what all servers meet alike is harmless.
     const int kind = static_cast<int>(random_.unit() * 14);
-    last_fault_ns_ = timeline_.now_ns();
+    if (kind < 7 || kind == 11 || kind == 12) last_fault_ns_ = timeline_.now_ns();
     if (goes_on_ && (kind < 2 || (kind < 4 && line_.loss > 0) || kind >= 11)) return etcd_down(end_ns);
     switch (kind) {
       case 0:
@@ -325,9 +325,16 @@ class DirectoryTrial {
     count(kNames[static_cast<std::size_t>(cut)]);
     tell(fmt::format("server {} is cut off: {}", index, kNames[static_cast<std::size_t>(cut)]));
     host->line_end().cut(cut);
+    if (cut == LineCut::answers) end_ns = std::max(end_ns, long_end_ns());
     at(end_ns, [this, index, host] {
       if (hosts_[index].get() == host) host->line_end().cut(LineCut::none);
     });
+  }
+  // Of a fault that must not keep rooms from others for long.
+  std::int64_t long_end_ns() {
+    const double leases = random_.between(2, 5);
+    return std::min(timeline_.now_ns() + static_cast<std::int64_t>(leases * static_cast<double>(lease_s_) * 1e9),
+                    kFaults_ns);
   }
   // Later than a third of the lease, than half of it, or than all of it.
   void late(std::size_t index, std::int64_t end_ns) {
@@ -337,7 +344,7 @@ class DirectoryTrial {
     count("late answers");
     tell(fmt::format("server {} hears etcd {} leases later", index, leases));
     host->line_end().make_late(static_cast<std::int64_t>(leases * static_cast<double>(lease_s_ * kSecond_ns)));
-    at(end_ns, [this, index, host] {
+    at(std::max(end_ns, long_end_ns()), [this, index, host] {
       if (hosts_[index].get() == host) host->line_end().make_late(0);
     });
   }
