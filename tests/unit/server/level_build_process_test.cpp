@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/broken_pipe.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "server/grooms/level_build.hpp"
 #include "tests/support/build_grooms.hpp"
@@ -17,6 +18,7 @@
 
 // The processes of the builds are this program.
 int main(int argc, char** argv) {
+  hairnet::ignore_broken_pipes();
   if (argc == 2 && std::string_view(argv[1]) == hairnet::server::kLevelBuildFlag)
     return hairnet::server::run_level_build_process();
   testing::InitGoogleMock(&argc, argv);
