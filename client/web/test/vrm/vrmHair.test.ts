@@ -250,7 +250,10 @@ describe("hair on a model", () => {
           [Bone.leftShoulder, "leftShoulder"],
           [Bone.upperTrunk, "upperChest"],
         ] as const) {
-          const rest = worn.skeleton.joint(bone).sub(new Vector3(...offset)).divideScalar(size);
+          const rest = worn.skeleton
+            .joint(bone)
+            .sub(new Vector3(...offset))
+            .divideScalar(size);
           const joint = vrm.humanoid.getRawBoneNode(name)!.getWorldPosition(new Vector3());
           expect(drawn(bone, rest).distanceTo(joint)).toBeLessThan(0.02);
         }
