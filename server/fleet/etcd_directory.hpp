@@ -188,8 +188,8 @@ class EtcdDirectory final : public Directory, public EtcdSink {
 
   std::int64_t lease_ = 0;  // 0: none
   std::int64_t keep_alive_at_ns_ = 0;
-  bool is_heard_ = false;      // ask_lease has an answer, since the last keep-alive
-  std::int64_t heard_ns_ = 0;  // when it had one first since the fence has closed; 0: not yet
+  bool is_heard_ = false;         // ask_lease has an answer, since the last keep-alive
+  std::int64_t heard_ns_ = 0;     // when it had one first since the fence has closed; 0: not yet
   std::set<std::size_t> silent_;  // endpoints that have not answered a keep-alive since silent_from_ns_
   std::int64_t silent_from_ns_ = 0;
   bool is_paused_ = false, is_stopping_ = false;

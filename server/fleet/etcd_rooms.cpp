@@ -100,9 +100,9 @@ void EtcdDirectory::poll_rooms(std::int64_t now_ns) {
       const std::string key = keys_.of_room(name);
       room.is_sent |= is_claim;
       const std::string beside = room.skips_kept ? std::string() : keys_.of_kept(name);
-      room.call = is_claim ? start(Purpose::claim, etcd::claim(key, owner_value(status_.id), lease_, beside), now_ns,
-                                   name)
-                           : start(Purpose::release, etcd::remove(key, room.claim, kept_of(name, room)), now_ns, name);
+      room.call = is_claim
+                      ? start(Purpose::claim, etcd::claim(key, owner_value(status_.id), lease_, beside), now_ns, name)
+                      : start(Purpose::release, etcd::remove(key, room.claim, kept_of(name, room)), now_ns, name);
       next = due_.erase(next);
       continue;
     }

@@ -477,8 +477,7 @@ class DirectoryTrial {
       count("outages bridged", counters.outages_bridged.value());
       count("claims lost", counters.claims_lost.value());
       count("lists", counters.lists.value());
-      count("entries skipped",
-            counters.entries_refused_malformed.value() + counters.entries_refused_oversize.value());
+      count("entries skipped", counters.entries_refused_malformed.value() + counters.entries_refused_oversize.value());
       count("answers malformed", counters.requests_failed_malformed.value());
       count("answers too long", counters.requests_failed_oversize.value());
     }
@@ -501,7 +500,7 @@ class DirectoryTrial {
   std::vector<int> releases_;  // how often each room was given back
   std::map<std::size_t, Held> last_;
   std::map<std::size_t, std::int64_t> moved_ns_;  // when each room had an owner last, or could have none
-  bool has_kept_ = false;  // something that servers have under a lease which outlives them
+  bool has_kept_ = false;                         // something that servers have under a lease which outlives them
   std::optional<std::int64_t> first_able_ns_;
   std::int64_t last_fault_ns_ = 0;
   std::uint64_t hash_ = 14695981039346656037u;

@@ -229,8 +229,8 @@ void FleetTrial::plan_faults() {
 
 void FleetTrial::begin_fault(std::int64_t end_ns) {
   using enum FleetFault;
-  constexpr std::array kKinds{cut,         cut,        late,      pause, kill,        drain, drain, etcd_down,
-                              member_down, compaction, bad_value, lying, broken_line, rejoin};
+  constexpr std::array kKinds{cut,       cut,         late,       pause,     kill,  drain,       drain,
+                              etcd_down, member_down, compaction, bad_value, lying, broken_line, rejoin};
   FleetFault kind = kKinds[random_.next() % kKinds.size()];
   // With rooms that go on without etcd, only what all servers meet alike is harmless.
   if (goes_on_ && (kind == cut || kind == late || kind == pause || kind == lying)) kind = etcd_down;

@@ -117,9 +117,9 @@ TEST(EtcdApi, refuses_fields_of_wrong_type_and_range) {
 TEST(EtcdApi, leaves_out_keys_and_values_that_are_too_long_and_reads_the_rest) {
   const auto is_left_out = [](std::size_t key_bytes, std::size_t value_bytes) {
     const std::string entry = R"("create_revision":"3","mod_revision":"3","value":")";
-    const auto answer = parse_range(R"({"header":{"revision":"3"},"kvs":[{"key":")" +
-                                    std::string(key_bytes / 3 * 4, 'A') + "\"," + entry +
-                                    std::string(value_bytes / 3 * 4, 'A') + R"("},{"key":"YQ==",)" + entry + R"("}]})");
+    const auto answer =
+        parse_range(R"({"header":{"revision":"3"},"kvs":[{"key":")" + std::string(key_bytes / 3 * 4, 'A') + "\"," +
+                    entry + std::string(value_bytes / 3 * 4, 'A') + R"("},{"key":"YQ==",)" + entry + R"("}]})");
     EXPECT_EQ(answer->entries.at(1).key, "a");
     EXPECT_EQ(answer->entries.at(0).key.size(), key_bytes) << "a list goes on behind it";
     EXPECT_EQ(answer->entries.at(0).value.size(), answer->entries.at(0).is_too_long ? 0 : value_bytes);

@@ -77,7 +77,7 @@ class Member final : public EtcdTransport {
   }
 
   bool is_cut = false, is_silent = false, holds_lines = false, takes_events = true;
-  bool is_deaf = false;      // etcd hears it, and it hears nothing
+  bool is_deaf = false;  // etcd hears it, and it hears nothing
   bool is_deaf_to_keep_alives = false;
   std::int64_t late_ns = 0;  // by which answers come later
   std::size_t answer_bytes_max = etcd::kAnswerBytesMax;
