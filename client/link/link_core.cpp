@@ -171,9 +171,10 @@ void LinkCore::poll(std::int64_t now_ns) {
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && welcome_->signs_of_life && silence_.look(now_ns)) {
     ++counters_.servers_silent;
-    return lose(GoodbyeReason::none,
-                "the server is silent: nothing came from it for " + std::to_string(wire::kSilentServer_ms / 1000) + " s",
-                now_ns);
+    return lose(
+        GoodbyeReason::none,
+        "the server is silent: nothing came from it for " + std::to_string(wire::kSilentServer_ms / 1000) + " s",
+        now_ns);
   }
   if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
     if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive
@@ -350,6 +351,7 @@ void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns
 
 void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ != State::greeting && state_ != State::active) return;
+  silence_.on_heard(now_ns);
   counters_.bytes_received += packet.size();
   wire::DecodedPacket decoded =
       wire::is_frame_datagram(packet) ? wire::decode_frame_datagram(packet) : wire::decode_packet(packet);

@@ -32,7 +32,7 @@ class PoseHistory {
   Pose last_;
   Vec3 velocity_world_ = Vec3::Zero();
   Vec3 expected_world_ = Vec3::Zero();  // velocity_to_expect(), also after a jump
-  int known_count_ = 0;  // poses since the last teleport, at most 2
+  int known_count_ = 0;                 // poses since the last teleport, at most 2
 };
 
 }  // namespace hairnet

@@ -40,13 +40,14 @@ Pose rounded_to_wire(const Pose& pose);
 // The velocity of the head from one pose to another, `interval_s` later, m/s.
 Vec3 head_velocity(const Pose& from, const Pose& to, double interval_s);
 
-// A jump too large to simulate, of the head between two poses `interval_s` apart. It turns faster than 2500 deg/s; or it
-// moves faster than 25 m/s and otherwise than before: `velocity_before`, of the interval before, differs by more than
-// 25 m/s and a quarter of its own speed. So a head that rides at any constant speed does not jump, nor one that stops.
+// A jump too large to simulate, of the head between two poses `interval_s` apart. It turns faster than 2500 deg/s; or
+// it moves faster than 25 m/s and otherwise than before: `velocity_before`, of the interval before, differs by more
+// than 25 m/s and a quarter of its own speed. So a head that rides at any constant speed does not jump, nor one that
+// stops.
 bool is_teleport(const Pose& from, const Pose& to, double interval_s, const Vec3& velocity_before);
 
-// What is_teleport() may compare the next interval with: the velocity between these poses, or, when it is that of a jump
-// across the room, the one before.
+// What is_teleport() may compare the next interval with: the velocity between these poses, or, when it is that of a
+// jump across the room, the one before.
 Vec3 velocity_to_expect(const Pose& from, const Pose& to, double interval_s, const Vec3& velocity_before);
 
 }  // namespace hairnet

@@ -72,8 +72,8 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
 
   put_bones(level, input, terms);
   if (input.environment->wind.acts()) {
-    const LatticeWind wind = wind_on(input.environment->wind, level.geometry.lattice, input.to.head(), input.time_s,
-                                     motion.velocity());
+    const LatticeWind wind =
+        wind_on(input.environment->wind, level.geometry.lattice, input.to.head(), input.time_s, motion.velocity());
     for (std::size_t corner = 0; corner < wind.corners.size(); ++corner) {
       Eigen::Map<Vec3f>{terms.wind[corner]} = wind.corners[corner];
     }

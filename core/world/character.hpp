@@ -35,16 +35,16 @@ struct Character {
   LearntTurn learnt;   // empty on other levels
   MaterialScale material;
   std::uint32_t environment = 0;
-  Pose from, to;                // `from`: pose at state_tick, to which the state belongs; `to`: the newest
-  Pose last_from;               // pose at which the last substep began: with `from` it gives the rigid velocity
-  double last_step_s = 0;       // the length of that substep
+  Pose from, to;                      // `from`: pose at state_tick, to which the state belongs; `to`: the newest
+  Pose last_from;                     // pose at which the last substep began: with `from` it gives the rigid velocity
+  double last_step_s = 0;             // the length of that substep
   Vec3 head_velocity = Vec3::Zero();  // world, m/s, over its last turn: tells a ride from a jump (is_teleport)
-  Pose still_pose;              // the bones have stayed near it for bones_still_s
-  double bones_still_s = 0;     // duration
-  double still_s = 0;           // duration for bones and hair; from kSleepAfter_s on the character is asleep
-  double rigid_ease_s = -1;     // time since the rigid level was requested; negative: not requested
-  double since_switch_s = 1e9;  // time since the last level switch
-  double stiffness = 1;         // factor of the last tick from the level switch and untangling
+  Pose still_pose;                    // the bones have stayed near it for bones_still_s
+  double bones_still_s = 0;           // duration
+  double still_s = 0;                 // duration for bones and hair; from kSleepAfter_s on the character is asleep
+  double rigid_ease_s = -1;           // time since the rigid level was requested; negative: not requested
+  double since_switch_s = 1e9;        // time since the last level switch
+  double stiffness = 1;               // factor of the last tick from the level switch and untangling
   double contact_release = 0;
   Untangle untangle;
   LatticeState unsettled;                      // the state before its last turn, while it settles

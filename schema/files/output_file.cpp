@@ -65,7 +65,8 @@ bool give_permissions(int file, const std::string& target) {
     ::umask(mask);
     return ::fchmod(file, 0666 & ~mask) == 0;
   }
-  // Only root can keep another user's file that user's. The owner comes first: a change of it takes bits of the mode away.
+  // Only root can keep another user's file that user's. The owner comes first: a change of it takes bits of the mode
+  // away.
   if (::fchown(file, old.st_uid, old.st_gid) != 0) errno = 0;
   return ::fchmod(file, old.st_mode & 07777) == 0;
 }
@@ -79,7 +80,8 @@ OutputFile::Temporary::~Temporary() {
 std::string fault_of_output(const std::string& path) {
   std::error_code ignored;
   const Place place = place_of(path);
-  if (!place.descriptor && fs::is_directory(place.path, ignored)) return "is a folder, not a file: give a file's name in it";
+  if (!place.descriptor && fs::is_directory(place.path, ignored))
+    return "is a folder, not a file: give a file's name in it";
   if (is_special(place)) return {};
   const fs::path parent = fs::path(place.path).parent_path(), folder = parent.empty() ? "." : parent;
   if (!fs::is_directory(folder, ignored)) return "there is no folder " + folder.string() + ": make it first";
@@ -152,7 +154,8 @@ Result<void> OutputFile::copy_to_place() {
   while (const std::size_t count = std::fread(piece.data(), 1, piece.size(), file_.get())) {
     if (std::fwrite(piece.data(), 1, count, in_place_.get()) != count) return system_refusal("cannot be written");
   }
-  if (std::ferror(file_.get()) != 0 || std::fclose(in_place_.release()) != 0) return system_refusal("cannot be written");
+  if (std::ferror(file_.get()) != 0 || std::fclose(in_place_.release()) != 0)
+    return system_refusal("cannot be written");
   file_.reset();
   return {};
 }

@@ -11,9 +11,9 @@
 
 namespace hairnet {
 
-// A file under the name that a user gave. The bytes go to a temporary file until finish(). A regular file then appears at
-// once, whole, with the permissions of the one that it replaces. What is no regular file gets the bytes then, and stays
-// what it is: a device, a pipe, a FIFO, or an open descriptor (/dev/stdout). Symbolic links are followed. Without
+// A file under the name that a user gave. The bytes go to a temporary file until finish(). A regular file then appears
+// at once, whole, with the permissions of the one that it replaces. What is no regular file gets the bytes then, and
+// stays what it is: a device, a pipe, a FIFO, or an open descriptor (/dev/stdout). Symbolic links are followed. Without
 // finish(), or when it fails, a regular file stays as it was. Errors do not name the file. One thread.
 class OutputFile {
  public:
@@ -47,7 +47,7 @@ class OutputFile {
   OutputFile() = default;
   Result<void> copy_to_place();
 
-  std::string target_;                              // of a regular file
+  std::string target_;  // of a regular file
   Temporary temporary_;
   std::unique_ptr<std::FILE, CloseFile> file_;      // the temporary file
   std::unique_ptr<std::FILE, CloseFile> in_place_;  // what is no regular file

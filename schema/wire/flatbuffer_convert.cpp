@@ -89,8 +89,12 @@ fb::Wind to_flatbuffer(const Wind& w) {
 }
 
 Wind from_flatbuffer(const fb::Wind& w, bool carried) {
-  return {{w.mean_x(), w.mean_y(), w.mean_z()}, w.gust_ratio(),         w.gust_period_s(),
-          w.turbulence_rms_m_per_s(),           w.turbulence_scale_m(), w.seed(),
+  return {{w.mean_x(), w.mean_y(), w.mean_z()},
+          w.gust_ratio(),
+          w.gust_period_s(),
+          w.turbulence_rms_m_per_s(),
+          w.turbulence_scale_m(),
+          w.seed(),
           carried};
 }
 

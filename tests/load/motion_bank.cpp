@@ -29,7 +29,8 @@ MotionBank MotionBank::of(std::vector<Motion> motions, double pose_hz) {
       loop.teleports.push_back(i > 0 && motion.teleports_within(time_s - 1 / pose_hz, time_s));
     }
     const Pose &last = loop.poses.back(), &before = loop.poses[count > 1 ? count - 2 : 0];
-    loop.teleports.front() = is_teleport(last, loop.poses.front(), 1 / pose_hz, head_velocity(before, last, 1 / pose_hz));
+    loop.teleports.front() =
+        is_teleport(last, loop.poses.front(), 1 / pose_hz, head_velocity(before, last, 1 / pose_hz));
     bank.loops_.push_back(std::move(loop));
   }
   return bank;

@@ -40,10 +40,9 @@ enum class Attack : std::uint8_t {
   appearances,
   rides
 };
-inline constexpr std::array<std::string_view, 15> kAttackNames{"zigzag",  "body",   "big",      "resume",     "offers",
-                                                               "silent",  "hellos", "prologue", "churn",      "rooms",
-                                                               "observe", "wind",   "poses",    "appearances",
-                                                               "rides"};
+inline constexpr std::array<std::string_view, 15> kAttackNames{"zigzag",  "body",   "big",      "resume",      "offers",
+                                                               "silent",  "hellos", "prologue", "churn",       "rooms",
+                                                               "observe", "wind",   "poses",    "appearances", "rides"};
 
 // So many, or so large a share of the well-behaved clients.
 struct Headcount {

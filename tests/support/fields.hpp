@@ -23,7 +23,8 @@ BOOST_DESCRIBE_STRUCT(LearntHair, (),
                        low_error, wind))
 BOOST_DESCRIBE_STRUCT(MaterialScale, (), (stiffness, damping, density, ether_damping, air_drag, gel_per_s2))
 BOOST_DESCRIBE_STRUCT(Wind, (),
-                      (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed, carried))
+                      (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed,
+                       carried))
 BOOST_DESCRIBE_STRUCT(Lattice, (), (origin, spacing, dims))
 BOOST_DESCRIBE_STRUCT(LevelGeometry, (),
                       (lattice, active_nodes, trimmed_nodes, trimmed_begin, trimmed_from, trimmed_weights))

@@ -35,7 +35,8 @@ class WorldStepper : public Stepper {
 // The same ticks with every step's linear system solved in double. The lattice stays in double, in world axes.
 class ConvergedStepper : public Stepper {
  public:
-  explicit ConvergedStepper(const StepperDef& def) : def_(def), level_((*def_.levels)[def.level]), from_(def.start), last_from_(def.start) {
+  explicit ConvergedStepper(const StepperDef& def)
+      : def_(def), level_((*def_.levels)[def.level]), from_(def.start), last_from_(def.start) {
     reset_to_rest(level_, state_);
     lattice_ = to_world(level_, from_.head(), state_);
   }
@@ -90,10 +91,10 @@ class ConvergedStepper : public Stepper {
   }
 
   StepperDef def_;
-  const Level& level_;  // kept alive by def_
-  Pose from_, last_from_;                // at the end of the last tick, and one substep before that
-  Vec3 head_velocity_ = Vec3::Zero();    // of the last tick, world, m/s
-  bool is_relative_ = false;             // velocities are relative to the head's, after a teleport
+  const Level& level_;                 // kept alive by def_
+  Pose from_, last_from_;              // at the end of the last tick, and one substep before that
+  Vec3 head_velocity_ = Vec3::Zero();  // of the last tick, world, m/s
+  bool is_relative_ = false;           // velocities are relative to the head's, after a teleport
   double tick_ = 0;
   WorldLattice lattice_;
   LatticeState state_;

@@ -319,7 +319,8 @@ TEST(TrainingMotions, are_valid_and_have_no_teleports) {
     for (std::size_t tick = 0; tick < motion.poses.size(); ++tick) {
       ASSERT_TRUE(is_valid(motion.poses[tick])) << n << ", " << tick;
       if (tick == 0) continue;
-      ASSERT_FALSE(is_teleport(motion.poses[tick - 1], motion.poses[tick], 1.0 / 30, Vec3::Zero())) << n << ", " << tick;
+      ASSERT_FALSE(is_teleport(motion.poses[tick - 1], motion.poses[tick], 1.0 / 30, Vec3::Zero()))
+          << n << ", " << tick;
     }
   }
 }

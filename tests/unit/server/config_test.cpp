@@ -84,7 +84,9 @@ TEST(Config, its_time_outs_are_the_documented_ones) {
        seconds(config.grooms.upload_timeout_ns)},
       {"download, nothing read of its stream (WebTransport)", seconds(config.sessions.download_stalled_ns)},
       {"slow consumer, nothing read", seconds(config.sessions.slow_consumer_ns)},
-      {"draining", seconds(config.sessions.drain_timeout_ns)}};
+      {"draining", seconds(config.sessions.drain_timeout_ns)},
+      {"silent server (`kSilentServer_ms`), nothing arrived from it",
+       std::to_string(wire::kSilentServer_ms / 1000) + " s"}};
   EXPECT_EQ(documented_time_outs(), expected);
 }
 

@@ -265,6 +265,19 @@ TEST_F(EvaluatedFrames, have_coefficients_in_wind_and_clients_show_that_hair) {
   EXPECT_GT(compared, 100u);
 }
 
+TEST_F(EvaluatedFrames, have_coefficients_in_still_air_that_is_carried_along) {
+  LinkedClient client(*server_, now_ns_);
+  run(4000, {&client});
+  EXPECT_GT(client.counters().frames_evaluated, 0u);
+  wire::SetWind still;
+  still.wind.carried = true;
+  owner_->send(still, now_ns_);
+  run(1500, {&client});
+  const std::uint64_t before = client.counters().frames_evaluated;
+  run(1000, {&client});
+  EXPECT_EQ(client.counters().frames_evaluated, before) << "clients know only air that stands in the room";
+}
+
 TEST_F(EvaluatedFrames, go_on_smoothly_when_the_level_changes) {
   LinkedClient client(*server_, now_ns_);
   run(5000, {&client});
