@@ -143,7 +143,8 @@ void AttackSession::send_poses(std::int64_t captured_ns, std::int64_t now_ns) {
   const double t = static_cast<double>(captured_ns) * 1e-9,
                ridden_s = 3 * std::floor(t / 4) + std::min(3.0, std::fmod(t, 4.0));
   const double turn = attack_.ride_m_per_s / kRideRadius_m * ridden_s;
-  const Vec3 ride = attack_.ride_m_per_s > 0 ? kRideRadius_m * Vec3(std::cos(turn), 0, std::sin(turn)) : Vec3::Zero();
+  const Vec3 ride = attack_.ride_m_per_s > 0 ? Vec3(kRideRadius_m * std::cos(turn), 0, kRideRadius_m * std::sin(turn))
+                                             : Vec3(Vec3::Zero());
   for (std::uint32_t begin = first_; begin < end_;) {
     wire::PoseBatch batch;
     for (; begin < end_ && batch.poses.size() < kPosesPerPacket; ++begin) {
