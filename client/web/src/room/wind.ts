@@ -17,7 +17,12 @@ export interface WindOptions {
 }
 
 // `carried` is a property of both.
-const kShort: Readonly<Record<Exclude<keyof WindOptions, "carried">, true>> = { speed: true, from: true, gust: true, turbulence: true };
+const kShort: Readonly<Record<Exclude<keyof WindOptions, "carried">, true>> = {
+  speed: true,
+  from: true,
+  gust: true,
+  turbulence: true,
+};
 const kFrom = 90;
 const kGust = 0.4;
 const kTurbulenceIntensity = 0.15; // usual outdoors
