@@ -11,9 +11,9 @@
 
 namespace hairnet {
 
-// The stream operations that Asio and Beast need, of whatever is below: their handlers have one type here, so that HTTP and
-// WebSockets are compiled once for plain sockets and TLS. One read and one write at a time. A read fills the first buffer that
-// has room, and a write takes up to kWriteBuffersMax buffers: both may do a part of what is asked.
+// The stream operations that Asio and Beast need, of whatever is below: their handlers have one type here, so that HTTP
+// and WebSockets are compiled once for plain sockets and TLS. One read and one write at a time. A read fills the first
+// buffer that has room, and a write takes up to kWriteBuffersMax buffers: both may do a part of what is asked.
 class AnyStream {
  public:
   using executor_type = boost::asio::any_io_executor;

@@ -264,7 +264,8 @@ int run_program(const Config& given, bool check_only) {
   std::vector<std::unique_ptr<Listener>> listeners;
   listeners.push_back(std::move(*listener));
   if (has_service_port) {
-    auto service = Listener::create(loop, service_options(config), metrics.transport, nullptr, &pages, config.service_port == port ? PortInUse::refused : in_use);
+    auto service = Listener::create(loop, service_options(config), metrics.transport, nullptr, &pages,
+                                    config.service_port == port ? PortInUse::refused : in_use);
     if (!service) return refuse(service.error());
     listeners.push_back(std::move(*service));
   }

@@ -423,9 +423,9 @@ void FleetTrial::moderate(const std::string& room) {
     return journal_.fault("moderator", "is not let in");
   Wind wind;
   wind.mean_m_per_s = winds_m_per_s_[room] = {1.0 + static_cast<double>(random_.next() % 4), 0, 2};
-  moderator_->send(wire::SetWind{wind});
+  players_.front()->send(wire::SetWind{wind});  // a wind lasts as long as who has set it
   moderator_->send(wire::Moderate{wire::ModerateAction::remove, 0, "sub:banned", kBan_s});
-  moderator_->send(wire::Moderate{wire::ModerateAction::mute, 0, "sub:player 1", 0});
+  moderator_->send(wire::Moderate{wire::ModerateAction::mute, 0, "sub:muted", 0});
   moderator_->send(wire::Moderate{wire::ModerateAction::lock, 0, "", 0});
 }
 
@@ -474,7 +474,7 @@ void FleetTrial::check_rules(const std::string& room, ServerHost& owner) {
     if (!holds) journal_.fault(owner.config().fleet.address, fmt::format("has no {} of {}", what, room));
   };
   check(rules.is_banned(room, "sub:banned", owner.clock_ns()), "ban");
-  check(rules.is_muted(room, "sub:player 1"), "mute");
+  check(rules.is_muted(room, "sub:muted"), "mute");
   check(rules.is_locked(room), "lock");
   journal_.count("rules looked at");
 }
