@@ -215,11 +215,13 @@ class DirectoryTrial {
   }
 
   void note_able() {
-    const bool is_etcd_up = !line_.etcd.is_down() && line_.dead_members.size() < endpoint_count_;
+    // Where a fifth of all messages gets lost or damaged, no line is good for long.
+    const bool is_etcd_good =
+        !line_.etcd.is_down() && line_.dead_members.size() < endpoint_count_ && line_.loss == 0 && line_.damaged == 0;
     first_able_ns_.reset();
     for (const auto& host : hosts_) {
       if (!host) continue;
-      if (!is_etcd_up || host->is_paused() || !host->line_end().is_good())
+      if (!is_etcd_good || host->is_paused() || !host->line_end().is_good())
         host->able_ns.reset();
       else if (!host->able_ns)
         host->able_ns = timeline_.now_ns();
