@@ -58,8 +58,9 @@ void tell_outliers(const std::vector<Outlier>& outliers, const HairParts& parts,
       remarks.doubts.push_back(file + "strand " + std::to_string(outlier.strand) + " " + describe(outlier, unit_m));
     }
     if (without_length > 1)
-      remarks.doubts.push_back(file + std::to_string(without_length) + of + "have no length, and are dropped");
-    if (count > 1) remarks.doubts.push_back(file + "something is wrong with " + std::to_string(count) + of + "in all");
+      remarks.doubts.push_back(file + std::to_string(without_length).append(of) + "have no length, and are dropped");
+    if (count > 1)
+      remarks.doubts.push_back(file + "something is wrong with " + std::to_string(count).append(of) + "in all");
   }
 }
 
