@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """Tests of deploy/kubernetes: every object keeps to schemas.yaml, and the objects fit each other and the server."""
-import base64
 import copy
 import os
 import pathlib
@@ -204,7 +203,8 @@ class Overlays(unittest.TestCase):
                 here = lambda text: text.replace("/run/secrets", folder).replace("/var/cache/hairnet", folder + "/cache")
                 for secret in ("token", "etcd"):
                     os.mkdir(f"{folder}/{secret}")
-                pathlib.Path(folder, "token/token.key").write_text(base64.b64encode(bytes(range(32))).decode() + "\n")
+                key = subprocess.run([pathlib.Path(server).with_name("hairnet-token"), "key"], check=True, capture_output=True)
+                pathlib.Path(folder, "token/token.key").write_bytes(key.stdout)
                 subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
                                 "-subj", "/CN=test", "-keyout", f"{folder}/etcd/tls.key", "-out", f"{folder}/etcd/tls.crt"],
                                check=True, capture_output=True)

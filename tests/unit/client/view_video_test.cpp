@@ -80,15 +80,14 @@ TEST_F(VideoTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
     ASSERT_TRUE(video->add(picture(64, 64, 100)));
   }
   EXPECT_EQ(file_count(), 0u);
-  fs::create_directory("b.mp4.part");  // ffmpeg cannot write there
+  fs::create_directory("b.mp4");  // in the place of the file
   Result<VideoWriter> video = VideoWriter::create("b.mp4", 64, 64, 30);
-  ASSERT_TRUE(video);
-  Result<void> done;
-  for (int i = 0; i < 200 && done; ++i) done = video->add(picture(64, 64, 100));
+  Result<void> done = video ? video->add(picture(64, 64, 100)) : Result<void>(Refusal(video.error()));
   if (done) done = video->finish();
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().find('\n'), std::string::npos);
-  EXPECT_FALSE(fs::exists("b.mp4"));
+  EXPECT_TRUE(fs::is_directory("b.mp4"));
+  EXPECT_EQ(file_count(), 1u);
 }
 
 TEST_F(VideoTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
