@@ -20,7 +20,7 @@ const std::string& RevokedTokensFile::poll(RevokedTokens& tokens, std::int64_t n
   if (now_ns < due_ns_) return fault_;
   due_ns_ = now_ns + kLookInterval_ns;
   std::string fault = read(tokens);
-  if (!fault.empty() && fault != fault_)
+  if (is_read_ && !fault.empty() && fault != fault_)  // before, the start is refused
     spdlog::error("event=revoked_tokens_failed file={} detail={} count={}", log_text(path_), log_text(fault),
                   tokens.count());
   fault_ = std::move(fault);
