@@ -34,7 +34,7 @@ inline constexpr std::size_t kTextBytesMax = 1024;                      // any s
 inline constexpr double kPositionMax_m = 10'000;                        // any coordinate of a pose, absolute
 inline constexpr std::int64_t kTimeMax_ns = 2'305'843'009'213'693'952;  // any time, absolute: sums cannot overflow
 inline constexpr std::uint32_t kTickRateMax_hz = 1000;
-inline constexpr std::uint32_t kSilentServer_ms = 10'000;  // from which nothing comes for so long: it is lost
+inline constexpr std::uint32_t kSilence_ms = 10'000;  // for which nothing comes from a peer: it is lost
 inline constexpr std::uint32_t kLatticeNodesPerAxisMax = 64;
 inline constexpr float kLatticeCoordinateMax_m = 100;  // origin and spacing, absolute
 

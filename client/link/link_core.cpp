@@ -169,14 +169,14 @@ void LinkCore::poll(std::int64_t now_ns) {
   check_invariants();
   if (ended()) return;
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
-  if (active() && welcome_->signs_of_life && silence_.look(now_ns)) {
+  if (active() && welcome_->signs_of_life && silence_.look(now_ns) >= channel::kSilence_ns) {
     ++counters_.servers_silent;
     return lose(
         GoodbyeReason::none,
-        "the server is silent: nothing came from it for " + std::to_string(wire::kSilentServer_ms / 1000) + " s",
+        "the server is silent: nothing came from it for " + std::to_string(wire::kSilence_ms / 1000) + " s",
         now_ns);
   }
-  if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
+  if (active() && now_ns - sent_ns_ >= channel::kSignOfLife_ns) {
     if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive
     sent_ns_ = now_ns;
   }
@@ -217,7 +217,7 @@ std::int64_t LinkCore::next_deadline_ns() const {
   const std::int64_t least_ns = std::min(deadline_ns_, give_up_ns_);
   if (!active()) return least_ns;
   const std::int64_t look_ns = welcome_->signs_of_life ? silence_.next_look_ns() : kNever_ns;
-  return std::min({least_ns, look_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + to_ns(options_.keep_alive_s)});
+  return std::min({least_ns, look_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + channel::kSignOfLife_ns});
 }
 
 bool LinkCore::wants_close() const {
@@ -245,6 +245,7 @@ void LinkCore::on_open(std::int64_t, bool has_datagrams) {
   hello.redirects = redirects_;
   hello.datagram_layout = wire::kFrameDatagramLayout;
   hello.trace = options_.trace;
+  hello.signs_of_life = true;
   if (welcome_ && welcomed_at_ == redirected_to_) {
     hello.session = welcome_->session;
     hello.secret = welcome_->secret;

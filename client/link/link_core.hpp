@@ -20,11 +20,11 @@
 #include "client/link/requested_wind.hpp"
 #include "client/link/send_queue.hpp"
 #include "client/link/sent_poses.hpp"
-#include "client/link/silence.hpp"
 #include "client/link/upload_queue.hpp"
 #include "schema/channel/bulk_scheduler.hpp"
 #include "schema/channel/clock_estimate.hpp"
 #include "schema/channel/packet_splitter.hpp"
+#include "schema/channel/silence.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -35,7 +35,6 @@ struct LinkCoreOptions {
   std::string room, token;  // empty: the lobby; none
   wire::Role role = wire::Role::participant;
   double connect_timeout_s = 5;  // from the attempt to the welcome; 3 more in a Link that is `automatic`
-  double keep_alive_s = 15;      // after this time without anything to send, an empty pose batch is sent
   bool reconnect = true;         // after the first welcome; before it, only a redirect is a reason to try again
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
@@ -202,7 +201,7 @@ class LinkCore {
   std::int64_t active_since_ns_ = 0;
   std::optional<std::int64_t> away_since_ns_;  // start of the current or the last outage
   std::int64_t sent_ns_ = 0;                   // when a packet, or a sign of life, went out last
-  Silence silence_;
+  channel::Silence silence_{0};
   Backoff backoff_;
   channel::PacketSplitter splitter_;
   channel::ClockEstimate clock_;

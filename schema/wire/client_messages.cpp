@@ -57,7 +57,8 @@ Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
   const auto room = to.CreateString(fit_text(m.room));
   const auto token = to.CreateString(m.token);
   return fb::CreateHello(to, m.protocol_version, name, room, token, static_cast<fb::Role>(m.role), m.session,
-                         m.session == 0 ? nullptr : &secret, m.message_max, m.redirects, m.datagram_layout, m.trace);
+                         m.session == 0 ? nullptr : &secret, m.message_max, m.redirects, m.datagram_layout, m.trace,
+                         m.signs_of_life);
 }
 
 Fault read(const fb::Hello& in, Hello& out) {
@@ -71,6 +72,7 @@ Fault read(const fb::Hello& in, Hello& out) {
   out.redirects = in.redirects();
   out.datagram_layout = in.datagram_layout();
   out.trace = in.trace();
+  out.signs_of_life = in.signs_of_life();
   constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::GroomBasis);  // every client of this version knows these
   if (out.message_max < kLeast) return "hello: message_max is below " + std::to_string(kLeast);
   Fault fault = read_text(in.client_name(), "client name", out.client_name);

@@ -40,6 +40,7 @@ struct Hello {
   std::uint8_t redirects = 0;        // that the client has followed to come here since its last Welcome
   std::uint8_t datagram_layout = 0;  // the last that the client knows: kFrameDatagramLayout; 0: only packets
   std::uint64_t trace = 0;           // of the client's whole way, over all servers, for their logs; 0: none
+  bool signs_of_life = false;        // the server hears something of it in less than kSilence_ms, all the time
 };
 struct GroomOffer {
   GroomHash hash{};

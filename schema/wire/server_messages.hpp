@@ -32,7 +32,7 @@ struct Welcome {
   std::int64_t pose_delay_ns = 0;     // a tick samples poses this far before its own time
   bool may_set_wind = true;           // the session; a moderator may forbid it later
   std::vector<ServerAt> others = {};  // of the fleet, to ask when this one does not answer any more
-  bool signs_of_life = false;         // the client hears something of it in less than kSilentServer_ms, all the time
+  bool signs_of_life = false;         // the client hears something of it in less than kSilence_ms, all the time
 };
 struct GroomNeed {
   GroomHash hash{};

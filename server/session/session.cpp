@@ -15,9 +15,6 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-// Of a session that has nothing else to be told. Some may be late before the client gives the server up.
-constexpr std::int64_t kSignOfLife_ns = std::int64_t{wire::kSilentServer_ms} * 1'000'000 / 4;
-
 }  // namespace
 
 Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns)
@@ -28,7 +25,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
                                        connection_->datagram_bytes_max())),
       downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
-      heard_ns_(now_ns),
+      silence_(now_ns),
       sent_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
   HAIRNET_ASSERT(id != 0);
@@ -91,7 +88,7 @@ void Session::take_packet(std::span<const std::uint8_t> packet, std::int64_t now
     // The packet is well formed, but a value is out of range. The stream is still in sync, so the session goes on; the
     // packet counts against the message rate.
     context_->counters.packets_refused_invalid.add();
-    heard_ns_ = now_ns;
+    silence_.on_heard(now_ns);
     if (state_ == State::active) {
       take_message(now_ns);
       return;
@@ -283,12 +280,12 @@ void Session::poll(std::int64_t now_ns) {
     }
     counters.sessions_closed_by_server_handshake_timeout.add();
     drain(GoodbyeReason::handshake_timeout, "no hello came", now_ns);
-  } else if (now_ns - heard_ns_ > limits.idle_timeout_ns) {
+  } else if (silence_.look(now_ns) > (gives_signs_of_life_ ? channel::kSilence_ns : limits.idle_timeout_ns)) {
     counters.sessions_closed_by_server_idle.add();
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
   } else if (const auto stalled = downloads_.give_up_stalled(*connection_, now_ns)) {
     send(*stalled, now_ns);
-  } else if (state_ == State::active && now_ns - sent_ns_ >= kSignOfLife_ns && outbox_->packet_count() == 0) {
+  } else if (state_ == State::active && now_ns - sent_ns_ >= channel::kSignOfLife_ns && outbox_->packet_count() == 0) {
     send(wire::FrameBatch{context_->tick.load(std::memory_order_relaxed), now_ns, {}}, now_ns);
   }
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "schema/channel/bulk_scheduler.hpp"
+#include "schema/channel/silence.hpp"
 #include "schema/channel/token.hpp"
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
@@ -149,12 +150,14 @@ class Session final : public PacketSink {
   PeerClock clock_;
   Downloads downloads_;
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
-  std::int64_t opened_ns_, heard_ns_, sent_ns_;
+  std::int64_t opened_ns_, sent_ns_;
+  channel::Silence silence_;
   std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
   std::int64_t pose_error_next_ns_;           // at most one error about poses is sent a second
   std::optional<wire::Hello> waiting_hello_;  // for the directory of the fleet
   bool joined_ = false;                       // the room knows the session
+  bool gives_signs_of_life_ = false;          // the client has promised to
   bool goes_on_elsewhere_ = false;            // with its room, on another server
   bool reads_datagram_ = false;               // the packet in hand may have overtaken others, or come after them
 };

@@ -139,6 +139,7 @@ struct Session::MessageHandler {
       session.outbox_->set_message_max(hello.message_max);
       session.outbox_->set_datagram_layout(hello.datagram_layout);
       identity.trace = hello.trace;
+      session.gives_signs_of_life_ = hello.signs_of_life;
       enter(hello);
     }
     return {};
@@ -558,7 +559,7 @@ struct Session::MessageHandler {
 
 void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
-  heard_ns_ = now_ns;
+  silence_.on_heard(now_ns);
   const auto* chunk = std::get_if<wire::GroomChunk>(&envelope.message);
   if (!(chunk && MessageHandler::is_free(*chunk)) && !take_message(now_ns)) return;
   if (!clock_.observe(envelope.clock_ns, now_ns)) {

@@ -54,7 +54,7 @@ namespace wire {
 
 BOOST_DESCRIBE_STRUCT(Hello, (),
                       (protocol_version, client_name, room, token, role, session, secret, message_max, redirects,
-                       datagram_layout, trace))
+                       datagram_layout, trace, signs_of_life))
 BOOST_DESCRIBE_STRUCT(GroomOffer, (), (hash, byte_count))
 BOOST_DESCRIBE_STRUCT(GroomChunk, (), (hash, offset, bytes))
 BOOST_DESCRIBE_STRUCT(HairState, (), (step_m, displacements, velocities))

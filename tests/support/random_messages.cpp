@@ -140,6 +140,7 @@ void RandomMessages::draw(Hello& hello) {
     draw(hello.secret);
   }
   if (coin()) hello.redirects = static_cast<std::uint8_t>(integer(0, 255));
+  draw(hello.signs_of_life);
   if (coin()) hello.datagram_layout = static_cast<std::uint8_t>(integer(0, 255));
   if (coin()) hello.trace = integer(1, ~std::uint64_t{0});
 }

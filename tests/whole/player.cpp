@@ -51,7 +51,6 @@ void Player::make_core() {
   options.room = plan_.room;
   options.token = plan_.token;
   options.connect_timeout_s = plan_.quality.lossy || plan_.find_server ? 5 : 1;
-  options.keep_alive_s = 1;
   options.seed = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
   members_.clear();

@@ -149,6 +149,26 @@ TEST(LinkCore, a_server_that_falls_silent_is_given_up_and_asked_again) {
   }
 }
 
+TEST(LinkCore, promises_signs_of_life_and_gives_one_in_every_quarter_of_the_time_for_them) {
+  LinkCoreDriver d;
+  d.core.start();
+  d.open();
+  EXPECT_TRUE(d.expect<wire::Hello>().signs_of_life);
+  d.send(welcome_to(5));
+  d.event<Connected>();
+  for (int i = 0; i < 10; ++i) {
+    const std::int64_t sent_ns = d.now_ns;
+    std::optional<wire::Message> sign;
+    for (int turn = 0; turn < 10 && !sign; ++turn) {
+      d.pass_to_deadline();
+      sign = d.take();
+    }
+    ASSERT_TRUE(sign && std::holds_alternative<wire::PoseBatch>(*sign));
+    EXPECT_TRUE(std::get<wire::PoseBatch>(*sign).poses.empty());
+    EXPECT_LE(d.now_ns - sent_ns, channel::kSilence_ns / 4);
+  }
+}
+
 TEST(LinkCore, the_silence_of_a_server_does_not_count_while_this_program_is_stopped_nor_of_one_that_gives_no_signs) {
   LinkCoreDriver stopped;
   wire::Welcome welcome = welcome_to(5);

@@ -78,15 +78,15 @@ TEST(Config, its_time_outs_are_the_documented_ones) {
   const auto seconds = [](std::int64_t ns) { return std::to_string(ns / 1'000'000'000) + " s"; };
   const std::map<std::string, std::string> expected{
       {"handshake", seconds(config.sessions.handshake_timeout_ns)},
-      {"idle, no message from a client", seconds(config.sessions.idle_timeout_ns)},
+      {"idle, no message from a client that has not promised `signs_of_life`", seconds(config.sessions.idle_timeout_ns)},
       {"upload, less than " + std::to_string(static_cast<int>(config.grooms.upload_bytes_per_s_min) / 1024) +
            " KiB a second",
        seconds(config.grooms.upload_timeout_ns)},
       {"download, nothing read of its stream (WebTransport)", seconds(config.sessions.download_stalled_ns)},
       {"slow consumer, nothing read", seconds(config.sessions.slow_consumer_ns)},
       {"draining", seconds(config.sessions.drain_timeout_ns)},
-      {"silent server (`kSilentServer_ms`), nothing arrived from it",
-       std::to_string(wire::kSilentServer_ms / 1000) + " s"}};
+      {"silence (`kSilence_ms`), nothing arrived from a peer that has promised `signs_of_life`",
+       std::to_string(wire::kSilence_ms / 1000) + " s"}};
   EXPECT_EQ(documented_time_outs(), expected);
 }
 

@@ -251,7 +251,7 @@ TEST_F(SessionTest, closes_without_a_hello_in_time) {
 }
 
 TEST_F(SessionTest, gives_signs_of_life_where_it_has_nothing_else_to_say) {
-  constexpr std::int64_t kSilent_ns = std::int64_t{wire::kSilentServer_ms} * 1'000'000;
+  constexpr std::int64_t kSilent_ns = std::int64_t{wire::kSilence_ms} * 1'000'000;
   session_.poll(now_ns_ + 4 * kSecond_ns);
   EXPECT_THAT(connection_->all<wire::FrameBatch>(), IsEmpty()) << "nobody is welcome yet";
   hello();
@@ -280,10 +280,37 @@ TEST_F(SessionTest, gives_no_signs_of_life_between_other_packets) {
 
 TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
   hello();
-  session_.poll(now_ns_ + 59 * kSecond_ns);
-  EXPECT_FALSE(connection_->closed);
-  session_.poll(now_ns_ + 61 * kSecond_ns);
+  const std::int64_t heard_ns = now_ns_;
+  for (int s = 1; s <= 61; ++s) {
+    EXPECT_FALSE(connection_->closed) << s;
+    session_.poll(heard_ns + s * kSecond_ns);
+  }
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::idle_timeout));
+}
+
+TEST_F(SessionTest, closes_when_a_client_that_promised_signs_of_life_gives_none) {
+  wire::Hello hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}};
+  hello.signs_of_life = true;
+  send(hello);
+  const auto poll_for = [this](int seconds) {
+    for (const std::int64_t end_ns = now_ns_ + seconds * kSecond_ns; now_ns_ < end_ns; now_ns_ += kSecond_ns / 10)
+      session_.poll(now_ns_);
+  };
+  for (int i = 0; i < 20; ++i) {
+    poll_for(9);
+    send(wire::PoseBatch{});
+  }
+  EXPECT_FALSE(connection_->closed);
+  poll_for(11);
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::idle_timeout));
+}
+
+TEST_F(SessionTest, counts_no_silence_while_the_server_itself_is_stopped) {
+  wire::Hello hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}};
+  hello.signs_of_life = true;
+  send(hello);
+  session_.poll(now_ns_ + 3600 * kSecond_ns);
+  EXPECT_FALSE(connection_->closed);
 }
 
 TEST_F(SessionTest, gives_signs_of_life_when_nothing_else_is_sent) {
@@ -300,7 +327,7 @@ TEST_F(SessionTest, gives_signs_of_life_when_nothing_else_is_sent) {
     last_ns = at_ns;
   }
   EXPECT_GT(batches(), before);
-  EXPECT_LT(longest_ns, std::int64_t{wire::kSilentServer_ms} * 1'000'000 / 2);
+  EXPECT_LT(longest_ns, std::int64_t{wire::kSilence_ms} * 1'000'000 / 2);
 }
 
 TEST_F(SessionTest, closes_a_client_that_takes_nothing) {

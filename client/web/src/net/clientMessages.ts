@@ -62,6 +62,8 @@ export interface Hello {
   readonly datagramLayout: number;
   /** of the client's whole way, over all servers, for their logs; 0: none */
   readonly trace: bigint;
+  /** the server hears something of it in less than kSilenceMs, all the time */
+  readonly signsOfLife: boolean;
 }
 /** Every client of this version knows these. */
 const kMessageMaxLeast: number = fb.Body.GroomBasis;
@@ -88,6 +90,7 @@ const hello: ClientCodec<Hello> = {
     fb.Hello.addRedirects(to, message.redirects);
     fb.Hello.addDatagramLayout(to, message.datagramLayout);
     fb.Hello.addTrace(to, message.trace);
+    fb.Hello.addSignsOfLife(to, message.signsOfLife);
     return fb.Hello.endHello(to);
   },
   read(from) {
@@ -107,6 +110,7 @@ const hello: ClientCodec<Hello> = {
       redirects: from.redirects(),
       datagramLayout: from.datagramLayout(),
       trace: from.trace(),
+      signsOfLife: from.signsOfLife(),
     };
   },
   check({ room, token, role, secret, messageMax, redirects, datagramLayout, trace }) {

@@ -26,7 +26,7 @@ import { RequestedState } from "./requestedState";
 import { RequestedWind } from "./requestedWind";
 import { SendQueue } from "./sendQueue";
 import { SentPoses } from "./sentPoses";
-import { kSilenceS, Silence } from "./silence";
+import { kSignOfLifeNs, kSilenceS, Silence } from "./silence";
 import { UploadQueue } from "./uploadQueue";
 
 // A pose waits for at most one chunk of a groom: it is kept small.
@@ -290,7 +290,7 @@ export class LinkCore {
     if (this.hasEnded) return Infinity;
     const leastNs = Math.min(this.#deadlineNs, this.#giveUpNs);
     if (!this.isActive) return leastNs;
-    const keepAliveNs = this.#sentNs + 1e9 * this.#options.keepAliveS;
+    const keepAliveNs = this.#sentNs + kSignOfLifeNs;
     const silenceNs = this.#welcome!.signsOfLife ? this.#silence.nextLookNs : Infinity;
     return Math.min(leastNs, this.#membersDueNs, this.#importance.dueNs, keepAliveNs, silenceNs);
   }
@@ -481,6 +481,7 @@ export class LinkCore {
       redirects: this.#redirects,
       datagramLayout: kFrameDatagramLayout,
       trace,
+      signsOfLife: true,
     };
   }
 
@@ -493,7 +494,7 @@ export class LinkCore {
         nowNs,
       );
     }
-    if (nowNs - this.#sentNs >= 1e9 * this.#options.keepAliveS) {
+    if (nowNs - this.#sentNs >= kSignOfLifeNs) {
       if (this.#queue.isEmpty) this.#enqueue({ type: "poseBatch", poses: [] }); // a keep-alive
       this.#sentNs = nowNs;
     }

@@ -10,8 +10,6 @@ export interface LinkCoreOptions {
   readonly role: Role;
   /** from the attempt to the welcome */
   readonly connectTimeoutS: number;
-  /** after so long without anything to send, an empty pose batch goes out */
-  readonly keepAliveS: number;
   /** once welcomed; a first attempt that fails is the last */
   readonly reconnect: boolean;
   /** of trying to reconnect; 0: never */
@@ -30,7 +28,6 @@ export const kDefaultOptions: LinkCoreOptions = {
   token: "",
   role: Role.participant,
   connectTimeoutS: 5,
-  keepAliveS: 15,
   reconnect: true,
   giveUpAfterS: 0,
   evaluateLearnt: true,

@@ -50,7 +50,7 @@ export interface Welcome {
   readonly maySetWind: boolean;
   /** of the fleet, to ask when this one does not answer any more */
   readonly others: readonly ServerAt[];
-  /** something comes from it in less than kSilentServerMs, all the time */
+  /** something comes from it in less than kSilenceMs, all the time */
   readonly signsOfLife: boolean;
 }
 const welcome: MessageReader<Welcome> = {

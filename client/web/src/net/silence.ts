@@ -1,10 +1,12 @@
-import { kSilentServerMs } from "../generated/limits";
+import { kSilenceMs } from "../generated/limits";
 
 const kLookEveryNs = 1e9;
 /** What a look adds at most: a program, or a page in the background, may have been stopped since the last one. */
 const kLookNsMax = 2e9;
 
-export const kSilenceS = 1e-3 * kSilentServerMs;
+export const kSilenceS = 1e-3 * kSilenceMs;
+/** a peer that promised signs of life sends something at least as often */
+export const kSignOfLifeNs = (1e6 * kSilenceMs) / 4;
 
 /**
  * For how long nothing has come from the server, counted while this program could receive: what arrived while it was
@@ -23,11 +25,11 @@ export class Silence {
   look(nowNs: number): boolean {
     this.#ns += Math.min(nowNs - this.#lookedNs, kLookNsMax);
     this.#lookedNs = nowNs;
-    return this.#ns >= 1e6 * kSilentServerMs;
+    return this.#ns >= 1e6 * kSilenceMs;
   }
 
   /** when to look again */
   get nextLookNs(): number {
-    return this.#lookedNs + Math.min(kLookEveryNs, 1e6 * kSilentServerMs - this.#ns);
+    return this.#lookedNs + Math.min(kLookEveryNs, 1e6 * kSilenceMs - this.#ns);
   }
 }
