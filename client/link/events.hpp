@@ -28,6 +28,9 @@ struct Disconnected {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
 };
+// Whether a client that a server has left for that reason would be refused again, by the same server or the next.
+bool is_final(wire::GoodbyeReason reason);
+
 // A requested groom: its file's bytes, for wire::decode_groom; or null, and the reason in one line.
 struct GroomFetched {
   wire::GroomHash hash{};

@@ -33,6 +33,7 @@ void displacements_of(const Frame& frame, std::vector<Vec3f>& out);
 struct FrameBatch {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
+  std::int64_t received_ns = 0;     // this client's clock: when it came, or was decoded at last
   std::vector<Frame> frames;
 };
 

@@ -278,8 +278,12 @@ Result<wire::Welcome> Link::connect() {
 wire::GroomHash Link::upload(const Groom& groom, const LearntHair* learnt) {
   auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom, learnt));
   const wire::GroomHash hash = wire::hash_groom(*bytes);
-  impl_->ask([&](LinkCore& core) { core.offer_groom(hash, std::move(bytes)); });
+  offer_groom(hash, std::move(bytes));
   return hash;
+}
+
+void Link::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {
+  impl_->ask([&](LinkCore& core) { core.offer_groom(hash, std::move(bytes)); });
 }
 
 void Link::send(wire::ClientMessage message) {

@@ -10,10 +10,10 @@
 
 #include "client/link/address.hpp"
 #include "client/link/events.hpp"
+#include "client/link/conversation.hpp"
 #include "client/link/link_core.hpp"
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"
-#include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet::link {
 
@@ -28,19 +28,18 @@ struct LinkOptions {
 
 // A client's conversation with a server over a socket: a LinkCore, and a thread that drives it. Make all calls from one
 // thread. Only connect() blocks.
-class Link {
+class Link final : public Conversation {
  public:
   explicit Link(LinkOptions options);
-  ~Link();  // sends a goodbye, and waits a moment until it is sent
+  ~Link() override;  // sends a goodbye, and waits a moment until it is sent
   // Resolves the name, connects, and exchanges hello and welcome, within the time-out. Call it once: a link that has
   // ended cannot be used again.
   Result<wire::Welcome> connect();
   // Offers the groom, and sends the bytes that the server lacks. The same groom twice is one upload. `learnt`: hair
   // that was learnt of it, which spares the server that; null: none.
   wire::GroomHash upload(const Groom& groom, const LearntHair* learnt = nullptr);
-  // Sends a request. The calls from add_character to moderate are shorthands for it. Importance, grooms and poses have
-  // calls of their own.
-  void send(wire::ClientMessage message);
+  // The calls from add_character to moderate are shorthands for it.
+  void send(wire::ClientMessage message) override;
   // `tag`: any bytes, at most wire::kTagBytesMax, by convention the person's name in UTF-8. Everyone in the room gets
   // tag and appearance (MemberJoined), so that an application knows whose character a member is and how to draw it.
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level, std::string tag = {},
@@ -59,27 +58,21 @@ class Link {
   void observe(const wire::Observe& wanted) { send(wanted); }     // of others; every frame of all at first
   // Refused with an Error unless the link's token says `moderate`. Sent once, and not again over a new connection.
   void moderate(const wire::Moderate& action) { send(action); }
-  // How large members are on this screen. Sends at most four reports a second, of relevant changes only.
-  void report_importance(const std::vector<wire::MemberImportance>& members);
-  // Requests the groom of another client. GroomFetched follows, or an Error (groom_unavailable).
-  void request_groom(const wire::GroomHash& hash);
-  // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
-  void push_poses(std::vector<wire::PoseSample> poses);
-  // The events since the last call. A caller that never polls loses the oldest frames; memory stays bounded.
-  std::vector<Event> poll();
-  [[nodiscard]] std::int64_t now_ns() const;  // this link's monotonic clock
-  // Converts a time of the server's clock to that of now_ns(). Requires a connection.
-  [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
-  [[nodiscard]] LinkCounters counters() const;
+  void report_importance(const std::vector<wire::MemberImportance>& members) override;
+  void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) override;
+  void request_groom(const wire::GroomHash& hash) override;
+  void push_poses(std::vector<wire::PoseSample> poses) override;
+  std::vector<Event> poll() override;
+  [[nodiscard]] std::int64_t now_ns() const override;
+  [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const override;
+  [[nodiscard]] LinkCounters counters() const override;
   // How the open connection's packets travel: "webtransport", or the scheme of an address. Empty: none is open.
   [[nodiscard]] std::string transport() const;
   // Why these packets do not travel by WebTransport, which was tried before, in one line. Empty: they do, or it was not
   // tried.
   [[nodiscard]] std::string fallback_reason() const;
-  // Drawn hair must be kept out of it (SkinPush). Null until frames of coefficients have brought the groom's basis.
-  [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const;
-  // Says goodbye and ends the link; Disconnected is the last event.
-  void close();
+  [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const override;
+  void close() override;
 
  private:
   struct Impl;

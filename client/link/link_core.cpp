@@ -45,12 +45,15 @@ bool ends_upload(const wire::Error& error) {
          error.groom != wire::GroomHash{};
 }
 
-// The same client would be refused again, by the same server or the next.
+}  // namespace
+
 bool is_final(GoodbyeReason reason) {
   return reason == GoodbyeReason::client_leaves || reason == GoodbyeReason::protocol_error ||
          reason == GoodbyeReason::version_unsupported || reason == GoodbyeReason::token_refused ||
          reason == GoodbyeReason::session_taken_over || reason == GoodbyeReason::removed;
 }
+
+namespace {
 
 // What no server takes is refused here, with the error that a server would send.
 std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
@@ -519,7 +522,7 @@ void LinkCore::take(const GroomFetched& basis, const std::vector<wire::GroomHash
     for (const auto& [frame, tick, sample_time_ns, decoded] : members_.decode_waiting(groom)) {
       counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;
       if (sink_ || !decoded.pose) continue;
-      FrameBatch events{tick, sample_time_ns, {}};
+      FrameBatch events{tick, sample_time_ns, now_ns, {}};
       dispatch({tick, sample_time_ns, frame, decoded}, events, now_ns);
       events.frames[0].repeated = true;
       push(std::move(events));
@@ -528,7 +531,7 @@ void LinkCore::take(const GroomFetched& basis, const std::vector<wire::GroomHash
 }
 
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
-  FrameBatch events{batch.tick, batch.sample_time_ns, {}};
+  FrameBatch events{batch.tick, batch.sample_time_ns, now_ns, {}};
   if (!sink_) events.frames.reserve(batch.frames.size());
   decoded_.clear();
   for (std::size_t i = 0; i < batch.frames.size(); ++i) {

@@ -28,29 +28,29 @@ void describe_point() {
   describe(3, 4, GL_UNSIGNED_BYTE, sizeof(Vertex), offsetof(Vertex, ends));
 }
 
-void describe_vertex(const StrandVertex*) {
-  describe(0, 4, GL_UNSIGNED_BYTE, sizeof(StrandVertex), offsetof(StrandVertex, sides));
-  describe(1, 4, GL_UNSIGNED_BYTE, sizeof(StrandVertex), offsetof(StrandVertex, ends));
-  describe(2, 1, GL_FLOAT, sizeof(StrandVertex), offsetof(StrandVertex, strand));
+void describe_vertex(const draw::StrandVertex*) {
+  describe(0, 4, GL_UNSIGNED_BYTE, sizeof(draw::StrandVertex), offsetof(draw::StrandVertex, sides));
+  describe(1, 4, GL_UNSIGNED_BYTE, sizeof(draw::StrandVertex), offsetof(draw::StrandVertex, ends));
+  describe(2, 1, GL_FLOAT, sizeof(draw::StrandVertex), offsetof(draw::StrandVertex, strand));
 }
 
-void describe_vertex(const CardVertex*) {
-  describe_point<CardVertex>();
-  describe(4, 4, GL_FLOAT, sizeof(CardVertex), offsetof(CardVertex, side));
+void describe_vertex(const draw::CardVertex*) {
+  describe_point<draw::CardVertex>();
+  describe(4, 4, GL_FLOAT, sizeof(draw::CardVertex), offsetof(draw::CardVertex, side));
 }
 
-void describe_vertex(const FabricVertex*) {
-  describe_point<FabricVertex>();
-  describe(4, 4, GL_FLOAT, sizeof(FabricVertex), offsetof(FabricVertex, albedo));
-  describe(5, 1, GL_FLOAT, sizeof(FabricVertex), offsetof(FabricVertex, cord));
+void describe_vertex(const draw::FabricVertex*) {
+  describe_point<draw::FabricVertex>();
+  describe(4, 4, GL_FLOAT, sizeof(draw::FabricVertex), offsetof(draw::FabricVertex, albedo));
+  describe(5, 1, GL_FLOAT, sizeof(draw::FabricVertex), offsetof(draw::FabricVertex, cord));
 }
 
-void describe_vertex(const BodyVertex*) {
-  describe(0, 3, GL_FLOAT, sizeof(BodyVertex), offsetof(BodyVertex, rest));
-  describe(1, 4, GL_HALF_FLOAT, sizeof(BodyVertex), offsetof(BodyVertex, normal));
-  describe(2, 4, GL_UNSIGNED_BYTE, sizeof(BodyVertex), offsetof(BodyVertex, sides));
-  describe(3, 4, GL_UNSIGNED_BYTE, sizeof(BodyVertex), offsetof(BodyVertex, ends));
-  describe(4, 4, GL_UNSIGNED_BYTE, sizeof(BodyVertex), offsetof(BodyVertex, shares));
+void describe_vertex(const draw::BodyVertex*) {
+  describe(0, 3, GL_FLOAT, sizeof(draw::BodyVertex), offsetof(draw::BodyVertex, rest));
+  describe(1, 4, GL_HALF_FLOAT, sizeof(draw::BodyVertex), offsetof(draw::BodyVertex, normal));
+  describe(2, 4, GL_UNSIGNED_BYTE, sizeof(draw::BodyVertex), offsetof(draw::BodyVertex, sides));
+  describe(3, 4, GL_UNSIGNED_BYTE, sizeof(draw::BodyVertex), offsetof(draw::BodyVertex, ends));
+  describe(4, 4, GL_UNSIGNED_BYTE, sizeof(draw::BodyVertex), offsetof(draw::BodyVertex, shares));
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ void GroomBuffers::upload(GLenum target, const Buffer& buffer, const std::vector
 }
 
 template <class Vertex>
-void GroomBuffers::fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn) {
+void GroomBuffers::fill(const draw::Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn) {
   glBindVertexArray(drawn.array_.name());
   upload(GL_ARRAY_BUFFER, vertices, mesh.vertices);
   describe_vertex(static_cast<const Vertex*>(nullptr));
@@ -93,7 +93,7 @@ void GroomBuffers::fill(const std::vector<std::array<float, kNumbers>>& points, 
   bytes_ += rows.size() * sizeof(rows[0]);
 }
 
-GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
+GroomBuffers::GroomBuffers(const draw::GroomGeometry& geometry)
     : point_end_(geometry.strand_points.end),
       strand_count_(geometry.strand_count),
       far_card_count_(geometry.far_card_count),
@@ -115,10 +115,10 @@ GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
   fill(geometry.strand_points.arc, rest_arcs_);
   glBindVertexArray(0);
   upload(GL_ARRAY_BUFFER, strand_vertices_, geometry.strand_vertices);
-  for (const SimplifiedStrands& list : geometry.simplified_strands) {
+  for (const draw::SimplifiedStrands& list : geometry.simplified_strands) {
     List& one = lists_.emplace_back(List{{}, list.tolerance_m, list.end});
     glBindVertexArray(one.mesh.array_.name());
-    describe_vertex(static_cast<const StrandVertex*>(nullptr));
+    describe_vertex(static_cast<const draw::StrandVertex*>(nullptr));
     upload(GL_ELEMENT_ARRAY_BUFFER, one.mesh.indices_, list.triangles);
     one.mesh.index_count_ = static_cast<GLsizei>(list.triangles.size());
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "client/render/gl_objects.hpp"
-#include "client/render/groom_geometry.hpp"
+#include "client/draw/groom_geometry.hpp"
 #include "client/render/skin_texture.hpp"
 
 namespace hairnet::render {
@@ -25,7 +25,7 @@ class DrawnMesh {
 // One groom's geometry on the GPU.
 class GroomBuffers {
  public:
-  explicit GroomBuffers(const GroomGeometry& geometry);
+  explicit GroomBuffers(const draw::GroomGeometry& geometry);
 
   // Binds the strands' points for StrandDeformPass to the texture units kRestPointsUnit and kRestArcsUnit.
   void bind_points() const;
@@ -64,7 +64,7 @@ class GroomBuffers {
     std::vector<std::uint32_t> end;  // SimplifiedStrands::end
   };
   template <class Vertex>
-  void fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn);
+  void fill(const draw::Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn);
   template <std::size_t kNumbers>
   void fill(const std::vector<std::array<float, kNumbers>>& points, const Texture& texture);
   template <class T>

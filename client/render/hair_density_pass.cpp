@@ -5,7 +5,7 @@
 namespace hairnet::render {
 namespace {
 
-constexpr auto kDensityWidth = static_cast<GLsizei>(DensityGrid::kDensitySide * DensityGrid::kDensitySide);
+constexpr auto kDensityWidth = static_cast<GLsizei>(draw::DensityGrid::kDensitySide * draw::DensityGrid::kDensitySide);
 
 void allocate_halves(const Texture& texture, GLint unit, GLenum stored, GLenum format, std::size_t rows) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
@@ -28,7 +28,7 @@ Result<HairDensityPass> HairDensityPass::build() {
   HairDensityPass pass(std::move(points), std::move(light));
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
-  pass.rows_ = DensityGrid::kDensitySide;
+  pass.rows_ = draw::DensityGrid::kDensitySide;
   pass.is_supported_ = pass.allocate();
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
   while (glGetError() != GL_NO_ERROR) {
@@ -52,8 +52,8 @@ bool HairDensityPass::allocate() {
 }
 
 void HairDensityPass::begin(std::size_t grids) {
-  if (grids * DensityGrid::kDensitySide > rows_) {
-    rows_ = grids * DensityGrid::kDensitySide;
+  if (grids * draw::DensityGrid::kDensitySide > rows_) {
+    rows_ = grids * draw::DensityGrid::kDensitySide;
     allocate();
   }
   glBindVertexArray(nothing_.name());

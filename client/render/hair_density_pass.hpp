@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "client/render/density_grid.hpp"
+#include "client/draw/density_grid.hpp"
 #include "client/render/groom_buffers.hpp"
 #include "client/render/program.hpp"
 

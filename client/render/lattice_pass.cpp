@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "client/render/mode_texels.hpp"
+#include "client/draw/mode_texels.hpp"
 
 namespace hairnet::render {
 namespace {
@@ -19,7 +19,7 @@ Result<LatticePass> LatticePass::build() {
   if (!programs) return Refusal(programs.error());
   auto& [sum, copy] = *programs;
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  return LatticePass(std::move(sum), std::move(copy), node_sum_for(renderer != nullptr ? renderer : ""));
+  return LatticePass(std::move(sum), std::move(copy), draw::node_sum_for(renderer != nullptr ? renderer : ""));
 }
 
 void LatticePass::reserve(std::size_t rows) {
@@ -28,37 +28,37 @@ void LatticePass::reserve(std::size_t rows) {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
   if (rows == rows_) return;
   rows_ = rows;
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(kLatticeRow), static_cast<GLsizei>(rows_), 0,
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(draw::kLatticeRow), static_cast<GLsizei>(rows_), 0,
                GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
   set_nearest();
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, nodes_.name(), 0);
 }
 
-void LatticePass::bind_modes(const CharacterRecords::Source& source) {
+void LatticePass::bind_modes(const draw::CharacterRecords::Source& source) {
   const auto [place, is_new] = modes_.try_emplace(source.basis.get());
   auto& [basis, texture, bytes] = place->second;
   glActiveTexture(GL_TEXTURE0 + kModesUnit);
   glBindTexture(GL_TEXTURE_2D, texture.name());
   if (!is_new) return;
   basis = source.basis;
-  const auto texels = mode_texels(*source.geometry, *source.basis);
+  const auto texels = draw::mode_texels(*source.geometry, *source.basis);
   bytes = texels.size() * sizeof texels[0];
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, static_cast<GLsizei>(kLatticeRow),
-               static_cast<GLsizei>(texels.size() / kLatticeRow), 0, GL_RGBA, GL_FLOAT, texels.data());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, static_cast<GLsizei>(draw::kLatticeRow),
+               static_cast<GLsizei>(texels.size() / draw::kLatticeRow), 0, GL_RGBA, GL_FLOAT, texels.data());
   set_nearest();
 }
 
-void LatticePass::run(const CharacterRecords& records) {
+void LatticePass::run(const draw::CharacterRecords& records) {
   // A new basis may lie where one that is gone lay.
   std::erase_if(modes_, [](const auto& entry) { return entry.second.basis.expired(); });
   if (!records.uploaded_nodes().empty()) uploaded_.fill(records.uploaded_nodes());
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
   reserve(std::max<std::size_t>(records.node_rows(), 1));
-  glViewport(0, 0, static_cast<GLsizei>(kLatticeRow), static_cast<GLsizei>(rows_));
+  glViewport(0, 0, static_cast<GLsizei>(draw::kLatticeRow), static_cast<GLsizei>(rows_));
   glBindVertexArray(nothing_.name());
   for (std::size_t number = 0; number < records.sources().size(); ++number) {
-    const CharacterRecords::Source& source = records.sources()[number];
+    const draw::CharacterRecords::Source& source = records.sources()[number];
     if (source.end == source.first) continue;
     if (source.basis) bind_modes(source);
     const Program& program = source.basis ? sum_ : copy_;

@@ -4,7 +4,7 @@
 #include <map>
 #include <memory>
 
-#include "client/render/character_records.hpp"
+#include "client/draw/character_records.hpp"
 #include "client/render/program.hpp"
 #include "client/render/vector_texture.hpp"
 
@@ -19,9 +19,9 @@ class LatticePass {
   static Result<LatticePass> build();
 
   // Records must be bound. Changes the bound framebuffer, viewport and vertex array, and binds the nodes.
-  void run(const CharacterRecords& records);
+  void run(const draw::CharacterRecords& records);
   // Of the context in which it was built.
-  [[nodiscard]] NodeSum sum_by() const { return sum_by_; }
+  [[nodiscard]] draw::NodeSum sum_by() const { return sum_by_; }
   [[nodiscard]] std::size_t basis_bytes() const;  // of the bases on the GPU
   // The framebuffer of the nodes, for reading back.
   [[nodiscard]] GLuint nodes() const { return target_.name(); }
@@ -32,14 +32,14 @@ class LatticePass {
     Texture texture;
     std::size_t bytes = 0;
   };
-  LatticePass(Program sum, Program copy, NodeSum sum_by)
+  LatticePass(Program sum, Program copy, draw::NodeSum sum_by)
       : sum_(std::move(sum)), copy_(std::move(copy)), sum_by_(sum_by) {}
   void reserve(std::size_t rows);
-  void bind_modes(const CharacterRecords::Source& source);
+  void bind_modes(const draw::CharacterRecords::Source& source);
 
   Program sum_, copy_;
-  NodeSum sum_by_;
-  VectorTexture uploaded_{kUploadedNodesUnit, kLatticeRow};
+  draw::NodeSum sum_by_;
+  VectorTexture uploaded_{kUploadedNodesUnit, draw::kLatticeRow};
   Texture nodes_;
   Framebuffer target_;
   VertexArray nothing_;

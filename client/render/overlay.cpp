@@ -13,8 +13,8 @@ namespace {
 
 constexpr float kHiddenAlpha = 0.22f;
 
-Mat4f clip_from_world(const Camera& wanted, const DepthRange& range, int width, int height) {
-  const Camera camera = mended(wanted);
+Mat4f clip_from_world(const draw::Camera& wanted, const draw::DepthRange& range, int width, int height) {
+  const draw::Camera camera = mended(wanted);
   const Eigen::Matrix3d rotation = view_rotation(camera);
   Mat4f view = Mat4f::Identity();
   view.topLeftCorner<3, 3>() = rotation.cast<float>();
@@ -50,7 +50,7 @@ Result<std::unique_ptr<Overlay>> Overlay::create() {
   return overlay;
 }
 
-void Overlay::draw(const Drawing& drawing, const Camera& camera, const DepthRange& range, int width, int height) {
+void Overlay::draw(const Drawing& drawing, const draw::Camera& camera, const draw::DepthRange& range, int width, int height) {
   if (drawing.empty()) return;
   glViewport(0, 0, width, height);
   glDisable(GL_CULL_FACE);

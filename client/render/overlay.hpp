@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "client/render/camera.hpp"
+#include "client/draw/camera.hpp"
 #include "core/geometry/vec.hpp"
 #include "core/result.hpp"
 
@@ -43,7 +43,7 @@ class Overlay {
   static Result<std::unique_ptr<Overlay>> create();
   ~Overlay();
   // Tests against the existing depths, in the range with which they were drawn: hidden parts show faintly.
-  void draw(const Drawing& drawing, const Camera& camera, const DepthRange& range, int width, int height);
+  void draw(const Drawing& drawing, const draw::Camera& camera, const draw::DepthRange& range, int width, int height);
 
  private:
   struct Gl;

@@ -44,7 +44,7 @@ void bind(GLint unit, GLenum kind, const Texture& texture) {
   glBindTexture(kind, texture.name());
 }
 
-bool is_cut(const Camera& before, const Camera& now) {
+bool is_cut(const draw::Camera& before, const draw::Camera& now) {
   const Vec3 forward_before = (before.target - before.eye).normalized(), forward = (now.target - now.eye).normalized();
   return forward_before.dot(forward) < std::cos(kCut_rad) || (now.eye - before.eye).norm() > kCut_m;
 }
@@ -121,7 +121,7 @@ bool Picture::resize(int width, int height) {
   return has_targets_;
 }
 
-void Picture::draw(Stage& stage, std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look,
+void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look,
                    int width, int height) {
   if (width < 1 || height < 1) return;
   GLint screen = 0;
@@ -131,7 +131,7 @@ void Picture::draw(Stage& stage, std::span<const ShownCharacter> characters, con
     stage.draw(characters, wanted, look, width, height, false, {});
     return;
   }
-  const Camera camera = mended(wanted);
+  const draw::Camera camera = mended(wanted);
   if (before_ && is_cut(before_->camera, camera)) cut();
   // Several samples already spread over the pixel; together with their shifts they cover it evenly.
   const auto [x_px, y_px] = place_of(number_);
@@ -143,7 +143,7 @@ void Picture::draw(Stage& stage, std::span<const ShownCharacter> characters, con
   glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
 
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
-  const DepthRange range = stage.depth_range();
+  const draw::DepthRange range = stage.depth_range();
   const CameraBefore now{camera, perspective(camera, aspect, range.near_m, range.far_m).cast<double>() *
                                      transform(view_rotation(camera), Vec3::Zero())};
   accumulate_.use();
@@ -179,10 +179,10 @@ void Picture::set_uniforms(const Stage& stage, const CameraBefore& now, const Sa
   if (before_) to_clip_before = before_->to_clip * transform(Eigen::Matrix3d::Identity(), eye - before_->camera.eye);
   accumulate_.set("to_clip_before", Mat4f(to_clip_before.cast<float>()));
 
-  const std::vector<HairMotion::Motion> motions = motion_.motions(stage.drawn_characters());
+  const std::vector<draw::HairMotion::Motion> motions = motion_.motions(stage.drawn_characters());
   std::vector<Mat4f> to_head, head_to_clip_before;
   std::vector<float> radius_m;
-  for (const HairMotion::Motion& one : motions) {
+  for (const draw::HairMotion::Motion& one : motions) {
     to_head.emplace_back(transform(one.head, eye).inverse().cast<float>());
     head_to_clip_before.emplace_back(
         (before_->to_clip * transform(one.head_before, before_->camera.eye)).cast<float>());
@@ -197,8 +197,8 @@ void Picture::set_uniforms(const Stage& stage, const CameraBefore& now, const Sa
 }
 
 void Picture::fill_swing() {
-  constexpr auto kSide = static_cast<GLsizei>(HairMotion::kSwingNodes);
-  constexpr auto kDepth = static_cast<GLsizei>(HairMotion::kSwingNodes * HairMotion::kMovingMax);
+  constexpr auto kSide = static_cast<GLsizei>(draw::HairMotion::kSwingNodes);
+  constexpr auto kDepth = static_cast<GLsizei>(draw::HairMotion::kSwingNodes * draw::HairMotion::kMovingMax);
   bind(kSwingUnit, GL_TEXTURE_3D, swing_);
   if (!std::exchange(has_swing_, true)) {
     glTexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA16F, kSide, kSide, kDepth);

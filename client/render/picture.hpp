@@ -5,7 +5,7 @@
 #include <span>
 
 #include "client/render/gl_objects.hpp"
-#include "client/render/hair_motion.hpp"
+#include "client/draw/hair_motion.hpp"
 #include "client/render/program.hpp"
 #include "client/render/stage.hpp"
 
@@ -20,7 +20,7 @@ class Picture {
   static Result<Picture> build();
 
   // Draws to the bound framebuffer, which stores colours as they are.
-  void draw(Stage& stage, std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
+  void draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look, int width,
             int height);
   // Copies the depths of the last picture to the bound framebuffer, for what is drawn over it.
   void copy_depths() const;
@@ -31,7 +31,7 @@ class Picture {
  private:
   // The camera of the last picture.
   struct CameraBefore {
-    Camera camera;
+    draw::Camera camera;
     Eigen::Matrix4d to_clip;  // from axes of the world, the camera as origin
   };
   Picture(Program accumulate, Program present, Program depths)
@@ -51,7 +51,7 @@ class Picture {
   };
   Average next_, last_;
   VertexArray nothing_;  // for the single triangle over the screen
-  HairMotion motion_;
+  draw::HairMotion motion_;
   std::optional<CameraBefore> before_;
   int width_ = 0, height_ = 0, number_ = 0;
   bool has_targets_ = false, has_swing_ = false;

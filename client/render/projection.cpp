@@ -14,19 +14,19 @@ Vec3 any_across(const Vec3& direction) {
 
 }  // namespace
 
-Camera mended(const Camera& camera) {
-  Camera c = camera;
+draw::Camera mended(const draw::Camera& camera) {
+  draw::Camera c = camera;
   if (!c.target.allFinite()) c.target = Vec3::Zero();
   if (!c.eye.allFinite() || (c.eye - c.target).norm() < 1e-4f) c.eye = c.target + Vec3::UnitZ();
   const Vec3 forward = (c.target - c.eye).normalized();
   if (!c.up.allFinite() || c.up.cross(forward).norm() < 1e-4f * c.up.norm() || c.up.norm() < 1e-6f) {
     c.up = any_across(forward);
   }
-  c.fov_deg = std::isfinite(c.fov_deg) ? std::clamp(c.fov_deg, 1.0f, 150.0f) : Camera{}.fov_deg;
+  c.fov_deg = std::isfinite(c.fov_deg) ? std::clamp(c.fov_deg, 1.0f, 150.0f) : draw::Camera{}.fov_deg;
   return c;
 }
 
-Eigen::Matrix3d view_rotation(const Camera& camera) {
+Eigen::Matrix3d view_rotation(const draw::Camera& camera) {
   const Vec3 forward = (camera.target - camera.eye).normalized();
   const Vec3 right = forward.cross(camera.up).normalized();
   Eigen::Matrix3d m;
@@ -36,7 +36,7 @@ Eigen::Matrix3d view_rotation(const Camera& camera) {
   return m;
 }
 
-Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m) {
+Mat4f perspective(const draw::Camera& camera, float aspect, float near_m, float far_m) {
   const float scale = 1.0f / std::tan(camera.fov_deg * std::numbers::pi_v<float> / 360.0f);
   Mat4f m = Mat4f::Zero();
   m(0, 0) = scale / aspect;

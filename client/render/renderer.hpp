@@ -35,7 +35,7 @@ class Renderer {
   virtual ~Renderer() = default;
   [[nodiscard]] virtual Stage& stage() = 0;
   // The error is one line: the size is not in 1 ... kPictureSideMax, or memory is not enough.
-  virtual Result<Image> draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look,
+  virtual Result<Image> draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look,
                              int width, int height) = 0;
 };
 

@@ -8,11 +8,11 @@
 #include <tuple>
 #include <vector>
 
-#include "client/render/character_records.hpp"
+#include "client/draw/character_records.hpp"
 #include "client/render/groom_buffers.hpp"
 #include "client/render/hair_density_pass.hpp"
 #include "client/render/lattice_pass.hpp"
-#include "client/render/light_rig.hpp"
+#include "client/draw/light_rig.hpp"
 #include "client/render/program.hpp"
 #include "client/render/projection.hpp"
 #include "client/render/strand_deform_pass.hpp"
@@ -79,9 +79,9 @@ Result<void> make_card_texture(const Texture& texture) {
 
 // One character of a picture, before its record is made.
 struct Appearance {
-  const ShownCharacter* character;
+  const draw::ShownCharacter* character;
   std::size_t number;  // of the character, among all
-  DrawDetail detail;
+  draw::DrawDetail detail;
   std::size_t list;  // of strands
   float head_px;
 };
@@ -118,7 +118,7 @@ class GlStage final : public Stage {
     std::size_t free = 0;
     while (free < grooms_.size() && grooms_[free]) ++free;
     if (free == grooms_.size()) grooms_.emplace_back();
-    grooms_[free].emplace(make_groom_geometry(groom));
+    grooms_[free].emplace(draw::make_groom_geometry(groom));
     return free;
   }
 
@@ -130,32 +130,32 @@ class GlStage final : public Stage {
     if (groom < grooms_.size() && grooms_[groom]) grooms_[groom]->skin().fill(skin);
   }
 
-  void draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width, int height,
+  void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look, int width, int height,
             bool target_is_srgb, const Sampling& sampling) override;
 
   [[nodiscard]] const StageStatistics& statistics() const override { return statistics_; }
-  [[nodiscard]] DepthRange depth_range() const override { return depth_range_; }
-  [[nodiscard]] std::span<const MovingCharacter> drawn_characters() const override { return drawn_characters_; }
+  [[nodiscard]] draw::DepthRange depth_range() const override { return depth_range_; }
+  [[nodiscard]] std::span<const draw::MovingCharacter> drawn_characters() const override { return drawn_characters_; }
 
  private:
   struct View {
-    Camera camera;
+    draw::Camera camera;
     Eigen::Matrix3d rotation;
     float px_per_m;  // at 1 m
     float aspect;
-    DepthRange range;
+    draw::DepthRange range;
     Mat4f projection;
-    LightRig rig;
+    draw::LightRig rig;
     float samples;  // for each pixel of the target
     Sampling sampling;
   };
-  [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
+  [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const draw::ShownCharacter> characters, View& view,
                                                                  const Look& look) const;
   void fit_points(std::vector<std::vector<Appearance>>& by_groom) const;
-  void add_records(std::span<const ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
+  void add_records(std::span<const draw::ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
                    const Vec3& origin);
   void set_scene(const Program& program, const View& view, const Look& look, int width, int height, bool srgb) const;
-  [[nodiscard]] std::optional<DensityGrid> density_of(const GroomBuffers& groom, const Appearance& one,
+  [[nodiscard]] std::optional<draw::DensityGrid> density_of(const GroomBuffers& groom, const Appearance& one,
                                                       std::size_t number) const;
   void add_densities(const std::vector<std::vector<Appearance>>& by_groom, const View& view);
   void place_strands(const std::vector<std::vector<Appearance>>& by_groom);
@@ -165,28 +165,28 @@ class GlStage final : public Stage {
 
   Programs programs_;
   Texture card_texture_;
-  VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
+  VectorTexture records_texture_{kRecordsUnit, draw::CharacterRecords::kRecordTexels};
   VertexArray nothing_;         // for the single triangle over the screen
   std::size_t rows_max_ = 0;    // of a texture
   std::size_t point_rows_ = 0;  // of the strands of all characters
   std::size_t densities_ = 0;   // grids of density in the picture
-  CharacterRecords records_;
+  draw::CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
-  std::vector<MovingCharacter> drawn_characters_;
+  std::vector<draw::MovingCharacter> drawn_characters_;
   StageStatistics statistics_;
-  DepthRange depth_range_;
+  draw::DepthRange depth_range_;
 };
 
 // The characters by groom, the nearest first, so that characters with one list of strands, and those with cards, are
 // adjacent. Leaves out characters that are too small for any pixel.
-std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownCharacter> characters, View& view,
+std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::ShownCharacter> characters, View& view,
                                                           const Look& look) const {
   std::vector<std::vector<Appearance>> by_groom(grooms_.size());
   double nearest = 1e9, furthest = 0;
   const double spread = std::tan(view.camera.fov_deg * std::numbers::pi / 360.0);
   const double side_y = std::hypot(1.0, spread), side_x = std::hypot(1.0, spread * static_cast<double>(view.aspect));
   for (std::size_t number = 0; number < characters.size(); ++number) {
-    const ShownCharacter& character = characters[number];
+    const draw::ShownCharacter& character = characters[number];
     if (character.groom >= grooms_.size() || !grooms_[character.groom] || !is_valid(character.pose)) continue;
     const GroomBuffers& groom = *grooms_[character.groom];
     const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
@@ -197,9 +197,9 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
       continue;
     nearest = std::min(nearest, depth - radius);
     furthest = std::max(furthest, depth + radius);
-    const float head_px = kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
-    const DrawDetail detail =
-        character.detail.value_or(detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
+    const float head_px = draw::kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
+    const draw::DrawDetail detail =
+        character.detail.value_or(draw::detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
     by_groom[character.groom].push_back({&character, number, detail, groom.list_for(detail.tolerance_m), head_px});
   }
   for (auto& shown : by_groom) {
@@ -262,7 +262,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 }
 
 // Removes the characters from `by_groom` that do not fit into the rows of the textures.
-void GlStage::add_records(std::span<const ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
+void GlStage::add_records(std::span<const draw::ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
                           const Vec3& origin) {
   records_.begin(characters, programs_.lattices.sum_by(), rows_max_);
   drawn_characters_.clear();
@@ -278,7 +278,7 @@ void GlStage::add_records(std::span<const ShownCharacter> characters, std::vecto
         by_groom[g].resize(i);
         break;
       }
-      const std::optional<DensityGrid> density = density_of(*groom, one, densities_);
+      const std::optional<draw::DensityGrid> density = density_of(*groom, one, densities_);
       records_.add(one.number, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
@@ -290,15 +290,15 @@ void GlStage::add_records(std::span<const ShownCharacter> characters, std::vecto
 }
 
 // None for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with size.
-std::optional<DensityGrid> GlStage::density_of(const GroomBuffers& groom, const Appearance& one,
+std::optional<draw::DensityGrid> GlStage::density_of(const GroomBuffers& groom, const Appearance& one,
                                                std::size_t number) const {
-  const std::size_t strands = std::min(strands_of(groom, one), DensityGrid::kDensityStrandsMax);
-  if (!programs_.density.is_supported() || number >= DensityGrid::kDensityGridsMax || strands == 0 ||
+  const std::size_t strands = std::min(strands_of(groom, one), draw::DensityGrid::kDensityStrandsMax);
+  if (!programs_.density.is_supported() || number >= draw::DensityGrid::kDensityGridsMax || strands == 0 ||
       one.detail.quadratic <= 0)
     return std::nullopt;
-  const float width_m = groom.strand_width_m() * kCopies * static_cast<float>(groom.strand_count()) /
+  const float width_m = groom.strand_width_m() * draw::kCopies * static_cast<float>(groom.strand_count()) /
                         static_cast<float>(strands) * one.detail.quadratic;
-  return density_grid(moved_box(groom.strand_box(), groom.root_box(), one.character->lattice), number, width_m);
+  return draw::density_grid(draw::moved_box(groom.strand_box(), groom.root_box(), one.character->lattice), number, width_m);
 }
 
 // Follows the light through the placed strands. Runs before the drawing.
@@ -312,7 +312,7 @@ void GlStage::add_densities(const std::vector<std::vector<Appearance>>& by_groom
     std::size_t points = 0;
     for (const Appearance& one : by_groom[g])
       points = std::max(
-          points, grooms_[g]->point_count(std::min(strands_of(*grooms_[g], one), DensityGrid::kDensityStrandsMax)));
+          points, grooms_[g]->point_count(std::min(strands_of(*grooms_[g], one), draw::DensityGrid::kDensityStrandsMax)));
     if (points > 0) programs_.density.add(*grooms_[g], points, first, by_groom[g].size());
     first += by_groom[g].size();
   }
@@ -351,7 +351,7 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
       ++end;
     }
     if (strands > 0) {
-      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(follow_hairs, 0.0f, kFollowHairsMax)));
+      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(follow_hairs, 0.0f, draw::kFollowHairsMax)));
       const std::size_t instances = (end - begin) * static_cast<std::size_t>(copies);
       programs_.strand.set("first_record", static_cast<int>(first + begin));
       programs_.strand.set("copies", copies);
@@ -398,13 +398,13 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   statistics_.cards += groom.far_card_count() * (shown.size() - skipped);
 }
 
-void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width,
+void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look, int width,
                    int height, bool target_is_srgb, const Sampling& sampling) {
   if (width < 1 || height < 1) return;
   View view{};
   view.camera = mended(wanted);
   view.sampling = sampling;
-  view.rig = studio_lights(view.camera);
+  view.rig = draw::studio_lights(view.camera);
   GLint samples = 0;
   glGetIntegerv(GL_SAMPLES, &samples);
   view.samples = static_cast<float>(std::max(samples, 1));
@@ -420,8 +420,8 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   records_texture_.fill(records_.records());
   for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
   if (!characters.empty()) {
-    statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
-                                  records_.node_rows() * kLatticeRow * sizeof(Eigen::Vector4f) / characters.size();
+    statistics_.character_bytes = draw::CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
+                                  records_.node_rows() * draw::kLatticeRow * sizeof(Eigen::Vector4f) / characters.size();
   }
 
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})

@@ -7,9 +7,9 @@
 #include <optional>
 #include <span>
 
-#include "client/render/camera.hpp"
-#include "client/render/draw_detail.hpp"
-#include "client/render/hair_motion.hpp"
+#include "client/draw/camera.hpp"
+#include "client/draw/hair_motion.hpp"
+#include "client/draw/shown_character.hpp"
 #include "core/ffd/skin_push.hpp"
 #include "core/groom/groom.hpp"
 #include "core/modes/moved_lattice.hpp"
@@ -17,20 +17,6 @@
 #include "core/result.hpp"
 
 namespace hairnet::render {
-
-// One character at one moment.
-struct ShownCharacter {
-  std::size_t groom = 0;                   // the number from Stage::add_groom
-  Pose pose;                               // world; the head's transform moves the hair, all bones the body
-  MovedLattice lattice;                    // its geometry null: the hair is rigid
-  Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo, at the root
-  std::optional<Vec3f> hair_tip_colour;    // none: as hair_colour
-  Vec3f skin_colour{0.75f, 0.52f, 0.42f};
-  float roughness = 77.0f / 255;     // of the hair, 0 to 1: its highlights are wider
-  std::optional<DrawDetail> detail;  // none: chosen by its size on the screen
-  bool body_shown = true;
-  std::uint64_t id = 0;  // by which a Picture follows its motion; 0: it does not
-};
 
 // The light and background of a picture. The lights turn with the camera: key above its left, fill at its right, rim
 // behind.
@@ -68,12 +54,12 @@ class Stage {
 
   // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a
   // pixel. Leaves out characters whose pose is not finite or over 10 km away.
-  virtual void draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
+  virtual void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look, int width,
                     int height, bool target_is_srgb, const Sampling& sampling) = 0;
   // The next three are of the last draw(); the characters' lattices are those that it was given.
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
-  [[nodiscard]] virtual DepthRange depth_range() const = 0;
-  [[nodiscard]] virtual std::span<const MovingCharacter> drawn_characters() const = 0;
+  [[nodiscard]] virtual draw::DepthRange depth_range() const = 0;
+  [[nodiscard]] virtual std::span<const draw::MovingCharacter> drawn_characters() const = 0;
 };
 
 }  // namespace hairnet::render

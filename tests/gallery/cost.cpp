@@ -9,7 +9,7 @@
 
 #include "client/render/egl_context.hpp"
 #include "client/render/gl_objects.hpp"
-#include "client/render/groom_geometry.hpp"
+#include "client/draw/groom_geometry.hpp"
 #include "client/render/lattice_pass.hpp"
 #include "client/render/picture.hpp"
 #include "client/render/picture_target.hpp"
@@ -33,7 +33,7 @@ void main() { colour = vec4(0.2, 0.1, 0.05, 1.0); })";
 // Lines of one pixel and one colour through points that stay where they are.
 class PlainLines {
  public:
-  explicit PlainLines(const render::GroomGeometry& geometry) : program_(glCreateProgram()) {
+  explicit PlainLines(const draw::GroomGeometry& geometry) : program_(glCreateProgram()) {
     for (const auto& [stage, text] : {std::pair{GL_VERTEX_SHADER, kLineVertex}, {GL_FRAGMENT_SHADER, kLineFragment}}) {
       const GLuint shader = glCreateShader(static_cast<GLenum>(stage));
       glShaderSource(shader, 1, &text, nullptr);
@@ -109,15 +109,15 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
   if (!context) return Refusal(context.error());
   Result<render::LatticePass> pass = render::LatticePass::build();
   if (!pass) return Refusal(pass.error());
-  render::VectorTexture records_texture(render::kRecordsUnit, render::CharacterRecords::kRecordTexels);
+  render::VectorTexture records_texture(render::kRecordsUnit, draw::CharacterRecords::kRecordTexels);
   const LevelGeometry& geometry = (*style.levels)[LevelIndex::high].geometry;
   const auto basis = std::make_shared<const Basis>(any_basis(geometry.active_nodes.size()));
-  const auto ms_of = [&](std::size_t count, std::size_t coefficient_count, render::NodeSum sum, bool sleeps) {
+  const auto ms_of = [&](std::size_t count, std::size_t coefficient_count, draw::NodeSum sum, bool sleeps) {
     std::vector<float> coefficients(coefficient_count, 0.01f);
-    render::ShownCharacter character;
+    draw::ShownCharacter character;
     character.lattice = {&geometry, {}, basis, coefficients};
-    const std::vector<render::ShownCharacter> characters(count, character);
-    render::CharacterRecords records;
+    const std::vector<draw::ShownCharacter> characters(count, character);
+    draw::CharacterRecords records;
     return fastest_ms([&] {
       if (!sleeps) coefficients[0] *= -1;
       records.begin(characters, sum);
@@ -130,10 +130,10 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
   std::printf("nodes of lattices, ms  summed up by the GPU  by the processor  asleep\n");
   for (const std::size_t count : {1, 32, 500}) {
     for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 2, kModeCountMax / 16}) {
-      const auto ms = [&](render::NodeSum sum, bool sleeps) { return ms_of(count, coefficient_count, sum, sleeps); };
+      const auto ms = [&](draw::NodeSum sum, bool sleeps) { return ms_of(count, coefficient_count, sum, sleeps); };
       std::printf("%3zu of %3zu coefficients %18.3f %17.3f %7.3f\n", count, coefficient_count,
-                  ms(render::NodeSum::gpu, false), ms(render::NodeSum::processor, false),
-                  ms(render::NodeSum::gpu, true));
+                  ms(draw::NodeSum::gpu, false), ms(draw::NodeSum::processor, false),
+                  ms(draw::NodeSum::gpu, true));
     }
   }
   std::printf("on the GPU: %.1f MB of the basis\n", 1e-6 * static_cast<double>(pass->basis_bytes()));
@@ -152,13 +152,13 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   target.begin_large();
   // Hair alone: bodies cost the same either way.
   const std::size_t groom = (*stage)->add_groom(*style.groom);
-  render::ShownCharacter character = shown(groom, moments->front());
+  draw::ShownCharacter character = shown(groom, moments->front());
   character.body_shown = false;
-  render::Camera camera;
+  draw::Camera camera;
   camera.target = character.pose.head().position - Vec3(0, 0.1, 0);
   camera.eye = camera.target + Vec3(0.4, 0.1, 1.3);
 
-  const render::GroomGeometry geometry = render::make_groom_geometry(*style.groom);
+  const draw::GroomGeometry geometry = draw::make_groom_geometry(*style.groom);
   const PlainLines lines(geometry);
   const Eigen::Matrix3f axes =
       (render::view_rotation(camera) * character.pose.head().rotation.toRotationMatrix()).cast<float>();
@@ -179,7 +179,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
               static_cast<double>(geometry.strand_count) / lines_ms);
   struct Way {
     const char* name;
-    render::DrawDetail detail;
+    draw::DrawDetail detail;
   };
   std::vector<Way> ways{{"strands, quadratic FFD, lit", {}},
                         {"strands, linear FFD, lit", {}},

@@ -113,8 +113,8 @@ Result<render::Image> frames_sheet(render::Renderer& renderer, const Hairstyle& 
   std::vector<render::Image> tiles;
   for (const Row& row : *rows) {
     for (std::size_t i = 0; i < row.moments.size(); ++i) {
-      const render::ShownCharacter character = shown(groom, row.moments[i]);
-      const render::Camera camera = camera_about(character.pose.head().position, *style.groom, 25);
+      const draw::ShownCharacter character = shown(groom, row.moments[i]);
+      const draw::Camera camera = camera_about(character.pose.head().position, *style.groom, 25);
       Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
       if (!tile) return tile;
       render::draw_text(*tile, 6, 6, row.name, 2);

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "client/files/write_file.hpp"
-#include "client/render/groom_geometry.hpp"
+#include "client/draw/groom_geometry.hpp"
 
 namespace hairnet::gallery {
 namespace {
@@ -16,7 +16,7 @@ void caption(render::Image& image, const std::string& text) {
 
 }  // namespace
 
-render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale) {
+draw::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale) {
   float low = 0, high = 0.12f, wide = 0.1f;
   for (const Vec3f& p : groom.points) {
     low = std::min(low, p.y());
@@ -26,7 +26,7 @@ render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing
   const double centre = 0.5 * static_cast<double>(low + high);
   const double radius = std::max(0.5 * static_cast<double>(high - low), static_cast<double>(wide));
   const double bearing = bearing_deg * std::numbers::pi / 180;
-  render::Camera camera;
+  draw::Camera camera;
   camera.fov_deg = 24;
   camera.target = head + Vec3(0, centre, 0);
   camera.eye = camera.target + distance_scale * 1.2 * radius / std::sin(12 * std::numbers::pi / 180) *
@@ -51,9 +51,9 @@ Result<render::Image> hairstyle_sheet(render::Renderer& renderer, const Hairstyl
     for (const Moment& moment : *moments) {
       if (cards > 0 && &moment == &(*moments)[1]) continue;
       for (const double bearing : {0.0, 90.0, 180.0}) {
-        render::ShownCharacter character = shown(groom, moment);
+        draw::ShownCharacter character = shown(groom, moment);
         character.hair_colour = hair_colour(number);
-        const render::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
+        const draw::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
         if (cards > 0) {
           character.detail.emplace();
           character.detail->cards = 1;
@@ -76,8 +76,8 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;
   for (const double scale : {0.6, 1.0, 2.0, 4.0, 8.0, 16.0}) {
-    render::ShownCharacter character = shown(groom, moments->front());
-    const render::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
+    draw::ShownCharacter character = shown(groom, moments->front());
+    const draw::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
     Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
     if (!tile) return tile;
     const render::StageStatistics& s = renderer.stage().statistics();
@@ -85,12 +85,12 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
     render::draw_text(*tile, 6, 24, std::to_string(s.cards) + " cards", 2);
     tiles.push_back(std::move(*tile));
     // The same from nearby, to show the strands that are still drawn.
-    render::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
+    draw::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
     const double distance = (camera.eye - camera.target).norm();
-    const float head_px = render::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
+    const float head_px = draw::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
                           std::tan(12 * std::numbers::pi_v<float> / 180) / static_cast<float>(distance);
     character.detail =
-        render::detail_for(head_px, 1, style.groom->strand_count(), render::make_groom_geometry(*style.groom).waviness);
+        draw::detail_for(head_px, 1, style.groom->strand_count(), draw::make_groom_geometry(*style.groom).waviness);
     Result<render::Image> close = renderer.draw({&character, 1}, near, {}, size_px, size_px * 5 / 4);
     if (!close) return close;
     caption(*close, "as drawn at " + std::to_string(static_cast<int>(head_px)) + " px");
@@ -116,8 +116,8 @@ Result<render::Image> wind_sheet(render::Renderer& renderer, const Hairstyle& st
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;
   for (const Moment& moment : *moments) {
-    render::ShownCharacter character = shown(groom, moment);
-    const render::Camera camera = camera_about(moment.pose.head().position, *style.groom, 15);
+    draw::ShownCharacter character = shown(groom, moment);
+    const draw::Camera camera = camera_about(moment.pose.head().position, *style.groom, 15);
     Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
     if (!tile) return tile;
     tiles.push_back(std::move(*tile));
@@ -139,7 +139,7 @@ Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vecto
     if (!taken) return Refusal(taken.error());
     for (Moment& moment : *taken) moments.push_back(std::move(moment));
   }
-  std::vector<render::ShownCharacter> crowd;
+  std::vector<draw::ShownCharacter> crowd;
   const std::size_t columns = 10;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t style = (i * 7 + i / columns) % styles.size(), moment = i * 3 % 5;
@@ -152,8 +152,8 @@ Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vecto
     }
   }
   Vec3 middle = Vec3::Zero();
-  for (const render::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
-  render::Camera camera;
+  for (const draw::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
+  draw::Camera camera;
   camera.target = middle - Vec3(0, 0.3, 1.5);
   camera.eye = middle + Vec3(0, 2.1, 7.4);
   camera.fov_deg = 36;

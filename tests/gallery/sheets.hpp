@@ -18,7 +18,7 @@ Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vecto
                                     int width_px, int height_px, render::StageStatistics& statistics);
 
 // Looks at a head from a bearing: 0 from the front, 90 from its left side.
-render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale = 1);
+draw::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale = 1);
 
 Result<void> write_picture(const std::string& path, const render::Image& image);
 

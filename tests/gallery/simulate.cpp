@@ -55,8 +55,8 @@ Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::s
   return moments;
 }
 
-render::ShownCharacter shown(std::size_t groom, const Moment& moment) {
-  render::ShownCharacter character;
+draw::ShownCharacter shown(std::size_t groom, const Moment& moment) {
+  draw::ShownCharacter character;
   character.groom = groom;
   character.pose = moment.pose;
   character.lattice = {moment.geometry, moment.grid_displacements};

@@ -33,7 +33,7 @@ Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::s
                                             const std::vector<double>& times_s, const Environment& environment = {});
 
 // The stage's input for a moment, which must outlive the result.
-render::ShownCharacter shown(std::size_t groom, const Moment& moment);
+draw::ShownCharacter shown(std::size_t groom, const Moment& moment);
 
 // Hair colours that distinguish hairstyles; linear RGB.
 Vec3f hair_colour(std::size_t number);

@@ -1,10 +1,10 @@
 #include "client/assets/made/made.hpp"
-#include "client/render/character_records.hpp"
-#include "client/render/draw_detail.hpp"
-#include "client/render/groom_geometry.hpp"
-#include "client/render/light_rig.hpp"
-#include "client/render/occlusion_grid.hpp"
-#include "client/render/scalp.hpp"
+#include "client/draw/character_records.hpp"
+#include "client/draw/draw_detail.hpp"
+#include "client/draw/groom_geometry.hpp"
+#include "client/draw/light_rig.hpp"
+#include "client/draw/occlusion_grid.hpp"
+#include "client/draw/scalp.hpp"
 #include "core/hair_cards/far_cards.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/random_messages.hpp"
@@ -39,7 +39,7 @@ std::string corners(const std::vector<std::uint32_t>& triangles) {
 }
 
 template <class Vertex, class Direction>
-Json mesh_of(const render::Mesh<Vertex>& mesh, Direction Vertex::*direction) {
+Json mesh_of(const draw::Mesh<Vertex>& mesh, Direction Vertex::*direction) {
   return {{"rest", raw(mesh.vertices, &Vertex::rest)},
           {"direction", raw(mesh.vertices, direction)},
           {"sides", raw(mesh.vertices, &Vertex::sides)},
@@ -47,32 +47,32 @@ Json mesh_of(const render::Mesh<Vertex>& mesh, Direction Vertex::*direction) {
           {"triangles", corners(mesh.triangles)}};
 }
 
-Json cards_of(const render::Mesh<render::CardVertex>& mesh) {
-  Json out = mesh_of(mesh, &render::CardVertex::direction);
-  out["side"] = raw(mesh.vertices, &render::CardVertex::side);
+Json cards_of(const draw::Mesh<draw::CardVertex>& mesh) {
+  Json out = mesh_of(mesh, &draw::CardVertex::direction);
+  out["side"] = raw(mesh.vertices, &draw::CardVertex::side);
   return out;
 }
 
-Json strands_of(const render::GroomGeometry& geometry) {
+Json strands_of(const draw::GroomGeometry& geometry) {
   Json lists = Json::array();
-  for (const render::SimplifiedStrands& list : geometry.simplified_strands)
+  for (const draw::SimplifiedStrands& list : geometry.simplified_strands)
     lists.push_back({{"toleranceM", list.tolerance_m}, {"triangles", corners(list.triangles)}, {"end", raw(list.end)}});
   return {{"rest", raw(geometry.strand_points.rest)},
           {"arc", raw(geometry.strand_points.arc)},
           {"pointEnd", raw(geometry.strand_points.end)},
-          {"sides", raw(geometry.strand_vertices, &render::StrandVertex::sides, 2)},
-          {"ends", raw(geometry.strand_vertices, &render::StrandVertex::ends, 2)},
-          {"strand", raw(geometry.strand_vertices, &render::StrandVertex::strand, 2)},
+          {"sides", raw(geometry.strand_vertices, &draw::StrandVertex::sides, 2)},
+          {"ends", raw(geometry.strand_vertices, &draw::StrandVertex::ends, 2)},
+          {"strand", raw(geometry.strand_vertices, &draw::StrandVertex::strand, 2)},
           {"lists", lists}};
 }
 
 Json geometry_of(const Groom& groom) {
-  const render::GroomGeometry geometry = render::make_groom_geometry(groom);
-  Json fabric = mesh_of(geometry.fabric, &render::FabricVertex::direction);
-  fabric["albedo"] = raw(geometry.fabric.vertices, &render::FabricVertex::albedo);
-  fabric["cord"] = raw(geometry.fabric.vertices, &render::FabricVertex::cord);
-  Json body = mesh_of(geometry.body, &render::BodyVertex::normal);
-  body["shares"] = raw(geometry.body.vertices, &render::BodyVertex::shares);
+  const draw::GroomGeometry geometry = draw::make_groom_geometry(groom);
+  Json fabric = mesh_of(geometry.fabric, &draw::FabricVertex::direction);
+  fabric["albedo"] = raw(geometry.fabric.vertices, &draw::FabricVertex::albedo);
+  fabric["cord"] = raw(geometry.fabric.vertices, &draw::FabricVertex::cord);
+  Json body = mesh_of(geometry.body, &draw::BodyVertex::normal);
+  body["shares"] = raw(geometry.body.vertices, &draw::BodyVertex::shares);
   return {{"strands", strands_of(geometry)},
           {"strandCount", geometry.strand_count},
           {"strandWidthM", geometry.strand_width_m},
@@ -87,10 +87,10 @@ Json geometry_of(const Groom& groom) {
 
 // The occlusion grid of strands 1 mm wide and the scalp, at places in and about the hair.
 void add_fields(const Groom& groom, WebRandom& random, Json& out) {
-  const render::OcclusionGrid occlusion(groom, 1e-3f);
-  const render::Scalp scalp(groom);
+  const draw::OcclusionGrid occlusion(groom, 1e-3f);
+  const draw::Scalp scalp(groom);
   std::vector<Vec3f> places, normals;
-  std::vector<render::Transmittance> open, on_surface;
+  std::vector<draw::Transmittance> open, on_surface;
   std::vector<float> shares;
   for (std::size_t n = 0; n < 60; ++n) {
     places.push_back(groom.points[random.below(groom.points.size())] + random.vector(n % 2 == 0 ? 0.01f : 0.1f));
@@ -169,9 +169,9 @@ std::string detail_cases() {
     for (const float waviness : {0.0f, 0.4f, 1.0f}) {
       for (const float quality : {0.5f, 1.0f, 2.0f}) {
         for (float px = 0; px < 1500; px = 1.4f * px + 4) {
-          const render::DrawDetail d = render::detail_for(px, quality, strands, waviness);
+          const draw::DrawDetail d = draw::detail_for(px, quality, strands, waviness);
           cases.push_back({px, quality, static_cast<float>(strands), waviness, d.strand_share, d.follow_hair_count,
-                           d.tolerance_m, d.quadratic, d.cards, render::width_scale(d)});
+                           d.tolerance_m, d.quadratic, d.cards, draw::width_scale(d)});
         }
       }
     }
@@ -184,7 +184,7 @@ Json light_cases() {
   const auto three = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
   for (const Vec3& from : {Vec3(0, 0, 1), Vec3(1, 0.2, 0.1), Vec3(-2, 1.5, -3), Vec3(0.02, -4, 0.01), Vec3(0, 2, 0)}) {
     const Vec3 target(0.5, 1.6, -0.25);
-    const render::LightRig rig = render::studio_lights({target + from, target, {0, 1, 0}, 30});
+    const draw::LightRig rig = draw::studio_lights({target + from, target, {0, 1, 0}, 30});
     cases.push_back({{"eye", three(target + from)},
                      {"target", three(target)},
                      {"towards", flat(rig.towards)},
@@ -197,10 +197,10 @@ Json light_cases() {
 // One character as the shaders read it: its row of records, and the nodes of its lattice.
 Json record_case() {
   WebRandom random(22);
-  render::ShownCharacter character;
+  draw::ShownCharacter character;
   for (RigidTransform& bone : character.pose.bones)
     bone = {Quat(Eigen::AngleAxisd(1, random.vector(1).cast<double>().normalized())), random.vector(2).cast<double>()};
-  const render::DrawDetail detail{
+  const draw::DrawDetail detail{
       .strand_share = 0.4f, .follow_hair_count = 1.5f, .tolerance_m = 1e-3f, .quadratic = 0.25f, .cards = 0.75f};
   character.detail = detail;
   character.body_shown = false;
@@ -211,17 +211,17 @@ Json record_case() {
   character.lattice = {&geometry, grid};
   const Eigen::AlignedBox3f rest(Vec3f(-0.2f, -0.3f, -0.1f), Vec3f(0.3f, 0.2f, 0.4f));
   const Eigen::AlignedBox3f roots(Vec3f(-0.1f, 0.05f, 0), Vec3f(0.1f, 0.25f, 0.1f));
-  const render::DensityGrid density = render::density_grid(render::moved_box(rest, roots, character.lattice), 3, 1e-3f);
+  const draw::DensityGrid density = draw::density_grid(draw::moved_box(rest, roots, character.lattice), 3, 1e-3f);
   // The same with a lattice that moves in modes.
   const wire::HairBasis hair = make_basis(random, {3, 4, 5}, 6);
   const auto basis = std::make_shared<const Basis>(hair.basis);
   const std::vector<float> coefficients{0.1f, -0.2f, 0, 0.05f, 0.01f, 0};
   std::array characters{character, character};
   characters[1].lattice = {&hair.geometry, {}, basis, coefficients};
-  render::CharacterRecords records;
+  draw::CharacterRecords records;
   records.begin(characters);
   for (const std::size_t number : {0, 1}) records.add(number, Vec3::Zero(), detail, 4e-4f, true, {7, 11}, &density);
-  const auto middle = records.records().begin() + render::CharacterRecords::kRecordTexels;
+  const auto middle = records.records().begin() + draw::CharacterRecords::kRecordTexels;
   const std::vector<Eigen::Vector4f> first(records.records().begin(), middle), second(middle, records.records().end());
   return {{"pose", to_json(character.pose)},
           {"hairAlbedo", flat(std::array{character.hair_colour})},
@@ -249,7 +249,7 @@ Json record_case() {
             {"modes", basis->modes},
             {"coefficients", coefficients},
             {"record", raw(second)},
-            {"texels", raw(render::mode_texels(hair.geometry, *basis))}}}};
+            {"texels", raw(draw::mode_texels(hair.geometry, *basis))}}}};
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ nlohmann::ordered_json skin_case();
 nlohmann::ordered_json root_blend_cases();
 // Frames that arrive with jitter, played out (link::Playout).
 nlohmann::ordered_json playout_cases();
-// What is drawn of small grooms (render::GroomGeometry) with the light that reaches it and its scalp; draw detail,
+// What is drawn of small grooms (draw::GroomGeometry) with the light that reaches it and its scalp; draw detail,
 // lights, and a character's record.
 nlohmann::ordered_json drawing_cases();
 

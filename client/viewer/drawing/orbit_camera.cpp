@@ -73,8 +73,8 @@ Vec3 OrbitCamera::up() const {
   return backward().cross(right());
 }
 
-render::Camera OrbitCamera::camera() const {
-  render::Camera camera;
+draw::Camera OrbitCamera::camera() const {
+  draw::Camera camera;
   camera.eye = target_ + distance_m_ * backward();
   camera.target = target_;
   camera.fov_deg = static_cast<float>(kFov_deg);

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "client/render/camera.hpp"
+#include "client/draw/camera.hpp"
 
 namespace hairnet::viewer {
 
@@ -30,7 +30,7 @@ class OrbitCamera {
   // From now on the target smoothly moves with `point`; call it once a picture. None: the target stays.
   void follow(const std::optional<Vec3>& point, double elapsed_s);
 
-  [[nodiscard]] render::Camera camera() const;
+  [[nodiscard]] draw::Camera camera() const;
   [[nodiscard]] Ray ray(double x_px, double y_px, int width_px, int height_px) const;
   [[nodiscard]] double distance_m() const { return distance_m_; }
   [[nodiscard]] Vec3 right() const;  // world, unit

@@ -4,7 +4,7 @@
 
 namespace hairnet::viewer {
 
-void wear(const wire::Appearance& appearance, render::ShownCharacter& shown) {
+void wear(const wire::Appearance& appearance, draw::ShownCharacter& shown) {
   shown.hair_colour = linear_of(appearance.hair_root);
   shown.hair_tip_colour = linear_of(appearance.hair_tip);
   shown.skin_colour = linear_of(appearance.skin);
@@ -24,11 +24,11 @@ std::size_t RenderList::number_of(const ViewedCharacter& character) {
   return on_stage.number;
 }
 
-std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedCharacter> viewed) {
+std::span<const draw::ShownCharacter> RenderList::show(std::span<const ViewedCharacter> viewed) {
   for (auto& [key, groom] : grooms_) groom.worn = false;
   shown_.clear();
   for (const ViewedCharacter& character : viewed) {
-    render::ShownCharacter shown;
+    draw::ShownCharacter shown;
     shown.id = character.id;
     shown.groom = number_of(character);
     shown.pose = character.pose;

@@ -12,7 +12,7 @@
 namespace hairnet::viewer {
 
 // Draws the character in these colours.
-void wear(const wire::Appearance& appearance, render::ShownCharacter& shown);
+void wear(const wire::Appearance& appearance, draw::ShownCharacter& shown);
 
 // Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, and frees it when
 // no character uses it. One thread: that of the OpenGL context.
@@ -21,7 +21,7 @@ class RenderList {
   explicit RenderList(render::Stage& stage) : stage_(stage) {}
 
   // The characters for Stage::draw; valid until the next call, and while `viewed` is valid.
-  std::span<const render::ShownCharacter> show(std::span<const ViewedCharacter> viewed);
+  std::span<const draw::ShownCharacter> show(std::span<const ViewedCharacter> viewed);
   // Replaces each character's own hair colour from now on, linear RGB; none: the own colour.
   using Colour = Vec3f (*)(const ViewedCharacter& character);
   void set_colour(Colour colour) { colour_ = colour; }
@@ -38,7 +38,7 @@ class RenderList {
   render::Stage& stage_;
   Colour colour_ = nullptr;
   std::map<const Groom*, OnStage> grooms_;
-  std::vector<render::ShownCharacter> shown_;
+  std::vector<draw::ShownCharacter> shown_;
 };
 
 }  // namespace hairnet::viewer

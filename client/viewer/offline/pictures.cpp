@@ -41,10 +41,10 @@ struct Framing {
 
 // The camera is fixed to the world, at the heading with which the clip begins, and follows the head's place. So the
 // head's turns and the hair's swing are visible.
-render::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
+draw::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
   const Quat heading = upright(beginning).head().rotation;
   const Vec3 direction = (heading * direction_of(view)).normalized();
-  render::Camera camera;
+  draw::Camera camera;
   camera.fov_deg = kFieldOfView_deg;
   camera.target = pose.head().position + Vec3(0, framing.centre_y, 0);
   const double half_angle = kFieldOfView_deg / 2 * std::numbers::pi / 180;
@@ -70,7 +70,7 @@ std::vector<Sitter> sitters_of(const std::vector<CharacterSetup>& characters, co
   }
   for (const SeenCharacter& other : streamed.others) {
     Sitter& one = sitters.emplace_back(
-        Sitter{other.groom.get(), default_hair_colour(other.joined.member - 1), other.joined.appearance, {}, {}});
+        Sitter{other.groom.get(), default_hair_colour(other.member->number - 1), other.member->appearance, {}, {}});
     for (const std::optional<Moment>& moment : other.moments) one.moments.push_back(moment ? &*moment : nullptr);
     const auto first = std::find_if(one.moments.begin(), one.moments.end(), [](const Moment* m) { return m; });
     one.beginning = (*first)->pose;
@@ -149,7 +149,7 @@ class RenderedPictures : public Pictures {
       on_stage.skin = moment->skin;
       renderer_->stage().set_skin(on_stage.number, SkinPush(*moment->skin, groom.materials.base.thickness_m));
     }
-    render::ShownCharacter shown;
+    draw::ShownCharacter shown;
     shown.groom = on_stage.number;
     shown.pose = moment->pose;
     shown.lattice = moment->lattice();

@@ -49,13 +49,14 @@ class Streamer {
       if (!trace) return Refusal(trace.error());
       trace_ = std::move(*trace);
       room_.on_frame([this](const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
-                            std::uint64_t name) { add_to_trace(frame, tick, displacement, name); });
+                            const room::Member& member) { add_to_trace(frame, tick, displacement, member); });
     }
     return room_.open();
   }
 
   void add_to_trace(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
-                    std::uint64_t name) {
+                    const room::Member& member) {
+    const std::uint64_t name = member.session << 32 | member.owners_character;
     const bool rigid = frame.last_known || displacement.empty();  // as the server sent it
     trace_->add({tick, name, frame.last_known ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep,
                  frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
@@ -67,9 +68,11 @@ class Streamer {
     const double length_s = options_.duration_s + options_.settle_s;
     while (true) {
       const std::int64_t now = room_.now_ns();
-      if (Result<void> turned = room_.turn(now); !turned) return turned;
+      room_.send_poses(now);
+      if (now >= next_play_ns_) {
+        if (Result<void> played = play(now); !played) return played;
+      }
       const std::optional<double> time_s = room_.clip_time_s(now);
-      if (now >= next_play_ns_) play(now, time_s);
       if (time_s && *time_s >= length_s && result_.moments.size() == moment_times_s_.size()) return {};
       if (stop_requested()) {
         result_.stopped = true;
@@ -84,18 +87,17 @@ class Streamer {
   }
 
   // Samples like a display, so that play-out keeps time, and copies out the wanted moments.
-  void play(std::int64_t now, const std::optional<double>& time_s) {
+  Result<void> play(std::int64_t now) {
     next_play_ns_ = now + play_interval_ns_;
-    const auto wanted = [&] {
-      const std::size_t next = result_.moments.size();
-      return time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next];
-    };
-    if (!wanted()) room_.play(now, -1);
+    if (Result<void> played = room_.play(); !played) return played;
+    const std::optional<double> time_s = room_.clip_time_s(now);
     // More than one after a stall: a late picture is shown late, at normal speed.
-    while (wanted()) {
-      room_.play(now, static_cast<std::ptrdiff_t>(result_.moments.size()));
+    for (std::size_t next = result_.moments.size();
+         time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next]; ++next) {
+      room_.keep(next);
       result_.moments.push_back(room_.moments());
     }
+    return {};
   }
 
   const ViewOptions& options_;

@@ -136,8 +136,8 @@ Result<void> record_stream_video(const ViewOptions& options, const std::vector<C
     for (std::size_t o = 0; o < streamed.others.size(); ++o) {
       const SeenCharacter& other = streamed.others[o];
       if (i < other.moments.size() && other.moments[i])
-        shown.emplace_back(characters.size() + o, other.groom, default_hair_colour(other.joined.member - 1),
-                           other.joined.appearance, *other.moments[i]);
+        shown.emplace_back(characters.size() + o, other.groom, default_hair_colour(other.member->number - 1),
+                           other.member->appearance, *other.moments[i]);
     }
     for (const Shown& one : shown) viewed.push_back(one.viewed_character());
     return viewed;

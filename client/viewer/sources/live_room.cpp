@@ -1,11 +1,15 @@
 #include "client/viewer/sources/live_room.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>
 
 #include "client/viewer/characters/hair_colour.hpp"
+#include "core/shown_text.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/text.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -23,10 +27,9 @@ std::int64_t to_ns(double seconds) {
   return static_cast<std::int64_t>(std::llround(seconds * 1e9));
 }
 
-std::string plain(const wire::Error& error) {
-  std::string text = std::string("the server refuses: ") + wire::to_string(error.reason);
-  if (error.character != 0) text += ", character " + std::to_string(error.character);
-  return error.detail.empty() ? text : text + " (" + error.detail + ")";
+// A member's tag; empty if that is no text.
+std::string name_of(const room::Member& member) {
+  return wire::is_text(member.tag) ? member.tag : std::string();
 }
 
 // Observes only this client's own characters.
@@ -54,11 +57,11 @@ link::LinkOptions LiveRoom::link_options(const ViewOptions& options) {
 }
 
 LiveRoom::LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>& characters, bool tolerant)
-    : options_(options),
-      characters_(characters),
-      tolerant_(tolerant),
-      link_(link_options(options)),
-      wind_(options.wind.value_or(Wind{})) {
+    : options_(options), characters_(characters), tolerant_(tolerant), wind_(options.wind.value_or(Wind{})) {
+  auto link = std::make_unique<link::Link>(link_options(options));
+  link_ = link.get();
+  room_ = std::make_unique<room::Room>(std::move(link), options.observe.value_or(nobody()));
+  room_->set_frame_observer(this);
   const Loop loop = std::isfinite(options.duration_s) ? Loop::plain : Loop::smooth;
   for (const CharacterSetup& setup : characters) {
     OwnCharacter& own = own_characters_.emplace_back(setup.motion, options.duration_s, loop);
@@ -68,65 +71,60 @@ LiveRoom::LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>
 }
 
 Result<void> LiveRoom::open() {
-  const Result<wire::Welcome> welcome = link_.connect();
-  if (!welcome) return Refusal(welcome.error());
-  session_ = welcome->session;
+  if (const Result<wire::Welcome> welcome = link_->connect(); !welcome) return Refusal(welcome.error());
+  std::map<const Groom*, link::RequestedState::Bytes> files;
   for (std::size_t i = 0; i < characters_.size(); ++i) {
-    const auto same = std::find_if(characters_.begin(), characters_.begin() + static_cast<std::ptrdiff_t>(i),
-                                   [&](const CharacterSetup& a) { return a.groom == characters_[i].groom; });
-    const auto first = static_cast<std::size_t>(same - characters_.begin());
-    own_characters_[i].groom =
-        first == i ? link_.upload(*characters_[i].groom, characters_[i].learnt.get()) : own_characters_[first].groom;
-    const auto character = static_cast<std::uint32_t>(i + 1);
-    link_.add_character(character, own_characters_[i].groom, characters_[i].level, characters_[i].name,
-                        appearance_of(characters_[i].hair_colour));
-    if (characters_[i].material) link_.set_material(character, own_characters_[i].material);
+    const CharacterSetup& setup = characters_[i];
+    link::RequestedState::Bytes& file = files[setup.groom.get()];
+    if (!file)
+      file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*setup.groom, setup.learnt.get()));
+    const Result<std::uint32_t> number =
+        room_->add_character(file, {setup.level, setup.name, appearance_of(setup.hair_colour)});
+    if (!number) return Refusal(number.error());
+    own_characters_[i].number = *number;
+    if (setup.material) {
+      if (Result<void> set = room_->set_material(*number, own_characters_[i].material); !set) return set;
+    }
   }
-  if (options_.wind) link_.set_wind(*options_.wind);
-  link_.observe(options_.observe.value_or(nobody()));
-  opened_ns_ = poses_begun_ns_ = next_pose_ns_ = link_.now_ns();
+  if (options_.wind) {
+    if (Result<void> set = room_->set_wind(*options_.wind); !set) return set;
+  }
+  opened_ns_ = poses_begun_ns_ = next_pose_ns_ = now_ns();
   status_ = characters_.empty() ? "" : kWaiting;
   return {};
 }
 
-Result<void> LiveRoom::turn(std::int64_t now_ns) {
+Result<void> LiveRoom::play() {
+  room_->advance();
   if (Result<void> taken = take_events(); !taken) return taken;
-  if (!zero_ns_) begin_when_ready(now_ns);
-  if (refused_ns_ && now_ns - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refused a groom");
-  if (!tolerant_ && !zero_ns_ && now_ns - opened_ns_ > kGroomsReady_ns_max)
-    return Refusal("the lattices never arrived");
-  if (now_ns >= next_pose_ns_) push_poses(now_ns);
+  const std::int64_t now = now_ns();
+  if (!zero_ns_) begin_when_ready(now);
+  if (refused_ns_ && now - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refused a groom");
+  if (!tolerant_ && !zero_ns_ && now - opened_ns_ > kGroomsReady_ns_max) return Refusal("the lattices never arrived");
   return {};
 }
 
 Result<void> LiveRoom::take_events() {
-  for (link::Event& event : link_.poll()) {
-    const Result<void> taken = std::visit([this](auto& e) { return take(e); }, event);
+  for (const room::Event& event : room_->take_events()) {
+    const Result<void> taken = std::visit([this](const auto& e) { return take(e); }, event);
     if (!taken) return taken;
   }
   return {};
 }
 
-Result<void> LiveRoom::take(const link::Disconnected& end) {
-  return Refusal(end.detail);
-}
-
-Result<void> LiveRoom::take(const link::Connected& connected) {
-  session_ = connected.welcome.session;
-  std::string transport = link_.transport();
-  if (const std::string why = link_.fallback_reason(); !why.empty()) transport += " (" + why + ")";
+Result<void> LiveRoom::take(const room::StateChanged& changed) {
+  if (changed.state == room::State::closed) return Refusal(changed.detail);
+  if (changed.state == room::State::reconnecting) {
+    const std::string line = changed.detail + "; reconnecting";
+    if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // print the same line once only
+    status_ = line;
+    return {};
+  }
+  std::string transport = link_->transport();
+  if (const std::string why = link_->fallback_reason(); !why.empty()) transport += " (" + why + ")";
   if (!transport.empty() && transport != std::exchange(transport_, transport))
     std::fprintf(stderr, "hairnet-view: connected over %s\n", transport_.c_str());
   status_ = zero_ns_ || characters_.empty() ? "" : kWaiting;
-  return {};
-}
-
-Result<void> LiveRoom::take(const link::Reconnecting& lost) {
-  const std::string line = lost.detail + "; reconnecting";
-  if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // print the same line once only
-  status_ = line;
-  for (OwnCharacter& own : own_characters_) own.playout.freeze();
-  other_characters_.freeze();
   return {};
 }
 
@@ -136,87 +134,47 @@ Result<void> LiveRoom::refuse_or_note(const std::string& line) {
   return {};
 }
 
-Result<void> LiveRoom::take(const wire::Error& error) {
-  if (error.reason == wire::ErrorReason::state_invalid) return {};  // the hair starts at rest
-  const bool may_come_later =
-      error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
-  if (may_come_later && other_characters_.retry(error.groom, link_.now_ns())) return {};
-  note_refused(error);
-  return refuse_or_note(plain(error));
+Result<void> LiveRoom::take(const room::Fault& fault) {
+  note_refused(fault);
+  if (fault.reason != wire::ErrorReason::none) return refuse_or_note(fault.detail);
+  if (!tolerant_) refused_ns_ = now_ns();  // the reason follows
+  return {};
 }
 
-// Notes the refusal for the character that the error names, or for all characters with the groom that it names.
-void LiveRoom::note_refused(const wire::Error& error) {
+// Notes the refusal for the character that it names, or for all characters with the groom that it names.
+void LiveRoom::note_refused(const room::Fault& fault) {
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
-    const bool by_groom = error.groom != wire::GroomHash{} && error.groom == own_characters_[i].groom;
-    own_characters_[i].refused = own_characters_[i].refused || by_groom || error.character == i + 1;
+    OwnCharacter& own = own_characters_[i];
+    const std::shared_ptr<const room::Member> member = member_of(i);
+    const bool by_groom = fault.groom != wire::GroomHash{} && room_->groom_of(own.number) == fault.groom;
+    own.refused = own.refused || by_groom || fault.character == own.number;
   }
 }
 
-Result<void> LiveRoom::take(const wire::CharacterAdded& added) {
-  if (added.character >= 1 && added.character <= own_characters_.size())
-    own_characters_[added.character - 1].member = added.member;
+Result<void> LiveRoom::take(const room::Left& left) {
+  statistics_.forget(left.member->number);
   return {};
 }
 
-Result<void> LiveRoom::take(const wire::MemberJoined& joined) {
-  if (options_.observe) other_characters_.take(joined);
+Result<void> LiveRoom::take(const room::WindChanged& changed) {
+  wind_ = changed.wind;
   return {};
 }
 
-Result<void> LiveRoom::take(const wire::MemberChanged& changed) {
-  other_characters_.take(changed);
-  return {};
+void LiveRoom::on_batch(const link::FrameBatch& batch, std::int64_t sampled_ns, std::int64_t now_ns) {
+  if (batch.frames.empty() || batch.frames[0].repeated) return;
+  latency_ms_ = 1e-6 * static_cast<double>(now_ns - sampled_ns);
+  statistics_.count_frames(batch, now_ns - sampled_ns);
 }
 
-Result<void> LiveRoom::take(const wire::RoomWind& told) {
-  wind_ = told.wind;
-  return {};
-}
-
-Result<void> LiveRoom::take(const wire::MemberLeft& left) {
-  other_characters_.take(left);
-  statistics_.forget(left.member);
-  return {};
-}
-
-Result<void> LiveRoom::take(const link::GroomFetched& fetched) {
-  const Result<void> taken = other_characters_.take(fetched);
-  return taken ? taken : refuse_or_note(taken.error());
-}
-
-Result<void> LiveRoom::take(const wire::GroomStatus& status) {
-  if (status.state != wire::GroomState::refused) return {};
-  if (!tolerant_) refused_ns_ = link_.now_ns();
-  for (OwnCharacter& own : own_characters_) own.refused = own.refused || own.groom == status.hash;
-  return {};
-}
-
-Result<void> LiveRoom::take(const link::FrameBatch& batch) {
-  const std::int64_t now = link_.now_ns(), sampled = link_.to_local_ns(batch.sample_time_ns);
-  const bool is_repeated = !batch.frames.empty() && batch.frames[0].repeated;
-  if (!is_repeated) {
-    latency_ms_ = 1e-6 * static_cast<double>(now - sampled);
-    statistics_.count_frames(batch, now - sampled);
-  }
-  for (const link::Frame& frame : batch.frames) take(frame, batch, sampled, now);
-  return {};
-}
-
-void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled_ns,
-                    std::int64_t now_ns) {
-  if (frame.character != 0 || on_frame_) link::displacements_of(frame, displacement_);
-  if (frame.character == 0) {
-    if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_ && !frame.repeated)
-      on_frame_(frame, batch.tick, displacement_, other_characters_.name_of(frame.member));
-    return;
-  }
-  OwnCharacter& own = own_characters_[frame.character - 1];
-  own.at_level = own.at_level || frame.level == own.level_wanted;
-  if (!own.first_lattice_ns && frame.basis) own.first_lattice_ns = now_ns;
-  own.playout.push(frame, sampled_ns, now_ns);
-  statistics_.count_displacement(frame.character, displacement_);
-  if (on_frame_ && !frame.repeated) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
+void LiveRoom::on_frame(const link::FrameBatch& batch, const link::Frame& frame, const room::Member& member) {
+  if (member.own != 0 || on_frame_) link::displacements_of(frame, displacement_);
+  if (on_frame_ && !frame.repeated) on_frame_(frame, batch.tick, displacement_, member);
+  const auto own = std::ranges::find(own_characters_, member.own, &OwnCharacter::number);
+  if (own == own_characters_.end()) return;
+  own->at_level = own->at_level || frame.level == own->level_wanted;
+  if (!own->first_lattice_ns && frame.basis) own->first_lattice_ns = now_ns();
+  statistics_.count_displacement(member.own, displacement_);
 }
 
 // All clips begin together, once every character that is not refused is simulated at its level.
@@ -247,23 +205,18 @@ Pose LiveRoom::pose_of(std::size_t own, double time_s) const {
   return pose;
 }
 
-void LiveRoom::push_poses(std::int64_t now_ns) {
+void LiveRoom::send_poses(std::int64_t now_ns) {
+  if (now_ns < next_pose_ns_) return;
   const double to_s = motion_time_s(now_ns);
-  std::vector<wire::PoseSample> poses;
-  ++sequence_;
+  std::vector<room::OwnPose> poses;
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
-    wire::PoseSample sample;
-    sample.character = static_cast<std::uint32_t>(i + 1);
-    sample.sequence = sequence_;
-    sample.capture_time_ns = now_ns;
-    sample.teleport = own_characters_[i].timeline.teleports(last_pose_s_, to_s) ||
-                      std::exchange(own_characters_[i].teleport_pending, false);
-    sample.pose = pose_of(i, to_s);
-    poses.push_back(sample);
+    OwnCharacter& own = own_characters_[i];
+    const bool is_jump = own.timeline.teleports(last_pose_s_, to_s) || std::exchange(own.teleport_pending, false);
+    poses.push_back({own.number, pose_of(i, to_s), is_jump});
   }
   last_pose_s_ = to_s;
   statistics_.count_poses(poses.size());
-  link_.push_poses(std::move(poses));
+  if (const Result<void> pushed = room_->push(poses); !pushed) status_ = pushed.error();
 
   ++pose_count_;
   const double jitter_s = 1e-3 * options_.jitter_ms * std::uniform_real_distribution<>(-1, 1)(random_);
@@ -276,19 +229,55 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
   next_pose_ns_ = poses_begun_ns_ + to_ns(after_s() + jitter_s);
 }
 
-void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
-  for (OwnCharacter& own : own_characters_) own.sample = own.playout.sample(now_ns);
-  other_characters_.play(now_ns, moment);
+void LiveRoom::keep(std::size_t moment) {
+  for (const auto& [number, member] : room_->members()) {
+    if (member->own != 0 || !member->groom || !member->sample.valid) continue;
+    Moment shown(member->sample);
+    shown.skin = member->skin;
+    kept_[member].insert_or_assign(moment, std::move(shown));
+  }
 }
 
 std::vector<Moment> LiveRoom::moments() const {
   std::vector<Moment> moments;
-  for (const OwnCharacter& own : own_characters_) {
-    if (!own.sample.valid) continue;
-    moments.emplace_back(own.sample);
-    moments.back().skin = link_.skin_of(own.groom);
+  for (std::size_t i = 0; i < own_characters_.size(); ++i) {
+    const std::shared_ptr<const room::Member> member = member_of(i);
+    if (!member || !member->sample.valid) continue;
+    moments.emplace_back(member->sample);
+    moments.back().skin = member->skin;
   }
   return moments;
+}
+
+std::vector<SeenCharacter> LiveRoom::others(std::size_t moment_count) const {
+  std::vector<SeenCharacter> seen;
+  for (const auto& [member, moments] : kept_) {
+    SeenCharacter& one = seen.emplace_back(SeenCharacter{member, member->groom, {}});
+    one.moments.resize(moment_count);
+    for (const auto& [moment, shown] : moments) one.moments[moment] = shown;
+  }
+  std::ranges::sort(seen, {}, [](const SeenCharacter& each) { return each.member->number; });
+  return seen;
+}
+
+std::string LiveRoom::members_summary() const {
+  std::string lines;
+  for (const auto& [number, member] : room_->members()) {
+    if (member->own != 0 || !options_.observe) continue;
+    lines += "member " + std::to_string(number) + ": '" + shown_text(name_of(*member), wire::kTagBytesMax, '\'') +
+             "', character " + std::to_string(member->owners_character) + " of session " +
+             std::to_string(member->session);
+    if (member->appearance) {
+      const auto& [root, tip, skin, roughness] = *member->appearance;
+      std::array<char, 96> text{};
+      std::snprintf(text.data(), text.size(),
+                    ", hair #%02x%02x%02x to #%02x%02x%02x, skin #%02x%02x%02x, roughness %.2f", root.red, root.green,
+                    root.blue, tip.red, tip.green, tip.blue, skin.red, skin.green, skin.blue, roughness / 255.0);
+      lines += text.data();
+    }
+    lines += '\n';
+  }
+  return lines;
 }
 
 Result<void> LiveRoom::advance(std::int64_t now_ns) {
@@ -296,8 +285,8 @@ Result<void> LiveRoom::advance(std::int64_t now_ns) {
   advanced_ns_ = now_ns;
   if (paused_ && clip_time_s(now_ns).value_or(-1) > 0) paused_s_ += elapsed_s;
   for (OwnCharacter& own : own_characters_) own.grab.advance(elapsed_s);
-  if (Result<void> turned = turn(now_ns); !turned) return turned;
-  play(now_ns, -1);
+  send_poses(now_ns);
+  if (Result<void> played = play(); !played) return played;
   show(now_ns);
   return {};
 }
@@ -314,21 +303,20 @@ std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groo
 
 void LiveRoom::show(std::int64_t now_ns) {
   viewed_.clear();
-  const auto add = [&](const std::shared_ptr<const Groom>& groom, const wire::GroomHash& hash,
-                       const link::Playout::Sample& sample) -> ViewedCharacter& {
+  const auto add = [&](const std::shared_ptr<const Groom>& groom, const room::Member* member) -> ViewedCharacter& {
     ViewedCharacter& character = viewed_.emplace_back();
     character.groom = groom;
-    character.skin = link_.skin_of(hash);
-    character.pose = sample.pose;
-    character.lattice = lattice_of(sample);
-    character.level = sample.level;
-    character.geometry = sample.geometry();
+    if (member == nullptr) return character;
+    character.skin = member->skin;
+    character.lattice = lattice_of(member->sample);
+    character.level = member->sample.level;
+    character.geometry = member->sample.geometry();
     character.model = model_of(groom, character.geometry.get());
     return character;
   };
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     const OwnCharacter& own = own_characters_[i];
-    ViewedCharacter& character = add(characters_[i].groom, own.groom, own.sample);
+    ViewedCharacter& character = add(characters_[i].groom, member_of(i).get());
     character.id = i + 1;
     character.name =
         characters_[i].name.empty() ? characters_[i].groom->name + " " + std::to_string(i + 1) : characters_[i].name;
@@ -338,15 +326,15 @@ void LiveRoom::show(std::int64_t now_ns) {
     character.level_wanted = own.level_wanted;
     character.own = true;
   }
-  for (const auto& [number, member] : other_characters_.members()) {
-    const std::shared_ptr<const Groom> groom = other_characters_.groom_of(member);
-    if (!member.here || !groom || !member.sample.valid) continue;
-    ViewedCharacter& character = add(groom, member.joined.groom, member.sample);
+  for (const auto& [number, member] : room_->members()) {
+    if (member->own != 0 || !member->groom || !member->sample.valid) continue;
+    ViewedCharacter& character = add(member->groom, member.get());
+    character.pose = member->sample.pose;
     character.id = kOther + number;
-    const std::string person = member.name();
-    character.name = (person.empty() ? groom->name : person) + ", member " + std::to_string(number);
+    const std::string person = name_of(*member);
+    character.name = (person.empty() ? member->groom->name : person) + ", member " + std::to_string(number);
     character.hair_colour = default_hair_colour(number - 1);
-    character.appearance = member.joined.appearance;
+    character.appearance = member->appearance;
   }
 }
 
@@ -357,14 +345,10 @@ void LiveRoom::report_importance(const Seen& seen) {
     importance.member = member;
     members.push_back(importance);
   };
-  for (std::size_t i = 0; i < own_characters_.size(); ++i) {
-    if (own_characters_[i].member != 0) add(own_characters_[i].member, pose_of(i, motion_time_s(link_.now_ns())));
+  for (const auto& [number, member] : room_->members()) {
+    if (member->pose) add(number, *member->pose);
   }
-  for (const auto& [number, member] : other_characters_.members()) {
-    if (member.here && member.sample.valid) add(number, member.sample.pose);
-  }
-  members.resize(std::min<std::size_t>(members.size(), wire::kMembersPerMessageMax));
-  if (!members.empty()) link_.report_importance(members);
+  room_->report_importance(std::move(members));
 }
 
 LiveRoom::OwnCharacter* LiveRoom::own_character(std::uint64_t id) {
@@ -378,16 +362,15 @@ HeadGrab* LiveRoom::grab(std::uint64_t id) {
 
 void LiveRoom::set_material(std::uint64_t id, const MaterialScale& scale) {
   OwnCharacter* own = own_character(id);
-  if (own == nullptr || !validate(scale).empty()) return;
-  own->material = scale;
-  link_.set_material(static_cast<std::uint32_t>(id), scale);
+  if (own == nullptr) return;
+  if (room_->set_material(own->number, scale)) own->material = scale;
 }
 
 void LiveRoom::set_level(std::uint64_t id, LevelIndex level) {
   OwnCharacter* own = own_character(id);
   if (own == nullptr) return;
   own->level_wanted = level;
-  link_.set_level(static_cast<std::uint32_t>(id), level);
+  room_->set_level(own->number, level);
 }
 
 void LiveRoom::teleport(std::uint64_t id) {
@@ -398,9 +381,7 @@ void LiveRoom::teleport(std::uint64_t id) {
 }
 
 void LiveRoom::set_wind(const Wind& wind) {
-  if (!validate(wind).empty()) return;
-  wind_ = wind;
-  link_.set_wind(wind);
+  if (room_->set_wind(wind)) wind_ = wind;
 }
 
 }  // namespace hairnet::viewer

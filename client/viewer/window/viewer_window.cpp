@@ -159,7 +159,7 @@ class ViewerWindow {
 
     const std::int64_t began_ns = channel::monotonic_ns();
     drawer_.render_list.set_colour(state_.overlays.levels ? colour_of_level : nullptr);
-    const render::Camera camera = state_.camera.camera();
+    const draw::Camera camera = state_.camera.camera();
     drawer_.picture.draw(*drawer_.stage, drawer_.render_list.show(viewed), camera, adaptive_look(elapsed_s), width,
                          height);
     drawer_.drawing.clear();

@@ -7,11 +7,11 @@
 #include <set>
 
 #include "client/assets/made/made.hpp"
-#include "client/render/draw_detail.hpp"
-#include "client/render/groom_geometry.hpp"
-#include "client/render/occlusion_grid.hpp"
+#include "client/draw/draw_detail.hpp"
+#include "client/draw/groom_geometry.hpp"
+#include "client/draw/occlusion_grid.hpp"
 #include "client/render/projection.hpp"
-#include "client/render/scalp.hpp"
+#include "client/draw/scalp.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
 #include "core/random.hpp"

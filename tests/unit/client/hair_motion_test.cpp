@@ -1,4 +1,4 @@
-#include "client/render/hair_motion.hpp"
+#include "client/draw/hair_motion.hpp"
 
 #include <gmock/gmock.h>
 

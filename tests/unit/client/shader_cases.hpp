@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "client/render/character_records.hpp"
+#include "client/draw/character_records.hpp"
 #include "client/render/egl_context.hpp"
 #include "client/render/lattice_pass.hpp"
 #include "client/render/vector_texture.hpp"

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "client/assets/made/made.hpp"
-#include "client/render/groom_geometry.hpp"
+#include "client/draw/groom_geometry.hpp"
 #include "client/render/program.hpp"
 #include "client/render/skin_texture.hpp"
 #include "core/ffd/deform.hpp"

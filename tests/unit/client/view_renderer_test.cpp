@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "client/assets/made/made.hpp"
-#include "client/render/light_rig.hpp"
+#include "client/draw/light_rig.hpp"
 #include "client/render/renderer.hpp"
 
 namespace hairnet::render {

@@ -13,7 +13,7 @@ export interface DensityGrid {
 
 /**
  * The box that contains the hair as the lattice moves it: `rest` contains the resting hair, `roots` what does not move.
- * Equals client/render/density_grid.cpp.
+ * Equals client/draw/density_grid.cpp.
  */
 export function movedBox(rest: Box3, roots: Box3, lattice: MovedLattice | null): Box3 {
   if (!lattice) return rest;

@@ -17,7 +17,7 @@ export interface DrawDetail {
 /**
  * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. The result is continuous in
  * both. `waviness`: of the groom; cards can replace straight hair at a larger size than curls. Equals
- * client/render/draw_detail.cpp.
+ * client/draw/draw_detail.cpp.
  */
 export function detailFor(headPx: number, quality: number, strandCount: number, waviness: number): DrawDetail {
   const px = Math.max(headPx, 0.1) * quality;

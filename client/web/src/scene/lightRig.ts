@@ -21,7 +21,7 @@ export function makeLightRig(): LightRig {
 
 /**
  * The studio turns with the camera's bearing, so that front, side and back have the same light
- * (client/render/light_rig.cpp): key above its left, fill at its right, rim behind.
+ * (client/draw/light_rig.cpp): key above its left, fill at its right, rim behind.
  */
 export function studioLights(camera: Camera, rig: LightRig): void {
   const toCamera = camera.getWorldDirection(new Vector3()).negate();

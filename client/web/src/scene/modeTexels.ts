@@ -15,7 +15,7 @@ export function modeRows(geometry: LevelGeometry, basis: Basis): number {
 /**
  * The modes of a basis as mode_nodes.frag reads them: for each mode the rows of all grid nodes, with those that follow
  * active nodes worked out, so that their entries are not read again for each character. Equals
- * client/render/mode_texels.cpp.
+ * client/draw/mode_texels.cpp.
  */
 export function modeTexels(geometry: LevelGeometry, basis: Basis): Float32Array<ArrayBuffer> {
   const numbers = 3 * basis.nodeCount;

@@ -30,7 +30,7 @@ export interface StrandGeometry {
 
 /**
  * The data of a groom for the shaders (client/shaders), at rest in head space; made once for all its characters. Plain
- * arrays, so that a worker can make it; client/render/groom_geometry.hpp is the same in C++.
+ * arrays, so that a worker can make it; client/draw/groom_geometry.hpp is the same in C++.
  */
 export interface GroomGeometry {
   readonly strands: StrandGeometry;

@@ -1,0 +1,125 @@
+#include "client/draw/character_records.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/assert.hpp"
+
+namespace hairnet::draw {
+namespace {
+
+using Vec4f = Eigen::Vector4f;
+
+constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20, kCoefficientTexel = 21;
+constexpr float kCoefficientMax_m = 1e3f;  // larger ones are none of hair
+constexpr float kStray_m = 2.5e-3f;        // of follow hairs from their strand
+constexpr float kNodesAreThere = -1;       // from the picture before
+
+Vec4f with(const Vec3f& v, float w) {
+  return {v.x(), v.y(), v.z(), w};
+}
+
+}  // namespace
+
+void CharacterRecords::begin(std::span<const ShownCharacter> characters, NodeSum sum, std::size_t rows_max) {
+  characters_ = characters;
+  sum_ = sum;
+  rows_max_ = rows_max;
+  records_.clear();
+  uploaded_nodes_.clear();
+  sources_.assign(1, {});
+  nodes_.resize(characters.size());
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < characters.size(); ++i) {
+    const LevelGeometry* geometry = characters[i].lattice.geometry;
+    const std::size_t count = geometry != nullptr ? draw::node_rows(*geometry) : 0;
+    if (nodes_[i].first_row != row || nodes_[i].row_count != count) nodes_[i] = {row, count};
+    row += count;
+  }
+  if (node_rows_ >= std::min(row, rows_max)) return;
+  node_rows_ = std::min(row, rows_max);
+  for (Nodes& nodes : nodes_) nodes.basis.reset();
+}
+
+void CharacterRecords::add(std::size_t number, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
+                           bool cards, const PointRows& points, const DensityGrid* density) {
+  const ShownCharacter& character = characters_[number];
+  records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
+  Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
+  const auto place = [&](const RigidTransform& bone, std::size_t at) {
+    texels[at] = bone.rotation.coeffs().cast<float>();
+    texels[at + 1] = with((bone.position - origin).cast<float>(), 0);
+  };
+  place(character.pose.head(), 0);
+  const float far = cards ? detail.cards : 0.0f;
+  texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
+  // Strands fade out only when cards are fully visible.
+  texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
+  texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
+  for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
+  texels[1].w() = static_cast<float>(points.first);
+  texels[kFirstBone + 1].w() = static_cast<float>(points.count);
+  if (density != nullptr) {
+    texels[kDensityTexel] = with(density->origin, static_cast<float>(density->number + 1));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      texels[kFirstBone + 3 + 2 * axis].w() = density->cell[static_cast<Eigen::Index>(axis)];
+    texels[kFirstBone + 9].w() = density->weight;
+  }
+  texels[4] = {detail.follow_hair_count, kStray_m, 0, 0};
+  if (moves_hair(character.lattice)) place_lattice(character.lattice, nodes_[number], texels);
+  texels[kTipTexel] = with(character.hair_tip_colour.value_or(character.hair_colour), character.roughness);
+}
+
+// The texels of the newest record.
+void CharacterRecords::place_lattice(const MovedLattice& moved, Nodes& nodes, Vec4f* texels) {
+  const Lattice& lattice = moved.geometry->lattice;
+  std::size_t count = moved.coefficients.size();
+  while (count > 0 && moved.coefficients[count - 1] == 0) --count;
+  const auto coefficients = moved.coefficients.first(count);
+  float number = kNodesAreThere, count_or_row = 0;
+  if (!moved.basis || nodes.basis.lock() != moved.basis || !std::ranges::equal(nodes.coefficients, coefficients)) {
+    nodes.basis = moved.basis;
+    nodes.coefficients.assign(coefficients.begin(), coefficients.end());
+    const std::size_t source = source_of(moved);
+    number = static_cast<float>(source);
+    if (sources_[source].end == 0) sources_[source].first = this->count() - 1;
+    sources_[source].end = this->count();
+    if (source > 0) {
+      count_or_row = static_cast<float>(count);
+      for (std::size_t k = 0; k < count; ++k)
+        texels[kCoefficientTexel + k / 4][static_cast<Eigen::Index>(k % 4)] = coefficients[k];
+    } else {
+      const std::size_t row = uploaded_nodes_.size() / kLatticeRow;
+      count_or_row = static_cast<float>(row);
+      for (const Vec3f& u : nodes_of(moved, scratch_)) uploaded_nodes_.push_back(with(u, 0));
+      uploaded_nodes_.resize((row + nodes.row_count) * kLatticeRow, Vec4f::Zero());
+    }
+  }
+  texels[4].z() = 1;
+  texels[kLatticeTexel] = with(lattice.origin, number);
+  texels[kLatticeTexel + 1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(nodes.first_row * kLatticeRow));
+  texels[kLatticeTexel + 2] = {static_cast<float>(lattice.dims[0]), static_cast<float>(lattice.dims[1]),
+                               static_cast<float>(lattice.dims[2]), count_or_row};
+}
+
+// The processor sums up a basis that is too large for a texture.
+std::size_t CharacterRecords::source_of(const MovedLattice& moved) {
+  if (!moved.basis || sum_ == NodeSum::processor || mode_rows(*moved.geometry, *moved.basis) > rows_max_) return 0;
+  const auto known = std::ranges::find(sources_, moved.basis, &Source::basis);
+  const auto number = static_cast<std::size_t>(known - sources_.begin());
+  if (known == sources_.end()) sources_.push_back({moved.basis, moved.geometry, 0, 0});
+  return number;
+}
+
+bool moves_hair(const MovedLattice& lattice) {
+  if (lattice.geometry == nullptr) return false;
+  if (lattice.basis) {
+    HAIRNET_ASSERT(lattice.basis->node_count == lattice.geometry->active_nodes.size());
+    HAIRNET_ASSERT(lattice.coefficients.size() <= lattice.basis->mode_count());
+    return std::ranges::all_of(lattice.coefficients, [](float c) { return std::abs(c) <= kCoefficientMax_m; });
+  }
+  HAIRNET_ASSERT(lattice.grid_displacements.size() == lattice.geometry->lattice.node_count());
+  return std::ranges::all_of(lattice.grid_displacements, [](const Vec3f& u) { return u.allFinite(); });
+}
+
+}  // namespace hairnet::draw

@@ -1,0 +1,42 @@
+#include "client/draw/density_grid.hpp"
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace hairnet::draw {
+namespace {
+
+constexpr float kCellsBeside = 1.5f;    // empty cells at each side of the hair
+constexpr float kDensityShare = 0.22f;  // share of blocked light that is lost, as in the resting hair (OcclusionGrid)
+
+}  // namespace
+
+Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::AlignedBox3f& roots,
+                              const MovedLattice& moved) {
+  if (moved.geometry == nullptr) return rest;
+  const Lattice& lattice = moved.geometry->lattice;
+  std::vector<Vec3f> scratch;
+  const std::span<const Vec3f> nodes = nodes_of(moved, scratch);
+  const Eigen::AlignedBox3f near(rest.min() - lattice.spacing, rest.max() + lattice.spacing);
+  Eigen::AlignedBox3f box = roots;
+  for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+    const Vec3f at = lattice.node(n);
+    const Vec3f& moved_by = nodes[n];
+    if (near.contains(at) && moved_by.allFinite()) box.extend(at.cwiseMax(rest.min()).cwiseMin(rest.max()) + moved_by);
+  }
+  return box;
+}
+
+DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, float width_m) {
+  DensityGrid grid;
+  grid.number = number;
+  const auto cells = static_cast<float>(DensityGrid::kDensitySide) - 2 * kCellsBeside;
+  grid.cell = box.sizes() / cells;
+  grid.cell = grid.cell.cwiseMax(std::max(grid.cell.maxCoeff() / 3, 1e-3f)).eval();
+  grid.origin = box.center() - 0.5f * static_cast<float>(DensityGrid::kDensitySide) * grid.cell;
+  grid.weight = kDensityShare * 0.75f * width_m / grid.cell.prod();
+  return grid;
+}
+
+}  // namespace hairnet::draw

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "core/modes/moved_lattice.hpp"
+
+namespace hairnet::draw {
+
+// Where a character's grid of density lies (client/shaders/density.glsl). Head space, m.
+struct DensityGrid {
+  static constexpr std::size_t kDensitySide = 32;          // cells an axis
+  static constexpr std::size_t kDensityGridsMax = 16;      // of a picture; further characters keep the resting light
+  static constexpr std::size_t kDensityStrandsMax = 1500;  // of a character, counted for all its strands
+
+  std::size_t number = 0;
+  Vec3f origin, cell;
+  float weight = 0;  // optical depth in a metre of a cell that contains a metre of strand
+};
+
+// The box that contains the hair as the lattice moves it: `rest` contains the resting hair, `roots` what does not move.
+Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::AlignedBox3f& roots,
+                              const MovedLattice& moved);
+
+// `width_m`: of all strands together that one counted strand represents.
+DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, float width_m);
+
+}  // namespace hairnet::draw

@@ -1,0 +1,95 @@
+#include "client/draw/groom_geometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/draw/geometry_parts.hpp"
+#include "core/ffd/clump_strands.hpp"
+#include "core/ffd/deform.hpp"
+
+namespace hairnet::draw {
+namespace {
+
+constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;  // of a strand, when so many are drawn
+constexpr double kCourse_m = 0.04;
+constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;
+
+// Fewer strands are drawn wider, so that a head looks covered at any density.
+float strand_width_m(std::size_t strand_count) {
+  return kWidth_m *
+         std::clamp(std::sqrt(kWidthCount / static_cast<float>(std::max<std::size_t>(1, strand_count))), 0.6f, 4.0f);
+}
+
+// Measures curliness: compares the length of a hair with the straight distance over a few centimetres. The result is
+// the sine of the mean angle between the hair and that straight line, scaled to 0 ... 1.
+float waviness_of(const Groom& groom) {
+  double length = 0, course = 0;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    const std::span<const Vec3f> strand = groom.strand_points(s);
+    double piece = 0;
+    std::size_t from = 0;
+    for (std::size_t i = 1; i < strand.size(); ++i) {
+      piece += static_cast<double>((strand[i] - strand[i - 1]).norm());
+      if (piece < kCourse_m && i + 1 < strand.size()) continue;
+      length += piece;
+      course += static_cast<double>((strand[i] - strand[from]).norm());
+      piece = 0;
+      from = i;
+    }
+  }
+  const double straight = length > 0 ? std::min(course / length, 1.0) : 1.0;
+  const auto sine = static_cast<float>(std::sqrt(1 - straight * straight));
+  return std::clamp((sine - kBentByTheHead) / kCurls, 0.0f, 1.0f);
+}
+
+float radius_of(const Groom& groom) {
+  float squared = 0;
+  for (const Vec3f& p : groom.points) squared = std::max(squared, p.squaredNorm());
+  for (const Vec3f& p : groom.far_cards.points) squared = std::max(squared, p.squaredNorm());
+  for (const Vec3f& p : groom.body.mesh.vertices) squared = std::max(squared, p.squaredNorm());
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+Half4 to_halves(const Vec3f& v, float w) {
+  const auto half = [](float x) { return Eigen::half(std::clamp(x, -6e4f, 6e4f)).x; };
+  return {half(v.x()), half(v.y()), half(v.z()), half(w)};
+}
+
+std::uint8_t to_byte(float x) {
+  return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(x, 0.0f, 1.0f)));
+}
+
+Byte4 sides_of(const Transmittance& left) {
+  return {to_byte(left[0]), to_byte(left[1]), to_byte(left[2]), to_byte(left[3])};
+}
+
+Byte4 ends_of(const Transmittance& left, float third, float fourth) {
+  return {to_byte(left[4]), to_byte(left[5]), to_byte(third), to_byte(fourth)};
+}
+
+Vec3f unit_or_up(const Vec3f& v) {
+  return v.squaredNorm() > 1e-24f ? Vec3f(v.normalized()) : Vec3f(Vec3f::UnitY());
+}
+
+GroomGeometry make_groom_geometry(const Groom& groom) {
+  GroomGeometry geometry;
+  geometry.strand_count = ClumpStrands(groom).strand_begin().size() - 1;
+  geometry.strand_width_m = strand_width_m(geometry.strand_count);
+  const float drawn_per_strand =
+      static_cast<float>(geometry.strand_count) / static_cast<float>(std::max<std::size_t>(1, groom.strand_count()));
+  const OcclusionGrid occlusion(groom, geometry.strand_width_m * kCopies * drawn_per_strand);
+  const std::vector<float> blend = root_blend(groom);
+  const RestTangents rest = rest_tangents(groom, blend);
+  const GeometrySource source{groom, occlusion, blend, rest};
+  add_strands(source, geometry);
+  add_cards(source, geometry);
+  add_fabric(source, geometry);
+  add_body(source, geometry);
+  geometry.waviness = waviness_of(groom);
+  geometry.radius_m = radius_of(groom);
+  return geometry;
+}
+
+}  // namespace hairnet::draw

@@ -1,0 +1,41 @@
+#include "client/draw/light_rig.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace hairnet::draw {
+namespace {
+
+// Key, fill and rim: bearing and height in degrees, linear RGB.
+constexpr std::array<std::array<float, 2>, 3> kBearingHeight_deg{{{-42, 42}, {55, 12}, {152, 38}}};
+constexpr std::array<std::array<float, 3>, 3> kColours{
+    {{1.02f, 0.98f, 0.92f}, {0.24f, 0.26f, 0.29f}, {0.80f, 0.84f, 0.92f}}};
+constexpr std::array<float, 3> kAmbientAbove{0.22f, 0.23f, 0.25f}, kAmbientBelow{0.13f, 0.12f, 0.115f};
+
+// Bearing 0 is the direction to the camera, positive to its right.
+Vec3f direction(const Vec3f& to_camera, const Vec3f& up, float bearing_deg, float height_deg) {
+  const Vec3f right = up.cross(to_camera);
+  const float bearing = bearing_deg * std::numbers::pi_v<float> / 180.0f;
+  const float height = height_deg * std::numbers::pi_v<float> / 180.0f;
+  return std::cos(height) * (std::cos(bearing) * to_camera + std::sin(bearing) * right) + std::sin(height) * up;
+}
+
+}  // namespace
+
+LightRig studio_lights(const Camera& camera) {
+  const Vec3f up = camera.up.normalized().cast<float>();
+  Vec3f level = (camera.eye - camera.target).cast<float>();
+  level -= up * up.dot(level);
+  if (level.norm() < 1e-3f * (camera.eye - camera.target).norm()) level = up.unitOrthogonal();
+  const Vec3f to_camera = level.normalized();
+  LightRig rig;
+  for (std::size_t i = 0; i < rig.towards.size(); ++i) {
+    rig.towards[i] = direction(to_camera, up, kBearingHeight_deg[i][0], kBearingHeight_deg[i][1]);
+    rig.colours[i] = Vec3f(kColours[i].data());
+  }
+  rig.ambient_above = Vec3f(kAmbientAbove.data());
+  rig.ambient_below = Vec3f(kAmbientBelow.data());
+  return rig;
+}
+
+}  // namespace hairnet::draw

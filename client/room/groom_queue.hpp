@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::room {
+
+// The grooms to fetch, one after the other: the first one is whole soon, where all at once would be whole at the end.
+// The first request waits until heights were told twice, since by then an application has placed its camera; where none
+// are told it waits 0.6 s and for four calls. No I/O; one thread.
+class GroomQueue {
+ public:
+  void add(const wire::GroomHash& groom) {
+    if (groom != current_) waiting_.insert(groom);
+  }
+  // Nobody needs it any more. A fetch that has begun continues.
+  void remove(const wire::GroomHash& groom) { waiting_.erase(groom); }
+  // It has arrived, or cannot.
+  void finish(const wire::GroomHash& groom);
+  // The heights of all grooms that are seen now, as a share of the screen; heads outside of the view count little.
+  void set_heights(std::span<const std::pair<wire::GroomHash, float>> heights);
+  // The groom to ask for now: `first`, or unless `only_first` the largest on the screen; none while another is on its
+  // way.
+  std::optional<wire::GroomHash> next(std::int64_t now_ns, const std::optional<wire::GroomHash>& first = {},
+                                      bool only_first = false);
+
+ private:
+  [[nodiscard]] std::optional<wire::GroomHash> largest(std::int64_t waited_ns) const;
+
+  std::set<wire::GroomHash> waiting_;
+  std::map<wire::GroomHash, float> heights_;  // of the largest head with the groom
+  std::optional<wire::GroomHash> current_;
+  int reports_ = 0, calls_ = 0;
+  std::optional<std::int64_t> begun_ns_;  // when the first groom began to wait
+};
+
+}  // namespace hairnet::room

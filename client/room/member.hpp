@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/link/playout.hpp"
+#include "core/groom/groom.hpp"
+#include "core/pose/pose.hpp"
+#include "core/skin/skin_distance_field.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::room {
+
+// One character of a room, as it is shown at the last Room::advance(). Only the Room changes it.
+struct Member {
+  std::uint32_t number = 0;            // in the room; an own character gets another one from another server
+  std::uint32_t own = 0;               // this client's own number for it; 0: another client's character
+  std::uint64_t session = 0;           // the owner's; another after its session has ended and a new one begun
+  std::uint32_t owners_character = 0;  // the owner's own number for it: with `session` the same for all clients
+  wire::GroomHash groom_hash{};
+  std::string tag;                             // any bytes, at most wire::kTagBytesMax; by convention a name in UTF-8
+  std::optional<wire::Appearance> appearance;  // none: the default of its number
+  std::shared_ptr<const Groom> groom;          // null: not here yet, or `error` says why it cannot be shown
+  std::string error;                           // one line
+  std::shared_ptr<const Skin> skin;            // to keep its hair out of (SkinPush); null: not received yet
+  // What to show now. An own character has the pose that was pushed last, with the newest lattice; the pose of others
+  // belongs to the same time as their lattice. None: no pose is known, so the character cannot be shown.
+  std::optional<Pose> pose;
+  link::Playout::Sample sample;  // its lattice, and the level that the server steps; at rest until `valid`
+  link::Playout playout;
+};
+
+}  // namespace hairnet::room

@@ -1,0 +1,403 @@
+#include "client/room/room.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "core/shown_text.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::room {
+namespace {
+
+constexpr std::int64_t kAskAgain_ns = 3'000'000'000;
+constexpr float kUnseenShare = 0.01f;  // how much a head outside of the view counts against one of the same size in it
+
+}  // namespace
+
+Room::Room(std::unique_ptr<link::Conversation> conversation, const wire::Observe& observe)
+    : conversation_(std::move(conversation)),
+      observes_others_(observe.mode != wire::ObserveMode::list || !observe.members.empty()) {
+  HAIRNET_ASSERT(conversation_);
+  conversation_->send(observe);
+}
+
+void Room::advance() {
+  const std::int64_t now_ns = conversation_->now_ns();
+  arrivals_.on_awake(now_ns);
+  for (const link::Event& event : conversation_->poll()) {
+    std::visit([this](const auto& e) { take(e); }, event);
+  }
+  fetch(now_ns);
+  for (const auto& [number, member] : members_) sample(*member, now_ns);
+  shown_.clear();
+  shown_.insert(members_.begin(), members_.end());
+}
+
+std::vector<Event> Room::take_events() {
+  return std::exchange(events_, {});
+}
+
+void Room::sample(Member& member, std::int64_t now_ns) {
+  member.sample = member.playout.sample(now_ns);
+  if (std::shared_ptr<const Skin> skin = conversation_->skin_of(member.groom_hash)) member.skin = std::move(skin);
+  const std::optional<Pose> played = member.sample.valid ? std::optional(member.sample.pose) : std::nullopt;
+  const auto own = own_.find(member.own);
+  member.pose = own != own_.end() && own->second.pose ? own->second.pose : played;
+}
+
+std::shared_ptr<const Member> Room::member_of(std::uint32_t own) const {
+  const auto found = own_.find(own);
+  return found != own_.end() && found->second.is_here ? found->second.member : nullptr;
+}
+
+wire::GroomHash Room::groom_of(std::uint32_t own) const {
+  const auto found = own_.find(own);
+  return found == own_.end() ? wire::GroomHash{} : found->second.groom;
+}
+
+Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file, CharacterOptions options) {
+  HAIRNET_ASSERT(groom_file);
+  if (std::string error = wire::validate_tag(options.tag); !error.empty()) return dropped(std::move(error));
+  const wire::GroomHash hash = wire::hash_groom(*groom_file);
+  const auto known = grooms_.find(hash);
+  const bool is_known = known != grooms_.end() && known->second.groom;
+  Result<Groom> groom = is_known ? Result<Groom>() : wire::decode_groom(*groom_file);
+  if (!groom) return Refusal(std::move(groom.error()));
+  KnownGroom& kept = grooms_[hash];
+  if (!is_known) kept = {std::make_shared<const Groom>(std::move(*groom)), nullptr, "", {}};
+  kept.file = std::move(groom_file);
+  queue_.remove(hash);
+  give_groom(hash);
+  return add(hash, std::move(options));
+}
+
+Result<std::uint32_t> Room::add_character(const std::shared_ptr<const Groom>& groom, CharacterOptions options,
+                                          const LearntHair* learnt) {
+  HAIRNET_ASSERT(groom);
+  return add_character(std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom, learnt)),
+                       std::move(options));
+}
+
+Result<std::uint32_t> Room::add_character_like(const Member& member, CharacterOptions options) {
+  if (std::string error = wire::validate_tag(options.tag); !error.empty()) return dropped(std::move(error));
+  return add(member.groom_hash, std::move(options));
+}
+
+std::uint32_t Room::add(const wire::GroomHash& groom, CharacterOptions&& options) {
+  const std::uint32_t number = next_own_++;
+  Own& own = own_[number];
+  own.groom = groom;
+  own.tag = options.tag;
+  own.appearance = options.appearance;
+  if (const auto known = grooms_.find(groom); known != grooms_.end() && known->second.file)
+    conversation_->offer_groom(groom, known->second.file);
+  conversation_->send(
+      wire::AddCharacter{number, groom, options.level, {}, std::move(options.tag), options.appearance});
+  return number;
+}
+
+void Room::remove_character(std::uint32_t own) {
+  const auto found = own_.find(own);
+  if (found == own_.end()) return;
+  const Own removed = std::move(found->second);
+  own_.erase(found);
+  conversation_->send(wire::RemoveCharacter{own});
+  if (removed.is_here) drop(removed.member->number);
+  forget_unused(removed.groom);
+}
+
+void Room::set_level(std::uint32_t own, LevelIndex level) {
+  if (own_.contains(own)) conversation_->send(wire::SetLevel{own, level});
+}
+
+Result<void> Room::set_material(std::uint32_t own, const MaterialScale& scale) {
+  if (std::string error = validate(scale); !error.empty()) return dropped(std::move(error));
+  if (own_.contains(own)) conversation_->send(wire::SetMaterial{own, scale});
+  return {};
+}
+
+Result<void> Room::set_appearance(std::uint32_t own, std::string tag, std::optional<wire::Appearance> appearance) {
+  if (std::string error = wire::validate_tag(tag); !error.empty()) return dropped(std::move(error));
+  const auto found = own_.find(own);
+  if (found == own_.end()) return {};
+  Own& changed = found->second;
+  changed.tag = tag;
+  changed.appearance = appearance;
+  conversation_->send(wire::SetAppearance{own, std::move(tag), appearance});
+  if (!changed.member) return {};
+  changed.member->tag = changed.tag;
+  changed.member->appearance = changed.appearance;
+  if (changed.is_here) events_.emplace_back(Changed{changed.member});
+  return {};
+}
+
+Result<void> Room::push(std::span<const OwnPose> poses) {
+  Result<void> result;
+  std::vector<wire::PoseSample> samples;
+  const std::int64_t now_ns = conversation_->now_ns();
+  for (const OwnPose& each : poses) {
+    const auto found = own_.find(each.own);
+    if (found == own_.end()) continue;
+    if (const wire::PoseRefusal refusal = wire::validate_pose(each.pose); refusal != wire::PoseRefusal::none) {
+      std::string why = "character " + std::to_string(each.own) + ": " + std::string(wire::to_string(refusal));
+      if (Refusal refused = dropped(std::move(why)); result) result = std::move(refused);
+      continue;
+    }
+    found->second.pose = each.pose;
+    samples.push_back({each.own, ++found->second.sequence, now_ns, each.teleport, each.pose});
+  }
+  if (!samples.empty()) conversation_->push_poses(std::move(samples));
+  return result;
+}
+
+Result<void> Room::push(std::uint32_t own, const Pose& pose, bool teleport) {
+  const OwnPose one{own, pose, teleport};
+  return push(std::span(&one, 1));
+}
+
+Result<void> Room::set_wind(const Wind& wind) {
+  if (std::string error = validate(wind); !error.empty()) return dropped(std::move(error));
+  conversation_->send(wire::SetWind{wind});
+  return {};
+}
+
+Refusal Room::dropped(std::string why) {
+  ++inputs_dropped_;
+  return Refusal(std::move(why));
+}
+
+void Room::report_importance(std::vector<wire::MemberImportance> members) {
+  std::erase_if(members, [this](const wire::MemberImportance& each) { return !members_.contains(each.member); });
+  std::vector<std::pair<wire::GroomHash, float>> heights;
+  for (const wire::MemberImportance& each : members)
+    heights.emplace_back(members_.at(each.member)->groom_hash,
+                         each.screen_height * (each.in_view ? 1 : kUnseenShare));
+  queue_.set_heights(heights);
+  members.resize(std::min<std::size_t>(members.size(), wire::kMembersPerMessageMax));
+  if (!members.empty()) conversation_->report_importance(members);
+}
+
+void Room::fetch_first(std::optional<std::uint32_t> member, bool only_this) {
+  first_ = member;
+  fetches_only_first_ = only_this;
+}
+
+void Room::close() {
+  conversation_->close();
+  while (!members_.empty()) drop(members_.begin()->first);
+  set_state(State::closed, "");
+}
+
+void Room::set_state(State state, std::string detail, double wait_s, bool is_refused) {
+  state_ = state;
+  events_.emplace_back(StateChanged{state, std::move(detail), wait_s, is_refused});
+}
+
+void Room::take(const link::Connected& connected) {
+  session_ = connected.welcome.session;
+  may_set_wind_ = connected.welcome.may_set_wind;
+  for (auto& [number, own] : own_) {
+    if (own.member) own.member->session = session_;
+  }
+  set_state(State::connected, "");
+}
+
+void Room::take(const link::Reconnecting& lost) {
+  for (const auto& [number, member] : members_) member->playout.freeze();
+  set_state(State::reconnecting, lost.detail.empty() ? "the connection broke" : lost.detail, lost.wait_s);
+}
+
+void Room::take(const link::Disconnected& end) {
+  while (!members_.empty()) drop(members_.begin()->first);
+  if (state_ != State::closed) set_state(State::closed, end.detail, 0, link::is_final(end.reason));
+}
+
+void Room::take(const wire::MemberJoined& joined) {
+  auto member = std::make_shared<Member>();
+  member->number = joined.member;
+  member->session = joined.session;
+  member->owners_character = joined.character;
+  member->groom_hash = joined.groom;
+  member->tag = joined.tag;
+  member->appearance = joined.appearance;
+  meet(member);
+}
+
+void Room::take(const wire::MemberChanged& changed) {
+  const auto found = members_.find(changed.member);
+  if (found == members_.end()) return;
+  found->second->tag = changed.tag;
+  found->second->appearance = changed.appearance;
+  events_.emplace_back(Changed{found->second});
+}
+
+// A new server gives it another number, which may have belonged to another own character; its hair continues.
+void Room::take(const wire::CharacterAdded& added) {
+  const auto found = own_.find(added.character);
+  if (found == own_.end()) return;
+  Own& own = found->second;
+  if (own.is_here && own.member->number == added.member) return;
+  if (own.is_here) drop(own.member->number);
+  if (!own.member) own.member = std::make_shared<Member>();
+  own.member->number = added.member;
+  own.member->own = own.member->owners_character = added.character;
+  own.member->session = session_;
+  own.member->groom_hash = own.groom;
+  own.member->tag = own.tag;
+  own.member->appearance = own.appearance;
+  meet(own.member);
+  own.is_here = true;
+}
+
+void Room::take(const wire::CharacterRemoved& removed) {
+  const auto found = own_.find(removed.character);
+  if (found != own_.end() && found->second.is_here) drop(found->second.member->number);
+}
+
+void Room::take(const wire::RoomWind& wind) {
+  wind_ = wind.wind;
+  events_.emplace_back(WindChanged{wind.wind, wind.session});
+}
+
+void Room::take(const wire::GroomStatus& status) {
+  if (status.state == wire::GroomState::refused)
+    events_.emplace_back(Fault{"the server refuses a groom", wire::ErrorReason::none, 0, status.hash});
+}
+
+void Room::take(const link::FrameBatch& batch) {
+  const std::int64_t sampled_ns = conversation_->to_local_ns(batch.sample_time_ns);
+  const std::int64_t arrival_ns = arrivals_.time_of(sampled_ns, batch.received_ns);
+  if (observer_) observer_->on_batch(batch, sampled_ns, batch.received_ns);
+  for (const link::Frame& frame : batch.frames) {
+    const auto found = members_.find(frame.member);
+    if (found == members_.end()) continue;
+    found->second->playout.push(frame, sampled_ns, arrival_ns);
+    if (observer_) observer_->on_frame(batch, frame, *found->second);
+  }
+}
+
+void Room::take(const wire::Error& error) {
+  const bool names_groom = error.groom != wire::GroomHash{};
+  if (names_groom) queue_.finish(error.groom);
+  const bool may_come_later =
+      error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
+  if (may_come_later && names_groom) {
+    const auto known = grooms_.find(error.groom);
+    if (known != grooms_.end() && !known->second.groom) {
+      known->second.ask_again_ns = conversation_->now_ns() + kAskAgain_ns;
+      return;
+    }
+  }
+  if (error.reason == wire::ErrorReason::state_invalid) return;  // the hair starts at rest
+  std::string line = std::string("the server refuses: ") + wire::to_string(error.reason);
+  if (error.character != 0) line += ", character " + std::to_string(error.character);
+  if (!error.detail.empty()) line += " (" + error.detail + ")";
+  events_.emplace_back(Fault{std::move(line), error.reason, error.character, error.groom});
+}
+
+void Room::meet(const std::shared_ptr<Member>& member) {
+  drop(member->number);
+  members_[member->number] = member;
+  const auto [known, is_new] = grooms_.try_emplace(member->groom_hash);
+  member->groom = known->second.groom;
+  member->error = known->second.error;
+  if (is_new && observes_others_) queue_.add(member->groom_hash);
+  events_.emplace_back(Joined{member});
+}
+
+// Nothing where there is none of that number.
+void Room::drop(std::uint32_t number) {
+  const auto found = members_.find(number);
+  if (found == members_.end()) return;
+  const std::shared_ptr<Member> member = found->second;
+  members_.erase(found);
+  const auto own = own_.find(member->own);
+  if (own != own_.end()) own->second.is_here = false;
+  forget_unused(member->groom_hash);
+  events_.emplace_back(Left{member});
+}
+
+bool Room::is_used(const wire::GroomHash& groom) const {
+  return std::ranges::any_of(members_, [&](const auto& each) { return each.second->groom_hash == groom; }) ||
+         std::ranges::any_of(own_, [&](const auto& each) { return each.second.groom == groom; });
+}
+
+void Room::forget_unused(const wire::GroomHash& groom) {
+  if (is_used(groom)) return;
+  grooms_.erase(groom);
+  queue_.remove(groom);
+}
+
+// To all members that have it.
+void Room::give_groom(const wire::GroomHash& hash) {
+  const KnownGroom& known = grooms_.at(hash);
+  for (const auto& [number, member] : members_) {
+    if (member->groom_hash != hash) continue;
+    member->groom = known.groom;
+    member->error = known.error;
+  }
+}
+
+void Room::take(const link::GroomFetched& fetched) {
+  queue_.finish(fetched.hash);
+  const auto found = grooms_.find(fetched.hash);
+  // Its members may have left, or an own character may have added the same file.
+  if (found == grooms_.end() || found->second.groom) return;
+  KnownGroom& known = found->second;
+  known.error = fetched.fault;
+  if (fetched.bytes) {
+    Result<Groom> groom = wire::decode_groom(*fetched.bytes);
+    known.error = groom ? "" : groom.error();
+    if (groom) known.groom = std::make_shared<const Groom>(std::move(*groom));
+    if (groom) known.file = fetched.bytes;
+  }
+  give_groom(fetched.hash);
+  if (!known.error.empty())
+    events_.emplace_back(Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0,
+                               fetched.hash});
+}
+
+void Room::fetch(std::int64_t now_ns) {
+  for (auto& [hash, known] : grooms_) {
+    if (!known.ask_again_ns || now_ns < *known.ask_again_ns) continue;
+    known.ask_again_ns.reset();
+    if (!known.groom) queue_.add(hash);
+  }
+  std::optional<wire::GroomHash> first;
+  if (const auto member = members_.find(first_.value_or(0)); first_ && member != members_.end())
+    first = member->second->groom_hash;
+  if (const auto wanted = queue_.next(now_ns, first, fetches_only_first_)) conversation_->request_groom(*wanted);
+}
+
+std::string describe(const Event& event) {
+  struct Describe {
+    std::string operator()(const StateChanged& e) const {
+      switch (e.state) {
+        case State::connecting:
+          return "connecting";
+        case State::connected:
+          return "connected";
+        case State::reconnecting:
+          return "reconnecting: " + e.detail;
+        case State::closed:
+          return "closed: " + e.detail;
+      }
+      return "";
+    }
+    std::string operator()(const Joined& e) const { return named(*e.member) + " has joined"; }
+    std::string operator()(const Left& e) const { return named(*e.member) + " has left"; }
+    std::string operator()(const Changed& e) const { return named(*e.member) + " has changed"; }
+    std::string operator()(const WindChanged& e) const {
+      return "the wind is " + std::to_string(e.wind.mean_m_per_s.norm()) + " m/s";
+    }
+    std::string operator()(const Fault& e) const { return e.detail; }
+    static std::string named(const Member& member) {
+      const std::string number = "member " + std::to_string(member.number);
+      return member.tag.empty() ? number : number + " '" + shown_text(member.tag, wire::kTagBytesMax, '\'') + "'";
+    }
+  };
+  return std::visit(Describe{}, event);
+}
+
+}  // namespace hairnet::room

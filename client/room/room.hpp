@@ -1,0 +1,194 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client/link/conversation.hpp"
+#include "client/room/arrivals.hpp"
+#include "client/room/groom_queue.hpp"
+#include "client/room/member.hpp"
+#include "core/learnt/learnt_hair.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::room {
+
+enum class State : std::uint8_t { connecting, connected, reconnecting, closed };
+
+// What a room reports to its caller, in order.
+struct StateChanged {
+  State state = State::connecting;
+  std::string detail;       // one line with the reason; empty when connected
+  double wait_s = 0;        // before the next attempt
+  bool is_refused = false;  // closed, and the same request would be refused again
+};
+struct Joined {
+  std::shared_ptr<const Member> member;
+};
+struct Left {
+  std::shared_ptr<const Member> member;
+};
+// The owner has changed its tag or its appearance.
+struct Changed {
+  std::shared_ptr<const Member> member;
+};
+struct WindChanged {
+  Wind wind;
+  std::uint64_t session = 0;  // who has set it: see wire::RoomWind
+};
+// The server refused something, or a hairstyle cannot be shown.
+struct Fault {
+  std::string detail;                                  // one line for people
+  wire::ErrorReason reason = wire::ErrorReason::none;  // none: the server refused a groom, and says why in another one
+  std::uint32_t character = 0;  // this client's own; 0: none
+  wire::GroomHash groom{};      // zero: none
+};
+using Event = std::variant<StateChanged, Joined, Left, Changed, WindChanged, Fault>;
+// One line for people.
+std::string describe(const Event& event);
+
+// How an own character is added.
+struct CharacterOptions {
+  LevelIndex level = LevelIndex::high;  // the finest that it may have
+  std::string tag;                      // any bytes, at most wire::kTagBytesMax; by convention the person's name
+  std::optional<wire::Appearance> appearance;
+};
+// The bones of an own character now, world.
+struct OwnPose {
+  std::uint32_t own = 0;
+  Pose pose;
+  bool teleport = false;  // it does not continue the pose before: the hair does not swing after the jump
+};
+
+// Receives frames as they are taken, for traces and statistics. It must not call the room.
+class FrameObserver {
+ public:
+  virtual ~FrameObserver() = default;
+  // Times are of the conversation's clock.
+  virtual void on_batch(const link::FrameBatch& batch, std::int64_t sampled_ns, std::int64_t now_ns) = 0;
+  // `member`: whose frame it is.
+  virtual void on_frame(const link::FrameBatch& batch, const link::Frame& frame, const Member& member) = 0;
+};
+
+// All members of a room, played out smoothly: fetches the grooms of others by itself, and keeps own characters over
+// lost connections and changes of the server. It has no sockets, clock or thread; make all calls from one thread.
+class Room {
+ public:
+  // `observe`: which others it shows, and at which detail. Asserts that there is a conversation.
+  explicit Room(std::unique_ptr<link::Conversation> conversation, const wire::Observe& observe = {});
+
+  // Takes what has arrived, and moves every member to this moment of the conversation's clock.
+  void advance();
+  [[nodiscard]] std::vector<Event> take_events();
+  // By number, at the last advance().
+  [[nodiscard]] const std::map<std::uint32_t, std::shared_ptr<const Member>>& members() const { return shown_; }
+  // The member of an own character; null: the server has not added it yet.
+  [[nodiscard]] std::shared_ptr<const Member> member_of(std::uint32_t own) const;
+  [[nodiscard]] wire::GroomHash groom_of(std::uint32_t own) const;  // zero: no such character
+  [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] std::uint64_t session() const { return session_; }  // this client's; 0: none yet
+  [[nodiscard]] const Wind& wind() const { return wind_; }  // of the room; still air before the server has told it
+  [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
+  [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
+
+  // Adds an own character with the hair of a groom file, and returns its number, from 1. It is visible after its first
+  // pose. The error is one line about the file or an option.
+  Result<std::uint32_t> add_character(link::RequestedState::Bytes groom_file, CharacterOptions options = {});
+  // The same for a groom in memory, which must pass validate(). `learnt`: hair that was learnt of it; null: none.
+  Result<std::uint32_t> add_character(const std::shared_ptr<const Groom>& groom, CharacterOptions options = {},
+                                      const LearntHair* learnt = nullptr);
+  // The same with a groom that is already in the room.
+  Result<std::uint32_t> add_character_like(const Member& member, CharacterOptions options = {});
+  // The next six do nothing for a number that is not there. An error is one line, and changes nothing.
+  void remove_character(std::uint32_t own);
+  void set_level(std::uint32_t own, LevelIndex level);
+  Result<void> set_material(std::uint32_t own, const MaterialScale& scale);
+  // Replaces both; its hair continues. Others learn of it at most four times a second.
+  Result<void> set_appearance(std::uint32_t own, std::string tag, std::optional<wire::Appearance> appearance);
+  // The bones of own characters now; best 60 to 90 times a second, all in one call. The error names the first pose that
+  // is not valid; the others are sent.
+  Result<void> push(std::span<const OwnPose> poses);
+  Result<void> push(std::uint32_t own, const Pose& pose, bool teleport = false);
+  // Of the whole room, until another client sets one or this one leaves.
+  Result<void> set_wind(const Wind& wind);
+  // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a Fault follows.
+  void moderate(const wire::Moderate& action) { conversation_->send(action); }
+
+  // How large members are on this screen, for the server's choice of detail and the order of downloads.
+  void report_importance(std::vector<wire::MemberImportance> members);
+  // This member's groom is asked for before all others; none: no one's is.
+  void fetch_first(std::optional<std::uint32_t> member, bool only_this = false);
+  // Null: no observer.
+  void set_frame_observer(FrameObserver* observer) { observer_ = observer; }
+  // Says goodbye; the room stays empty afterwards.
+  void close();
+
+ private:
+  struct Own {
+    wire::GroomHash groom{};
+    std::string tag;
+    std::optional<wire::Appearance> appearance;
+    std::uint32_t sequence = 0;
+    std::shared_ptr<Member> member;  // null until the server has added it; then it stays
+    std::optional<Pose> pose;        // the newest
+    bool is_here = false;            // its member is one of the room
+  };
+  struct KnownGroom {
+    std::shared_ptr<const Groom> groom;  // null: not here
+    link::RequestedState::Bytes file;    // its bytes; null: not here
+    std::string error;
+    std::optional<std::int64_t> ask_again_ns;  // no member could give it
+  };
+
+  void take(const link::Connected& connected);
+  void take(const link::Reconnecting& lost);
+  void take(const link::Disconnected& end);
+  void take(const wire::MemberJoined& joined);
+  void take(const wire::MemberChanged& changed);
+  void take(const wire::MemberLeft& left) { drop(left.member); }
+  void take(const wire::CharacterAdded& added);
+  void take(const wire::CharacterRemoved& removed);
+  void take(const wire::RoomWind& wind);
+  void take(const wire::GroomStatus& status);
+  void take(const link::GroomFetched& fetched);
+  void take(const link::FrameBatch& batch);
+  void take(const wire::Error& error);
+  std::uint32_t add(const wire::GroomHash& groom, CharacterOptions&& options);
+  void meet(const std::shared_ptr<Member>& member);
+  void drop(std::uint32_t number);
+  [[nodiscard]] bool is_used(const wire::GroomHash& groom) const;
+  void forget_unused(const wire::GroomHash& groom);
+  void give_groom(const wire::GroomHash& hash);
+  void fetch(std::int64_t now_ns);
+  void sample(Member& member, std::int64_t now_ns);
+  void set_state(State state, std::string detail, double wait_s = 0, bool is_refused = false);
+  Refusal dropped(std::string why);
+
+  std::unique_ptr<link::Conversation> conversation_;
+  bool observes_others_;  // otherwise their grooms are not fetched
+  State state_ = State::connecting;
+  std::uint64_t session_ = 0;
+  Wind wind_;
+  bool may_set_wind_ = true;
+  std::map<std::uint32_t, std::shared_ptr<Member>> members_;
+  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
+  std::map<std::uint32_t, Own> own_;
+  std::uint32_t next_own_ = 1;
+  std::map<wire::GroomHash, KnownGroom> grooms_;  // that members or own characters use
+  GroomQueue queue_;
+  std::optional<std::uint32_t> first_;
+  bool fetches_only_first_ = false;
+  Arrivals arrivals_;
+  FrameObserver* observer_ = nullptr;
+  std::vector<Event> events_;
+  std::uint64_t inputs_dropped_ = 0;
+};
+
+}  // namespace hairnet::room
