@@ -16,7 +16,7 @@
 #include "core/ffd/strand_lengths.hpp"
 #include "core/random.hpp"
 
-namespace hairnet::render {
+namespace hairnet::draw {
 namespace {
 
 // Short strands all over a ball of 0.1 m.
@@ -306,4 +306,4 @@ TEST(Projection, mends_cameras_that_see_nothing) {
 }
 
 }  // namespace
-}  // namespace hairnet::render
+}  // namespace hairnet::draw
