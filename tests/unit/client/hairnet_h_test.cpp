@@ -7,8 +7,6 @@
 #include <limits>
 #include <vector>
 
-#include "client/assets/made/made.hpp"
-#include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace {
