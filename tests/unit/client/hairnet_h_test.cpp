@@ -167,7 +167,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   EXPECT_EQ(shown.has_pose, 1u);
   EXPECT_EQ(shown.pose[4], 2);
   EXPECT_EQ(shown.moves, 0u);
-  EXPECT_EQ(shown.appearance.hair_root, 0xadadafu) << "of number 31, 7 of 8";
+  EXPECT_EQ(shown.appearance.hair_root, 0x7c422cu) << "auburn, the seventh of eight colours";
 
   const std::size_t count = hairnet_groom_point_count(groom);
   std::vector<float> points(3 * count), tangents(3 * count);
