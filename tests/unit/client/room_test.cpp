@@ -142,6 +142,7 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   EXPECT_THAT(room->members(), IsEmpty());
   EXPECT_EQ(events<Left>().size(), 1u);
   // Nobody has it any more: who comes with it next is fetched anew.
+  sent<wire::GroomRequest>();
   tell_of_other(kOther + 1);
   for (int i = 0; i < 10; ++i) advance(100);
   EXPECT_EQ(sent<wire::GroomRequest>().size(), 1u);
