@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "client/link/address.hpp"
-#include "client/link/events.hpp"
 #include "client/link/conversation.hpp"
+#include "client/link/events.hpp"
 #include "client/link/link_core.hpp"
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"

@@ -174,10 +174,9 @@ void LinkCore::poll(std::int64_t now_ns) {
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && welcome_->signs_of_life && silence_.look(now_ns) >= channel::kSilence_ns) {
     ++counters_.servers_silent;
-    return lose(
-        GoodbyeReason::none,
-        "the server is silent: nothing came from it for " + std::to_string(wire::kSilence_ms / 1000) + " s",
-        now_ns);
+    return lose(GoodbyeReason::none,
+                "the server is silent: nothing came from it for " + std::to_string(wire::kSilence_ms / 1000) + " s",
+                now_ns);
   }
   if (active() && now_ns - sent_ns_ >= channel::kSignOfLife_ns) {
     if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive

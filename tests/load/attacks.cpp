@@ -100,7 +100,8 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "4 sessions of 512 characters resume as fast as they can",
       "offers of 64 MiB and a byte every 4.5 s, 400 tiny offers a second, the newcomer's groom offered and never sent, "
       "rubbish behind long builds",
-      "2000 silent sockets, 600 pages whose answers nobody reads, and 64 sessions of 16 characters that promise signs of "
+      "2000 silent sockets, 600 pages whose answers nobody reads, and 64 sessions of 16 characters that promise signs "
+      "of "
       "life and give none",
       "24 persons connect, say hello and leave, as often as the server accepts them",
       "256 connections send a packet without its last byte before their hello: of 4 MiB, and of 16 KiB",

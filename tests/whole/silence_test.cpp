@@ -21,7 +21,8 @@ class SilenceTest : public WholeTest {
  protected:
   void SetUp() override {
     WholeTest::SetUp();
-    Process certificate({HAIRNET_SOURCE_DIR "/deploy/certificate", "--out", path("tls"), "127.0.0.1"}, path("certificate"));
+    Process certificate({HAIRNET_SOURCE_DIR "/deploy/certificate", "--out", path("tls"), "127.0.0.1"},
+                        path("certificate"));
     ASSERT_EQ(certificate.wait(), 0) << certificate.err();
     server_ = start_server({"--tls-certificate", path("tls/chain.pem"), "--tls-key", path("tls/key.pem")});
   }

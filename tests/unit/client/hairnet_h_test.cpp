@@ -43,11 +43,14 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   const std::vector<std::uint32_t> counts(50, 8);
   for (int s = 0; s < 50; ++s) {
     for (int p = 0; p < 8; ++p)
-      points.insert(points.end(), {0.07f * std::sin(0.1f * static_cast<float>(s)), 0.1f - 0.02f * static_cast<float>(p), 0.06f});
+      points.insert(points.end(),
+                    {0.07f * std::sin(0.1f * static_cast<float>(s)), 0.1f - 0.02f * static_cast<float>(p), 0.06f});
   }
   hairnet_groom* groom = nullptr;
   char why[128] = "";
-  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why), HAIRNET_OK) << why;
+  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why),
+            HAIRNET_OK)
+      << why;
   EXPECT_STREQ(hairnet_groom_name(groom), "row");
   EXPECT_EQ(hairnet_groom_strand_count(groom), 50u);
   EXPECT_EQ(hairnet_groom_point_count(groom), 400u);
@@ -66,7 +69,8 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   hairnet_groom_free(groom);
 
   points[5] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why),
+            HAIRNET_INVALID);
   EXPECT_THAT(why, HasSubstr("point 1"));
   EXPECT_EQ(hairnet_groom_load("not a groom", 11, &groom, why, sizeof why), HAIRNET_MALFORMED);
   EXPECT_STRNE(why, "");
@@ -293,7 +297,8 @@ TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
     const auto* indices = static_cast<const std::uint32_t*>(bytes);
     for (std::size_t i = 0; i < size / 4; ++i) ASSERT_LT(indices[i], 2 * points);
   }
-  EXPECT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, static_cast<std::uint32_t>(lists), &bytes, &size), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, static_cast<std::uint32_t>(lists), &bytes, &size),
+            HAIRNET_NOT_THERE);
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_BODY_VERTICES, 0, &bytes, &size), HAIRNET_OK);
   EXPECT_EQ(size % 32, 0u);
   hairnet_geometry_free(geometry);

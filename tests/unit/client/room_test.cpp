@@ -201,7 +201,8 @@ TEST_F(RoomTest, many_poses_of_one_call_are_one_packet_and_wrong_ones_are_droppe
   const auto mine = file_of(groom_named("mine"));
   const std::uint32_t a = *room->add_character(mine), b = *room->add_character(mine);
   join();
-  for (const std::uint32_t own : {a, b}) d.send(wire::CharacterAdded{own, wire::hash_groom(*mine), LevelIndex::high, 30 + own});
+  for (const std::uint32_t own : {a, b})
+    d.send(wire::CharacterAdded{own, wire::hash_groom(*mine), LevelIndex::high, 30 + own});
   advance();
   d.take_all();
   EXPECT_TRUE(room->push(std::vector<OwnPose>{{a, pose_at(1), false}, {b, pose_at(2), true}}));
