@@ -121,11 +121,19 @@ hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, floa
   });
 }
 
-hairnet_error hairnet_geometry_make(const hairnet_groom* groom, hairnet_geometry** geometry) {
+hairnet_error hairnet_geometry_make(const hairnet_groom* groom, int32_t is_coarse, hairnet_geometry** geometry) {
   return c::guarded([&] {
-    *geometry = new hairnet_geometry{draw::make_groom_geometry(*groom->groom)};
+    const std::optional<Groom> coarse = is_coarse != 0 ? draw::coarse_groom(*groom->groom) : std::nullopt;
+    if (is_coarse != 0 && !coarse) return hairnet_error{HAIRNET_NOT_THERE};
+    *geometry = new hairnet_geometry{draw::make_groom_geometry(coarse ? *coarse : *groom->groom)};
     return hairnet_error{HAIRNET_OK};
   });
+}
+
+void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers) {
+  const draw::GroomGeometry& g = geometry->geometry;
+  *numbers = {static_cast<std::uint32_t>(g.strand_count), static_cast<std::uint32_t>(g.far_card_count),
+              g.strand_width_m, g.waviness, g.radius_m};
 }
 
 void hairnet_geometry_free(hairnet_geometry* geometry) {
@@ -154,6 +162,10 @@ hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_pa
       return c::give(g.cards.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_CARD_INDICES:
       return c::give(g.cards.triangles, bytes, size), HAIRNET_OK;
+    case HAIRNET_FAR_CARD_VERTICES:
+      return c::give(g.far_cards.vertices, bytes, size), HAIRNET_OK;
+    case HAIRNET_FAR_CARD_INDICES:
+      return c::give(g.far_cards.triangles, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_VERTICES:
       return c::give(g.fabric.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_INDICES:

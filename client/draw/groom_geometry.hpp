@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -75,5 +76,9 @@ struct GroomGeometry {
 
 // `groom` must pass validate().
 GroomGeometry make_groom_geometry(const Groom& groom);
+
+// The body and about 500 strands of a groom, wider, to show until the geometry of the whole groom is made; nothing when
+// that takes no longer than a moment. Strands are alone in it, as all other parts point into points that it leaves out.
+std::optional<Groom> coarse_groom(const Groom& groom);
 
 }  // namespace hairnet::draw

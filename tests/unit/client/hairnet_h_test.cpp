@@ -280,7 +280,12 @@ TEST(HairnetHWorld, a_build_that_is_not_wanted_any_more_is_cancelled) {
 TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
   hairnet_groom* groom = make_bob();
   hairnet_geometry* geometry = nullptr;
-  ASSERT_EQ(hairnet_geometry_make(groom, &geometry), HAIRNET_OK);
+  EXPECT_EQ(hairnet_geometry_make(groom, 1, &geometry), HAIRNET_NOT_THERE) << "of a hundred strands";
+  ASSERT_EQ(hairnet_geometry_make(groom, 0, &geometry), HAIRNET_OK);
+  hairnet_geometry_numbers numbers;
+  hairnet_get_geometry_numbers(geometry, &numbers);
+  EXPECT_EQ(numbers.strand_count, 100u);
+  EXPECT_GT(numbers.radius_m, 0.1f);
   const void* bytes = nullptr;
   std::size_t size = 0;
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_POINTS, 0, &bytes, &size), HAIRNET_OK);
