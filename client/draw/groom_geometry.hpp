@@ -74,6 +74,13 @@ struct GroomGeometry {
   float radius_m = 0;  // of a ball about the head joint that contains body and hair at rest
 };
 
+// The radius of a ball about a head's place that contains hair and body however they swing, m. `radius_m`: of
+// GroomGeometry.
+inline constexpr float kBallShare = 1.3f, kBallMargin_m = 0.1f;
+inline float ball_radius_m(float radius_m) {
+  return kBallShare * radius_m + kBallMargin_m;
+}
+
 // `groom` must pass validate().
 GroomGeometry make_groom_geometry(const Groom& groom);
 

@@ -86,11 +86,6 @@ struct Appearance {
   float head_px;
 };
 
-// Of a ball about the head that contains the hair in motion, too.
-float ball_radius_m(const GroomBuffers& groom) {
-  return 1.3f * groom.radius_m() + 0.1f;
-}
-
 bool is_far(const GroomBuffers& groom, const Appearance& one) {
   return one.detail.cards >= 1 && !groom.far_cards().empty();
 }
@@ -191,7 +186,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
     const GroomBuffers& groom = *grooms_[character.groom];
     const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
     if (!(at.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) continue;
-    const double radius = static_cast<double>(ball_radius_m(groom)), depth = -at.z();
+    const double radius = static_cast<double>(draw::ball_radius_m(groom.radius_m())), depth = -at.z();
     if (depth < -radius || std::abs(at.y()) > depth * spread + radius * side_y ||
         std::abs(at.x()) > depth * spread * static_cast<double>(view.aspect) + radius * side_x)
       continue;
@@ -283,7 +278,7 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
       drawn_characters_.push_back(
-          {one.character->id, one.character->pose.head(), one.character->lattice, ball_radius_m(*groom), one.head_px});
+          {one.character->id, one.character->pose.head(), one.character->lattice, draw::ball_radius_m(groom->radius_m()), one.head_px});
       point_rows_ += rows;
     }
   }
