@@ -1,10 +1,15 @@
 #include "client/hairnet.h"
 
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "schema/wire/messages.hpp"
@@ -100,6 +105,52 @@ TEST(HairnetH, wrong_options_are_named) {
   options.address_only = 1;
   EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_UNREACHABLE);
   EXPECT_STRNE(why, "");
+}
+
+// A server that says one thing to the first client, and hears nothing.
+class OneWord {
+ public:
+  explicit OneWord(hairnet::wire::Message word) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(listen(listener_, 1), 0);
+    getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    address_ = "127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+    thread_ = std::thread([this, packet = hairnet::wire::encode_packet({1, std::move(word)})] {
+      const int client = accept(listener_, nullptr, nullptr);
+      EXPECT_EQ(send(client, packet.data(), packet.size(), 0), static_cast<ssize_t>(packet.size()));
+      char rest[4096];
+      while (recv(client, rest, sizeof rest, 0) > 0) {
+      }
+      close(client);
+    });
+  }
+  ~OneWord() {
+    thread_.join();
+    close(listener_);
+  }
+  OneWord(const OneWord&) = delete;
+  OneWord& operator=(const OneWord&) = delete;
+  [[nodiscard]] const char* address() const { return address_.c_str(); }
+
+ private:
+  int listener_;
+  std::string address_;
+  std::thread thread_;
+};
+
+TEST(HairnetH, a_server_that_refuses_is_told_from_one_that_is_not_there) {
+  const OneWord server(hairnet::wire::Goodbye{hairnet::wire::GoodbyeReason::token_refused, "the token has expired"});
+  hairnet_options options = HAIRNET_OPTIONS;
+  options.server = server.address();
+  options.address_only = 1;
+  hairnet_room* room = nullptr;
+  char why[128] = "";
+  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_REFUSED);
+  EXPECT_THAT(why, HasSubstr("the token has expired"));
 }
 
 // The server's end of a room whose bytes the test carries.
