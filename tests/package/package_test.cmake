@@ -27,9 +27,10 @@ foreach(attempt RANGE 100)
 endforeach()
 file(READ ${SCRATCH}/port port)
 string(STRIP "${port}" port)
-# says(PATTERN PROGRAM [ARGUMENT …]): the program ends well and its output matches.
+# says(PATTERN PROGRAM [ARGUMENT …]): the program, under ${checker}, ends well and its output matches.
+set(checker)
 function(says pattern program)
-  execute_process(COMMAND ${SCRATCH}/outside/${program} ${ARGN} WORKING_DIRECTORY ${SCRATCH} TIMEOUT 60
+  execute_process(COMMAND ${checker} ${SCRATCH}/outside/${program} ${ARGN} WORKING_DIRECTORY ${SCRATCH} TIMEOUT 120
                   RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
   if(NOT status EQUAL 0 OR NOT output MATCHES "${pattern}")
     execute_process(COMMAND kill ${server})
@@ -39,7 +40,11 @@ endfunction()
 says("[0-9.-]+ [0-9.-]+ [0-9.-]+" own_head 127.0.0.1:${port})
 says("connected" join_and_print 127.0.0.1:${port})
 says("8 heads, [1-9][0-9]* frames" crowd 127.0.0.1:${port} 8)
+if(NOT FLAGS)   # sanitizers look at memory by themselves
+  set(checker valgrind --quiet --leak-check=full --error-exitcode=9)
+endif()
 says("event 0 of member 0.*[0-9.-]+ [0-9.-]+ [0-9.-]+" room 127.0.0.1:${port})
+set(checker)
 execute_process(COMMAND kill ${server})
 says("3.000 s: [0-9.]+ mm" local_world)
 says("^$" picture)
