@@ -11,6 +11,7 @@
 
 #include "client/link/frame.hpp"
 #include "core/levels/level.hpp"
+#include "core/modes/moved_lattice.hpp"
 
 namespace hairnet::link {
 
@@ -47,6 +48,11 @@ class Playout {
     std::span<const Vec3f> displacement;
     [[nodiscard]] std::shared_ptr<const LevelGeometry> geometry() const {
       return basis ? std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry) : nullptr;
+    }
+    // What moves the hair; valid until the next call.
+    [[nodiscard]] MovedLattice lattice() const {
+      if (!basis) return {};
+      return {&basis->hair.geometry, {}, {basis, &basis->hair.basis}, coefficients};
     }
   };
   // Returns what to draw at `render_time_ns`. A time before the last one counts as the last one.

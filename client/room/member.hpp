@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/link/playout.hpp"
+#include "client/link/requested_state.hpp"
 #include "core/groom/groom.hpp"
 #include "core/pose/pose.hpp"
 #include "core/skin/skin_distance_field.hpp"
@@ -23,6 +24,7 @@ struct Member {
   std::string tag;                             // any bytes, at most wire::kTagBytesMax; by convention a name in UTF-8
   std::optional<wire::Appearance> appearance;  // none: the default of its number
   std::shared_ptr<const Groom> groom;          // null: not here yet, or `error` says why it cannot be shown
+  link::RequestedState::Bytes groom_file;      // the bytes of its file; null like `groom`
   std::string error;                           // one line
   std::shared_ptr<const Skin> skin;            // to keep its hair out of (SkinPush); null: not received yet
   // What to show now. An own character has the pose that was pushed last, with the newest lattice; the pose of others

@@ -301,6 +301,7 @@ void Room::meet(const std::shared_ptr<Member>& member) {
   members_[member->number] = member;
   const auto [known, is_new] = grooms_.try_emplace(member->groom_hash);
   member->groom = known->second.groom;
+  member->groom_file = known->second.file;
   member->error = known->second.error;
   if (is_new && observes_others_) queue_.add(member->groom_hash);
   events_.emplace_back(Joined{member});
@@ -335,6 +336,7 @@ void Room::give_groom(const wire::GroomHash& hash) {
   for (const auto& [number, member] : members_) {
     if (member->groom_hash != hash) continue;
     member->groom = known.groom;
+    member->groom_file = known.file;
     member->error = known.error;
   }
 }

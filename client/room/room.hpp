@@ -96,6 +96,7 @@ class Room {
   [[nodiscard]] std::uint64_t session() const { return session_; }  // this client's; 0: none yet
   [[nodiscard]] const Wind& wind() const { return wind_; }  // of the room; still air before the server has told it
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
+  [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
 
   // Adds an own character with the hair of a groom file, and returns its number, from 1. It is visible after its first

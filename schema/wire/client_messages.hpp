@@ -19,7 +19,7 @@
 // What a client says to the server, as plain structs. PROTOCOL.md says what each means.
 namespace hairnet::wire {
 
-using GroomHash = std::array<std::uint8_t, 32>;  // BLAKE2b-256 of the groom's file bytes
+using hairnet::GroomHash;
 
 // A secret of the session, known only to its client, that lets the client resume the session on a new connection.
 using SessionSecret = std::array<std::uint8_t, 16>;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/world/world.hpp"
 #include "recording_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_file.hpp"
@@ -153,6 +154,7 @@ Fault read_pose(const fb::Bones& from, Pose& to) {
 }
 
 Fault check_room(std::uint32_t room) {
+  static_assert(kRecordedRoomCountMax <= kEnvironmentCountMax);
   return room < kRecordedRoomCountMax
              ? Fault()
              : "room " + std::to_string(room) + ", not below " + std::to_string(kRecordedRoomCountMax);

@@ -8,6 +8,7 @@
 
 #include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
+#include "core/world/simulation_inputs.hpp"
 #include "schema/wire/messages.hpp"
 
 // A recording of a server: the inputs of its World, tick by tick. Stepping them again gives the same bits. Poses are
@@ -31,55 +32,17 @@ struct RecordedLearnt {
   GroomHash groom{};
   std::shared_ptr<const LearntHair> hair;
 };  // after its groom; of levels that characters are given from the next tick on
-struct RecordedAdd {
-  std::uint64_t character = 0;
-  GroomHash groom{};
-  std::uint32_t room = 0;  // whose wind it stands in
-  bool levels_ready = false;
-  LevelIndex level = LevelIndex::rigid;
-  Pose pose;
-};
-struct RecordedLevel {
-  std::uint64_t character = 0;
-  LevelIndex level = LevelIndex::rigid;
-};  // from this tick on
-struct RecordedMaterial {
-  std::uint64_t character = 0;
-  MaterialScale scale;
-};  // from this tick on
-struct RecordedStride {
-  std::uint64_t character = 0;
-  std::uint8_t stride = 1;
-};  // from this tick on
-struct RecordedSuspension {
-  std::uint64_t character = 0;
-  bool suspended = false;
-};  // from this tick on
-struct RecordedState {
-  std::uint64_t character = 0;
-  std::vector<Vec3f> displacements, velocities;  // head space, m and m/s, of the level it is on
-};
-struct RecordedWind {
-  std::uint32_t room = 0;
-  Wind wind;
-};  // from this tick on
-struct RecordedPose {
-  std::uint64_t character = 0;
-  bool teleport = false;
-  Pose pose;
-};
-struct RecordedTick {
+using RecordedAdd = SimulationInputs::Add;
+using RecordedLevel = SimulationInputs::Level;
+using RecordedMaterial = SimulationInputs::Material;
+using RecordedStride = SimulationInputs::Stride;
+using RecordedSuspension = SimulationInputs::Suspension;
+using RecordedState = SimulationInputs::State;
+using RecordedWind = SimulationInputs::RoomWind;
+using RecordedPose = SimulationInputs::BonePose;
+struct RecordedTick : SimulationInputs {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  std::vector<std::uint64_t> removed;  // applied first, in order; then as they follow here; then the step
-  std::vector<RecordedAdd> added;
-  std::vector<RecordedLevel> levels;
-  std::vector<RecordedMaterial> materials;
-  std::vector<RecordedStride> strides;
-  std::vector<RecordedSuspension> suspensions;
-  std::vector<RecordedState> states;
-  std::vector<RecordedWind> winds;
-  std::vector<RecordedPose> poses;
   std::uint64_t state_hash = 0;  // World::hash after the step
 };
 using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedLearnt, RecordedTick>;

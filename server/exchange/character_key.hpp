@@ -2,12 +2,14 @@
 
 #include <cstdint>
 
+#include "core/world/simulation_inputs.hpp"
+
 namespace hairnet::server {
 
 using SessionId = std::uint32_t;  // counted from 1 as connections come
 
 // Names a character among those of all sessions, and in recordings: session id << 32 | the client's number.
-using CharacterKey = std::uint64_t;
+using hairnet::CharacterKey;
 
 constexpr CharacterKey character_key(SessionId session, std::uint32_t number) {
   return static_cast<CharacterKey>(session) << 32 | number;

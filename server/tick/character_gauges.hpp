@@ -2,7 +2,7 @@
 
 #include "core/world/world.hpp"
 #include "server/room/room.hpp"
-#include "server/tick/simulation.hpp"
+#include "core/world/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

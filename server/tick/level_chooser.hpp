@@ -7,7 +7,7 @@
 #include "server/room/room.hpp"
 #include "server/tick/budget.hpp"
 #include "server/tick/budget_guard.hpp"
-#include "server/tick/simulation.hpp"
+#include "core/world/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

@@ -12,7 +12,7 @@
 #include "core/parallel_for.hpp"
 #include "schema/codec/frame.hpp"
 #include "server/room/room.hpp"
-#include "server/tick/simulation.hpp"
+#include "core/world/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

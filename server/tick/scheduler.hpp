@@ -14,7 +14,7 @@
 #include "server/tick/level_chooser.hpp"
 #include "server/tick/publish.hpp"
 #include "server/tick/recorder.hpp"
-#include "server/tick/simulation.hpp"
+#include "core/world/simulation.hpp"
 #include "server/tick/tick_clock.hpp"
 #include "server/tick/tick_counters.hpp"
 

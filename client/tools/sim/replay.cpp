@@ -22,9 +22,9 @@ class NodeFile {
   NodeFile(std::string path, std::uint64_t character) : path_(std::move(path)), character_(character) {}
 
   Result<void> add(std::uint64_t tick, const ReplayedWorld& replayed) {
-    for (const auto& [key, character] : replayed.characters()) {
+    for (const auto& [key, groom] : replayed.characters()) {
       if (key != character_ && (key & 0xffffffff) != character_) continue;
-      const LatticeView view = replayed.world().lattice(character.id);
+      const LatticeView view = replayed.simulation().lattice(key);
       if (view.model == nullptr) continue;
       if (const Result<void> opened = open(tick, key, *view.model); !opened) return opened;
       writer_->append(nodes_->positions(view.pose->head(), view.displacement));
@@ -79,9 +79,9 @@ struct ReplayFiles {
   }
   Result<void> add(std::uint64_t tick, const ReplayedWorld& replayed) {
     if (trace) {
-      for (const auto& [key, character] : replayed.characters()) {
-        const LatticeView view = replayed.world().lattice(character.id);
-        trace->add({tick, key, view.level, false, view.asleep, *view.pose, replayed.displacement(character, scratch)});
+      for (const auto& [key, groom] : replayed.characters()) {
+        const LatticeView view = replayed.simulation().lattice(key);
+        trace->add({tick, key, view.level, false, view.asleep, *view.pose, replayed.displacement(key, scratch)});
       }
     }
     return nodes ? nodes->add(tick, replayed) : Result<void>();

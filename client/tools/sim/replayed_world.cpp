@@ -27,19 +27,17 @@ std::string name_of(std::uint64_t character) {
 }  // namespace
 
 Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
-  if (world_) return Refusal("a second header");
+  if (simulation_) return Refusal("a second header");
   if (header.tick_rate_hz < 1 || header.tick_rate_hz > 1000 || header.substep_count < 1 || header.iterations < 0)
     return Refusal("the header's rate, substeps or iterations are out of range");
   WorldDef def;
-  def.tick_s = tick_s_ = 1.0 / header.tick_rate_hz;
+  def.tick_s = 1.0 / header.tick_rate_hz;
   def.substep_count = header.substep_count;
   def.iterations = header.iterations;
   def.environment.gravity = Vec3(header.gravity.data());
   if (!def.environment.gravity.allFinite()) return Refusal("the header's gravity is not finite");
   if (const std::string fault = validate(header.wind); !fault.empty()) return Refusal("the header's " + fault);
-  def.environment.wind = WindField(header.wind);
-  environment_ = def.environment;
-  world_.emplace(def);
+  simulation_.emplace(def, header.wind);
   return {};
 }
 
@@ -58,10 +56,10 @@ Result<void> ReplayedWorld::take(const wire::RecordedLearnt& recorded) {
   return {};
 }
 
-std::span<const Vec3f> ReplayedWorld::displacement(const Character& character, std::vector<Vec3f>& scratch) const {
-  const LatticeView view = world_->lattice(character.id);
+std::span<const Vec3f> ReplayedWorld::displacement(CharacterKey character, std::vector<Vec3f>& scratch) const {
+  const LatticeView view = simulation_->lattice(character);
   if (view.level != LevelIndex::learnt) return view.displacement;
-  const Basis& basis = grooms_.at(character.groom).levels->modes->basis;
+  const Basis& basis = grooms_.at(characters_.at(character)).levels->modes->basis;
   scratch.resize(basis.node_count);
   displacements_of(basis, view.coefficients, scratch);
   return scratch;
@@ -89,99 +87,85 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
   return recorded.levels;
 }
 
-Result<void> ReplayedWorld::add(const wire::RecordedAdd& added) {
-  if (characters_.contains(added.character)) return Refusal("adds " + name_of(added.character) + " twice");
-  if (added.room >= kEnvironmentCountMax)
-    return Refusal("adds " + name_of(added.character) + " to a room beyond the bound");
-  if (!is_valid(added.pose)) return Refusal("adds " + name_of(added.character) + " with an invalid pose");
-  CharacterDef def;
-  if (added.levels_ready) {
-    Result<std::shared_ptr<const LevelSet>> levels = levels_of(added.groom);
-    if (!levels) return Refusal(levels.error());
-    def.levels = std::move(*levels);
-  }
-  if (!def.levels && added.level != LevelIndex::rigid)
-    return Refusal("adds " + name_of(added.character) + " at a level that is not built");
-  def.level = added.level;
-  def.pose = added.pose;
-  def.environment = added.room;
-  const CharacterId id = world_->add(def);
-  if (!id) return Refusal("more characters than a world holds");
-  characters_[added.character] = {id, added.groom, added.levels_ready, def.levels && def.levels->learnt};
+Result<void> ReplayedWorld::give_levels(const wire::GroomHash& groom, LevelIndex level) {
+  Result<std::shared_ptr<const LevelSet>> levels = levels_of(groom);
+  if (!levels) return Refusal(levels.error());
+  const bool lacks = level == LevelIndex::learnt  ? !(*levels)->learnt
+                     : level != LevelIndex::rigid ? (**levels)[level].rest.empty()
+                                                  : false;
+  if (lacks) return Refusal("a level that the groom does not have");
+  simulation_->put_levels(groom, std::move(*levels));
   return {};
 }
 
-Result<void> ReplayedWorld::set_level(const wire::RecordedLevel& level) {
-  const auto found = characters_.find(level.character);
-  if (found == characters_.end()) return Refusal("sets the level of unknown " + name_of(level.character));
-  Character& character = found->second;
-  const bool lacks_levels = !character.has_levels && level.level != LevelIndex::rigid;
-  if (lacks_levels || (level.level == LevelIndex::learnt && !character.has_learnt)) {
-    Result<std::shared_ptr<const LevelSet>> levels = levels_of(character.groom);
-    if (!levels) return Refusal(levels.error());
-    character.has_levels = true;
-    character.has_learnt = (*levels)->learnt != nullptr;
-    world_->set_level_set(character.id, std::move(*levels));
+Result<void> ReplayedWorld::is_known(CharacterKey character, const char* what) const {
+  if (characters_.contains(character)) return {};
+  return Refusal(what + (" unknown " + name_of(character)));
+}
+
+Result<void> ReplayedWorld::prepare(const wire::RecordedAdd& added) {
+  const std::string name = name_of(added.character);
+  if (characters_.contains(added.character)) return Refusal("adds " + name + " twice");
+  if (added.room >= kEnvironmentCountMax) return Refusal("adds " + name + " to a room beyond the bound");
+  if (!is_valid(added.pose)) return Refusal("adds " + name + " with an invalid pose");
+  if (!added.levels_ready && added.level != LevelIndex::rigid)
+    return Refusal("adds " + name + " at a level that is not built");
+  characters_[added.character] = added.groom;
+  return added.levels_ready ? give_levels(added.groom, added.level) : Result<void>();
+}
+
+Result<void> ReplayedWorld::prepare(const wire::RecordedLevel& level) {
+  if (Result<void> known = is_known(level.character, "sets the level of"); !known) return known;
+  if (level.level == LevelIndex::rigid) return {};
+  return give_levels(characters_.at(level.character), level.level);
+}
+
+// Checks the inputs of a tick, and has the levels that they need.
+Result<void> ReplayedWorld::prepare(const wire::RecordedTick& tick) {
+  for (const CharacterKey character : tick.removed) {
+    if (Result<void> known = is_known(character, "removes"); !known) return known;
+    characters_.erase(character);
   }
-  if (!world_->set_level(character.id, level.level))
-    return Refusal("sets " + name_of(level.character) + " to a level that it does not have");
+  for (const wire::RecordedAdd& added : tick.added) {
+    if (Result<void> prepared = prepare(added); !prepared) return prepared;
+  }
+  for (const wire::RecordedLevel& level : tick.levels) {
+    if (Result<void> prepared = prepare(level); !prepared) return prepared;
+  }
+  for (const wire::RecordedMaterial& change : tick.materials) {
+    if (Result<void> known = is_known(change.character, "sets the material of"); !known) return known;
+    if (const std::string fault = validate(change.scale); !fault.empty()) return Refusal(fault);
+  }
+  for (const wire::RecordedStride& change : tick.strides) {
+    if (Result<void> known = is_known(change.character, "sets the stride of"); !known) return known;
+  }
+  for (const wire::RecordedSuspension& change : tick.suspensions) {
+    if (Result<void> known = is_known(change.character, "suspends"); !known) return known;
+  }
+  for (const wire::RecordedState& state : tick.states) {
+    if (Result<void> known = is_known(state.character, "sets the state of"); !known) return known;
+  }
+  for (const wire::RecordedWind& change : tick.winds) {
+    if (const std::string fault = validate(change.wind); !fault.empty()) return Refusal(fault);
+    if (change.room >= kEnvironmentCountMax) return Refusal("a room of too high an index");
+  }
+  for (const wire::RecordedPose& pose : tick.poses) {
+    if (Result<void> known = is_known(pose.character, "poses"); !known) return known;
+    if (!is_valid(pose.pose)) return Refusal("an invalid pose of " + name_of(pose.character));
+  }
   return {};
 }
 
 Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
-  if (!world_) return Refusal("a tick before the header");
+  if (!simulation_) return Refusal("a tick before the header");
   const auto at_tick = [&](const std::string& what) {
     return Refusal("tick " + std::to_string(tick.tick) + ": " + what);
   };
-  for (const std::uint64_t character : tick.removed) {
-    const auto found = characters_.find(character);
-    if (found == characters_.end()) return at_tick("removes unknown " + name_of(character));
-    world_->remove(found->second.id);
-    characters_.erase(found);
-  }
-  for (const wire::RecordedAdd& added : tick.added) {
-    if (const Result<void> done = add(added); !done) return at_tick(done.error());
-  }
-  for (const wire::RecordedLevel& level : tick.levels) {
-    if (const Result<void> done = set_level(level); !done) return at_tick(done.error());
-  }
-  for (const wire::RecordedMaterial& change : tick.materials) {
-    const auto found = characters_.find(change.character);
-    if (found == characters_.end()) return at_tick("sets the material of unknown " + name_of(change.character));
-    if (const std::string fault = validate(change.scale); !fault.empty()) return at_tick(fault);
-    world_->set_material(found->second.id, change.scale);
-  }
-  for (const wire::RecordedStride& change : tick.strides) {
-    const auto found = characters_.find(change.character);
-    if (found == characters_.end()) return at_tick("sets the stride of unknown " + name_of(change.character));
-    world_->set_stride(found->second.id, change.stride);
-  }
-  for (const wire::RecordedSuspension& change : tick.suspensions) {
-    const auto found = characters_.find(change.character);
-    if (found == characters_.end()) return at_tick("suspends unknown " + name_of(change.character));
-    world_->set_suspended(found->second.id, change.suspended);
-  }
-  for (const wire::RecordedState& state : tick.states) {
-    const auto found = characters_.find(state.character);
-    if (found == characters_.end()) return at_tick("sets the state of unknown " + name_of(state.character));
-    // a state refused here was refused on the server too
-    world_->set_state(found->second.id, state.displacements, state.velocities);
-  }
-  for (const wire::RecordedWind& change : tick.winds) {
-    if (const std::string fault = validate(change.wind); !fault.empty()) return at_tick(fault);
-    if (change.room >= kEnvironmentCountMax) return at_tick("a room of too high an index");
-    environment_.wind = WindField(change.wind);
-    world_->set_environment(change.room, environment_);
-  }
-  for (const wire::RecordedPose& pose : tick.poses) {
-    const auto found = characters_.find(pose.character);
-    if (found == characters_.end()) return at_tick("poses unknown " + name_of(pose.character));
-    if (!is_valid(pose.pose)) return at_tick("an invalid pose of " + name_of(pose.character));
-    world_->set_pose(found->second.id, pose.pose, pose.teleport);
-  }
-  world_->step();
-  if (world_->hash() != tick.state_hash)
-    return at_tick("the state differs: hash " + hex(world_->hash()) + ", recorded " + hex(tick.state_hash));
+  if (const Result<void> prepared = prepare(tick); !prepared) return at_tick(prepared.error());
+  simulation_->step(tick);
+  if (simulation_->character_count() != characters_.size()) return at_tick("more characters than a world holds");
+  if (simulation_->hash() != tick.state_hash)
+    return at_tick("the state differs: hash " + hex(simulation_->hash()) + ", recorded " + hex(tick.state_hash));
   return {};
 }
 

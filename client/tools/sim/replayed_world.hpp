@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "core/world/world.hpp"
+#include "core/world/simulation.hpp"
 #include "schema/wire/recording.hpp"
 
 namespace hairnet::sim {
 
-// A world controlled by a recording's entries. It builds grooms when a character first needs their levels.
+// A Simulation, as the server's, that takes its inputs from a recording's entries. It refuses entries that contradict
+// each other, and builds grooms when a character first needs their levels.
 class ReplayedWorld {
  public:
   using BuildProgress = std::function<void(double fraction, std::string_view stage)>;
@@ -29,17 +30,12 @@ class ReplayedWorld {
   // Applies a tick and steps. The error is one line: the recording is inconsistent, or a hash differs.
   Result<void> take(const wire::RecordedTick& tick);
 
-  [[nodiscard]] const World& world() const { return *world_; }
-  [[nodiscard]] double tick_s() const { return tick_s_; }
-  struct Character {
-    CharacterId id;
-    wire::GroomHash groom{};
-    bool has_levels = false, has_learnt = false;
-  };
-  [[nodiscard]] const std::map<std::uint64_t, Character>& characters() const { return characters_; }
+  [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
+  // The characters that are there, and their grooms.
+  [[nodiscard]] const std::map<CharacterKey, wire::GroomHash>& characters() const { return characters_; }
   // Of its active nodes, head space, m: those of the finest level where the hair is learnt, which are computed into
   // `scratch`; empty when rigid.
-  [[nodiscard]] std::span<const Vec3f> displacement(const Character& character, std::vector<Vec3f>& scratch) const;
+  [[nodiscard]] std::span<const Vec3f> displacement(CharacterKey character, std::vector<Vec3f>& scratch) const;
 
  private:
   struct RecordedLevels {
@@ -48,15 +44,17 @@ class ReplayedWorld {
     std::shared_ptr<const LearntHair> learnt;  // that they are to have
   };
   Result<std::shared_ptr<const LevelSet>> levels_of(const wire::GroomHash& hash);
-  Result<void> add(const wire::RecordedAdd& added);
-  Result<void> set_level(const wire::RecordedLevel& level);
+  Result<void> prepare(const wire::RecordedTick& tick);
+  Result<void> prepare(const wire::RecordedAdd& added);
+  Result<void> prepare(const wire::RecordedLevel& level);
+  // Gives the simulation the levels of a groom. An error when it lacks this one.
+  Result<void> give_levels(const wire::GroomHash& groom, LevelIndex level);
+  [[nodiscard]] Result<void> is_known(CharacterKey character, const char* what) const;
 
   BuildProgress progress_;
-  double tick_s_ = 0;
-  Environment environment_;
-  std::optional<World> world_;
+  std::optional<Simulation> simulation_;
   std::map<wire::GroomHash, RecordedLevels> grooms_;
-  std::map<std::uint64_t, Character> characters_;
+  std::map<CharacterKey, wire::GroomHash> characters_;
 };
 
 }  // namespace hairnet::sim

@@ -1,28 +1,14 @@
 #include "client/viewer/characters/hair_colour.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <string_view>
+
+#include "client/room/appearance.hpp"
 
 namespace hairnet::viewer {
 namespace {
-
-struct NamedColour {
-  std::string_view name;
-  std::array<float, 3> linear;
-};
-// In the order in which characters get them: neighbours have different colours.
-constexpr std::array<NamedColour, 8> kColours{{{"brown", {0.14f, 0.065f, 0.03f}},
-                                               {"blonde", {0.52f, 0.36f, 0.17f}},
-                                               {"black", {0.022f, 0.017f, 0.014f}},
-                                               {"red", {0.34f, 0.10f, 0.03f}},
-                                               {"dark_blonde", {0.30f, 0.19f, 0.09f}},
-                                               {"dark_brown", {0.06f, 0.03f, 0.016f}},
-                                               {"auburn", {0.20f, 0.055f, 0.025f}},
-                                               {"grey", {0.42f, 0.42f, 0.43f}}}};
 
 float linear_from_srgb(std::uint32_t byte) {
   const float c = static_cast<float>(byte) / 255;
@@ -38,9 +24,9 @@ std::uint8_t byte_from_linear(float c) {
 
 Result<Vec3f> parse_hair_colour(const std::string& text) {
   std::string names;
-  for (const NamedColour& colour : kColours) {
-    if (text == colour.name) return Vec3f(colour.linear.data());
-    names += std::string(colour.name) + ", ";
+  for (const room::NamedColour& each : room::kHairColours) {
+    if (text == each.name) return linear_of(each.colour);
+    names += std::string(each.name) + ", ";
   }
   std::uint32_t rgb = 0;
   const char* end = text.data() + text.size();
@@ -53,11 +39,10 @@ Result<Vec3f> parse_hair_colour(const std::string& text) {
 }
 
 wire::Appearance appearance_of(const Vec3f& hair_colour) {
-  constexpr wire::Srgb kSkin{0xe1, 0xbf, 0xad};
-  constexpr std::uint8_t kRoughness = 77;
-  const wire::Srgb hair{byte_from_linear(hair_colour.x()), byte_from_linear(hair_colour.y()),
-                        byte_from_linear(hair_colour.z())};
-  return {hair, hair, kSkin, kRoughness};
+  wire::Appearance appearance = room::default_appearance(1);
+  appearance.hair_root = appearance.hair_tip = {byte_from_linear(hair_colour.x()), byte_from_linear(hair_colour.y()),
+                                                byte_from_linear(hair_colour.z())};
+  return appearance;
 }
 
 Vec3f linear_of(const wire::Srgb& colour) {
@@ -65,7 +50,7 @@ Vec3f linear_of(const wire::Srgb& colour) {
 }
 
 Vec3f default_hair_colour(std::size_t n) {
-  return Vec3f(kColours[n % kColours.size()].linear.data());
+  return linear_of(room::default_appearance(static_cast<std::uint32_t>(n % room::kHairColours.size()) + 1).hair_root);
 }
 
 }  // namespace hairnet::viewer

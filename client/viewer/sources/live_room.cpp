@@ -308,7 +308,7 @@ void LiveRoom::show(std::int64_t now_ns) {
     character.groom = groom;
     if (member == nullptr) return character;
     character.skin = member->skin;
-    character.lattice = lattice_of(member->sample);
+    character.lattice = member->sample.lattice();
     character.level = member->sample.level;
     character.geometry = member->sample.geometry();
     character.model = model_of(groom, character.geometry.get());

@@ -8,76 +8,67 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr double kCatchUpMax_s = 0.1;  // a machine that is too slow shows slow motion
-constexpr double kTimeRounding_s = 1e-9;
-
-bool has_level(const LevelSet& levels, LevelIndex level) {
-  return level == LevelIndex::rigid || !levels[level].rest.empty();
-}
-
-// Nothing is learnt here: who asks for that gets low, as from a server.
-LevelIndex here(LevelIndex wanted) {
-  return wanted == LevelIndex::learnt ? LevelIndex::low : wanted;
-}
-
 }  // namespace
 
-WorldDef LocalWorld::world_def(const Def& def) {
-  WorldDef world;
-  world.tick_s = 1 / def.tick_rate_hz;
-  world.environment.wind = WindField(def.wind);
-  world.now_ns = def.clock_ns;
-  return world;
+LocalWorld::LocalWorld(const Def& def) : def_(def) {
+  begin();
 }
 
-LocalWorld::LocalWorld(const Def& def) : def_(def), world_(world_def(def)) {}
+void LocalWorld::begin() {
+  local::PlayedWorld::Def def;
+  def.tick_rate_hz = def_.tick_rate_hz;
+  def.start_s = -MotionTimeline::kLeadIn_s;
+  def.wind = def_.wind;
+  def.clock_ns = def_.clock_ns;
+  played_ = std::make_unique<local::PlayedWorld>(def);
+  played_->on_tick([this](double end_s, const StepReport& report, double step_ms) {
+    ticks_.push_back({++tick_, end_s, report, step_ms});
+    if (on_tick_) on_tick_();
+  });
+  tick_ = 0;
+}
 
 std::uint64_t LocalWorld::add(LocalCharacter character) {
-  auto simulated = std::make_unique<SimulatedCharacter>(std::move(character), def_.duration_s, def_.loop);
-  simulated->id = next_id_++;
-  if (simulated->def.material)
-    simulated->material = scale_between(simulated->def.groom->materials.base, *simulated->def.material);
-  CharacterDef def;
-  def.pose = rounded_to_wire(pose_of(*simulated, tick_time_s(tick_)));
-  simulated->character = world_.add(def);
-  world_.set_material(simulated->character, simulated->material);
-  simulated_.push_back(std::move(simulated));
+  simulated_.push_back(std::make_unique<SimulatedCharacter>(std::move(character), def_.duration_s, def_.loop));
+  SimulatedCharacter& simulated = *simulated_.back();
+  simulated.id = next_id_++;
+  simulated.played = played_->add([this, &simulated](double from_s, double to_s) {
+    const bool is_tick = to_s > from_s;
+    const bool jumps = is_tick && (std::exchange(simulated.teleport_pending, false) ||
+                                   simulated.timeline.teleports(from_s, to_s));
+    return local::TickPose{pose_of(simulated, to_s), jumps};
+  });
+  if (simulated.def.material)
+    simulated.material = scale_between(simulated.def.groom->materials.base, *simulated.def.material);
+  played_->set_material(simulated.played, simulated.material);
+  played_->set_level(simulated.played, simulated.level_wanted);
   show();
-  return simulated_.back()->id;
+  return simulated.id;
 }
 
 void LocalWorld::remove_all() {
   simulated_.clear();
-  world_ = World(world_def(def_));
-  start_s_ = shown_s_ = -MotionTimeline::kLeadIn_s;
-  start_tick_ = tick_ = 0;
+  def_.tick_rate_hz = played_->tick_rate_hz();
+  def_.wind = played_->wind();
+  begin();
   show();
 }
 
 void LocalWorld::give_levels(const Groom& groom, const std::shared_ptr<const LevelSet>& levels) {
   for (const auto& simulated : simulated_) {
-    if (simulated->def.groom.get() != &groom || simulated->levels) continue;
-    simulated->levels = levels;
-    world_.set_level_set(simulated->character, levels);
-    set_level_now(*simulated);
+    if (simulated->def.groom.get() != &groom || simulated->has_levels) continue;
+    simulated->has_levels = true;
+    played_->give_levels(simulated->played, levels);
   }
-}
-
-void LocalWorld::set_level_now(SimulatedCharacter& simulated) {
-  const LevelIndex level = here(simulated.level_wanted);
-  if (simulated.levels && has_level(*simulated.levels, level)) world_.set_level(simulated.character, level);
 }
 
 std::vector<std::shared_ptr<const Groom>> LocalWorld::grooms_without_levels() const {
   std::vector<std::shared_ptr<const Groom>> grooms;
   for (const auto& simulated : simulated_) {
-    if (!simulated->levels && std::find(grooms.begin(), grooms.end(), simulated->def.groom) == grooms.end())
+    if (!simulated->has_levels && std::find(grooms.begin(), grooms.end(), simulated->def.groom) == grooms.end())
       grooms.push_back(simulated->def.groom);
   }
   return grooms;
-}
-
-double LocalWorld::tick_time_s(std::uint64_t tick) const {
-  return start_s_ + static_cast<double>(tick - start_tick_) / def_.tick_rate_hz;
 }
 
 Pose LocalWorld::pose_of(const SimulatedCharacter& simulated, double time_s) const {
@@ -86,44 +77,10 @@ Pose LocalWorld::pose_of(const SimulatedCharacter& simulated, double time_s) con
   return simulated.grab.apply(placed(place, simulated.timeline.at(time_s)), simulated.def.groom->body);
 }
 
-void LocalWorld::tick() {
-  const double from_s = tick_time_s(tick_), to_s = tick_time_s(++tick_);
-  for (const auto& simulated : simulated_) {
-    const bool teleport =
-        std::exchange(simulated->teleport_pending, false) || simulated->timeline.teleports(from_s, to_s);
-    world_.set_pose(simulated->character, rounded_to_wire(pose_of(*simulated, to_s)), teleport);
-  }
-  const std::int64_t began_ns = def_.clock_ns != nullptr ? def_.clock_ns() : 0;
-  LocalTick done{tick_, to_s, world_.step(), 0};
-  if (def_.clock_ns != nullptr) done.step_ms = 1e-6 * static_cast<double>(def_.clock_ns() - began_ns);
-  ticks_.push_back(done);
-  for (const auto& simulated : simulated_) take_lattice(*simulated);
-  if (on_tick_) on_tick_();
-}
-
-void LocalWorld::take_lattice(SimulatedCharacter& simulated) {
-  std::swap(simulated.before, simulated.after);
-  const LatticeView view = world_.lattice(simulated.character);
-  Lattice& after = simulated.after;
-  after.level = view.level;
-  after.displacement.assign(view.displacement.begin(), view.displacement.end());
-  if (view.model == nullptr) {
-    after.geometry = nullptr;
-  } else if (after.geometry.get() != &view.model->geometry) {
-    after.geometry = {simulated.levels, &view.model->geometry};
-  }
-}
-
 void LocalWorld::advance_to(double time_s) {
   ticks_.clear();
-  shown_s_ = std::max(shown_s_, time_s);
-  while (tick_time_s(tick_) < shown_s_ - kTimeRounding_s) tick();
+  played_->advance_to(time_s);
   show();
-}
-
-double LocalWorld::tick_end_s() const {
-  const double end_s = tick_time_s(tick_);
-  return end_s > shown_s_ + kTimeRounding_s ? end_s : tick_time_s(tick_ + 1);
 }
 
 void LocalWorld::step_once() {
@@ -135,36 +92,13 @@ Result<void> LocalWorld::advance(std::int64_t now_ns) {
       std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_.value_or(now_ns)), 0.0, kCatchUpMax_s);
   last_ns_ = now_ns;
   for (const auto& simulated : simulated_) simulated->grab.advance(elapsed_s);
-  advance_to(paused_ ? shown_s_ : shown_s_ + speed_ * elapsed_s);
+  advance_to(paused_ ? time_s() : time_s() + speed_ * elapsed_s);
   return {};
-}
-
-void LocalWorld::set_tick_rate(double hz) {
-  if (hz == def_.tick_rate_hz) return;
-  start_s_ = tick_time_s(tick_);
-  def_.tick_rate_hz = hz;
-  start_tick_ = tick_;
-  World next(world_def(def_));
-  for (const auto& simulated : simulated_) {
-    CharacterDef def;
-    const LatticeView view = world_.lattice(simulated->character);
-    def.levels = simulated->levels;
-    def.level = view.level;
-    def.pose = *view.pose;
-    const CharacterId id = next.add(def);
-    next.set_material(id, simulated->material);
-    const LatticeState& state = world_.state(simulated->character);
-    if (view.level != LevelIndex::rigid) next.set_state(id, state.displacement, state.velocity);
-    simulated->character = id;
-    set_level_now(*simulated);
-  }
-  world_ = std::move(next);
-  for (const auto& simulated : simulated_) take_lattice(*simulated);
 }
 
 std::optional<LatticeView> LocalWorld::lattice(std::uint64_t id) const {
   for (const auto& simulated : simulated_) {
-    if (simulated->id == id) return world_.lattice(simulated->character);
+    if (simulated->id == id) return played_->lattice(simulated->played);
   }
   return {};
 }
@@ -184,14 +118,14 @@ void LocalWorld::set_material(std::uint64_t id, const MaterialScale& scale) {
   SimulatedCharacter* simulated = find(id);
   if (simulated == nullptr || !validate(scale).empty()) return;
   simulated->material = scale;
-  world_.set_material(simulated->character, scale);
+  played_->set_material(simulated->played, scale);
 }
 
 void LocalWorld::set_level(std::uint64_t id, LevelIndex level) {
   SimulatedCharacter* simulated = find(id);
   if (simulated == nullptr) return;
   simulated->level_wanted = level;
-  set_level_now(*simulated);
+  played_->set_level(simulated->played, level);
 }
 
 void LocalWorld::teleport(std::uint64_t id) {
@@ -203,46 +137,29 @@ void LocalWorld::teleport(std::uint64_t id) {
 
 void LocalWorld::set_wind(const Wind& wind) {
   if (!validate(wind).empty()) return;
-  def_.wind = wind;
-  world_.set_environment({Environment{}.gravity, WindField(wind)});
+  played_->set_wind(wind);
 }
 
 void LocalWorld::show() {
-  viewed_.resize(simulated_.size());
-  for (std::size_t i = 0; i < simulated_.size(); ++i) show(*simulated_[i], viewed_[i]);
-}
-
-void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character) {
-  // Across a change of lattice, shows the old one until the new one's time.
-  const double into = 1 - (tick_time_s(tick_) - shown_s_) * def_.tick_rate_hz;
-  const auto share = static_cast<float>(std::clamp(into, 0.0, 1.0));
-  const bool joined = simulated.before.geometry == simulated.after.geometry;
-  const Lattice& lattice = joined || share >= 1 ? simulated.after : simulated.before;
-  simulated.shown = lattice.displacement;
-  if (joined && share < 1) {
-    for (std::size_t i = 0; i < simulated.shown.size(); ++i)
-      simulated.shown[i] = (1 - share) * simulated.before.displacement[i] + share * simulated.after.displacement[i];
+  viewed_.clear();
+  for (const auto& simulated : simulated_) {
+    const local::PlayedWorld::Shown shown = played_->shown(simulated->played);
+    ViewedCharacter& character = viewed_.emplace_back();
+    character.id = simulated->id;
+    character.name = simulated->def.name;
+    character.groom = simulated->def.groom;
+    character.hair_colour = simulated->def.hair_colour;
+    character.pose = shown.pose;
+    character.lattice = shown.lattice;
+    character.level = shown.level;
+    character.geometry = shown.geometry;
+    character.displacement = shown.displacement;
+    character.model = shown.model;
+    if (character.model) character.skin = character.model->skin;
+    character.material = simulated->material;
+    character.level_wanted = simulated->level_wanted;
+    character.own = true;
   }
-  if (!simulated.shown.empty()) {
-    simulated.grid.resize(lattice.geometry->lattice.node_count());
-    expand_displacements(*lattice.geometry, simulated.shown, simulated.grid);
-  }
-
-  character = {};
-  character.id = simulated.id;
-  character.name = simulated.def.name;
-  character.groom = simulated.def.groom;
-  character.hair_colour = simulated.def.hair_colour;
-  character.pose = pose_of(simulated, shown_s_);
-  if (!simulated.shown.empty()) character.lattice = {lattice.geometry.get(), simulated.grid};
-  character.level = lattice.level;
-  character.geometry = lattice.geometry;
-  character.displacement = simulated.shown;
-  if (lattice.geometry && simulated.levels) character.model = {simulated.levels, &(*simulated.levels)[lattice.level]};
-  if (character.model) character.skin = character.model->skin;
-  character.material = simulated.material;
-  character.level_wanted = simulated.level_wanted;
-  character.own = true;
 }
 
 }  // namespace hairnet::viewer

@@ -11,7 +11,7 @@
 #include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
-#include "core/world/world.hpp"
+#include "client/local/played_world.hpp"
 
 namespace hairnet::viewer {
 
@@ -32,12 +32,12 @@ struct LocalTick {
   double step_ms = 0;  // of World::step; 0 without a clock
 };
 
-// The core's World in this process. It is always stepped to just beyond the shown time, and hair is shown between the
-// last two ticks. So the shown hair is exact, and the same calls give the same hair. Clips begin at time 0; the world
-// starts MotionTimeline::kLeadIn_s earlier. One thread.
+// A world in this process, whose characters move by clips. They begin at time 0; the world starts
+// MotionTimeline::kLeadIn_s earlier. One thread.
 class LocalWorld : public HairSource {
  public:
-  static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
+  static constexpr double kTickRateMin_hz = local::PlayedWorld::kTickRateMin_hz,
+                          kTickRateMax_hz = local::PlayedWorld::kTickRateMax_hz;
   struct Def {
     double tick_rate_hz = 30;
     double duration_s = 0;  // of the clips, see MotionTimeline
@@ -61,17 +61,17 @@ class LocalWorld : public HairSource {
 
   // `time_s` is shown time, which is simulated time. It never decreases.
   void advance_to(double time_s);
-  [[nodiscard]] double time_s() const { return shown_s_; }
-  void step_once();                         // to the end of the shown tick, or of the next one
-  [[nodiscard]] double tick_end_s() const;  // the time to which step_once() advances
+  [[nodiscard]] double time_s() const { return played_->time_s(); }
+  void step_once();  // to the end of the shown tick, or of the next one
+  [[nodiscard]] double tick_end_s() const { return played_->tick_end_s(); }  // the time to which step_once() advances
   // Keeps the state of the hair.
-  void set_tick_rate(double hz);
-  [[nodiscard]] double tick_rate_hz() const { return def_.tick_rate_hz; }
+  void set_tick_rate(double hz) { played_->set_tick_rate(hz); }
+  [[nodiscard]] double tick_rate_hz() const { return played_->tick_rate_hz(); }
   void set_speed(double speed) { speed_ = speed; }  // simulated seconds a second
   [[nodiscard]] double speed() const { return speed_; }
   // The ticks of the last advance.
   [[nodiscard]] std::span<const LocalTick> ticks() const { return ticks_; }
-  [[nodiscard]] const World& world() const { return world_; }
+  [[nodiscard]] const World& world() const { return played_->world(); }
   // The lattice after the last tick; none when rigid or without such a character.
   [[nodiscard]] std::optional<LatticeView> lattice(std::uint64_t id) const;
 
@@ -81,54 +81,37 @@ class LocalWorld : public HairSource {
   void set_material(std::uint64_t id, const MaterialScale& scale) override;
   void set_level(std::uint64_t id, LevelIndex level) override;
   void teleport(std::uint64_t id) override;
-  [[nodiscard]] const Wind& wind() const override { return def_.wind; }
+  [[nodiscard]] const Wind& wind() const override { return played_->wind(); }
   void set_wind(const Wind& wind) override;
   [[nodiscard]] bool paused() const override { return paused_; }
   void set_paused(bool paused) override { paused_ = paused; }
 
  private:
-  // A lattice at the end of a tick.
-  struct Lattice {
-    LevelIndex level = LevelIndex::rigid;
-    std::shared_ptr<const LevelGeometry> geometry;
-    std::vector<Vec3f> displacement;
-  };
   struct SimulatedCharacter {
     SimulatedCharacter(LocalCharacter of, double duration_s, Loop loop)
         : def(std::move(of)), timeline(*def.motion, duration_s, loop), level_wanted(def.level) {}
     LocalCharacter def;
     std::uint64_t id = 0;
-    CharacterId character;
+    local::PlayedWorld::Id played = 0;
     MotionTimeline timeline;
-    std::shared_ptr<const LevelSet> levels;
+    bool has_levels = false;
     MaterialScale material;
     LevelIndex level_wanted;
     HeadGrab grab;
     bool aside = false, teleport_pending = false;  // by teleport()
-    Lattice before, after;                         // the last two ticks
-    std::vector<Vec3f> shown;
-    std::vector<Vec3f> grid;  // the same of every grid node
   };
-  static WorldDef world_def(const Def& def);
+  void begin();
   SimulatedCharacter* find(std::uint64_t id);
   [[nodiscard]] Pose pose_of(const SimulatedCharacter& simulated, double time_s) const;
-  [[nodiscard]] double tick_time_s(std::uint64_t tick) const;
-  void tick();
-  void take_lattice(SimulatedCharacter& simulated);
-  void set_level_now(SimulatedCharacter& simulated);
   void show();
-  void show(SimulatedCharacter& simulated, ViewedCharacter& character);
 
   Def def_;
-  World world_;
+  std::unique_ptr<local::PlayedWorld> played_;
   std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
   std::vector<ViewedCharacter> viewed_;
   std::vector<LocalTick> ticks_;
   OnTick on_tick_;
   std::uint64_t tick_ = 0, next_id_ = 1;
-  double start_s_ = -MotionTimeline::kLeadIn_s;  // time of tick 0 of the current world
-  std::uint64_t start_tick_ = 0;
-  double shown_s_ = -MotionTimeline::kLeadIn_s;
   double speed_ = 1;
   bool paused_ = false;
   std::optional<std::int64_t> last_ns_;

@@ -10,9 +10,6 @@
 
 namespace hairnet::viewer {
 
-// The lattice of the sample; valid until the next sample.
-MovedLattice lattice_of(const link::Playout::Sample& sample);
-
 // The state of one character at one moment, copied so that drawing can wait until the stream has ended.
 class Moment {
  public:

@@ -1,12 +1,10 @@
-#include "server/tick/simulation.hpp"
+#include "core/world/simulation.hpp"
 
 #include <utility>
 
 #include "core/assert.hpp"
 
-namespace hairnet::server {
-
-static_assert(wire::kRecordedRoomCountMax <= kEnvironmentCountMax);
+namespace hairnet {
 
 Simulation::Simulation(const WorldDef& def, const Wind& wind)
     : environment_(def.environment), world_([&] {
@@ -22,50 +20,50 @@ void Simulation::set_wind(std::uint32_t room, const Wind& wind) {
   world_.set_environment(room, environment_);
 }
 
-void Simulation::put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
+void Simulation::put_levels(const GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
   HAIRNET_ASSERT(levels);
   levels_[groom] = std::move(levels);
 }
 
-void Simulation::forget_levels(const wire::GroomHash& groom) {
+void Simulation::forget_levels(const GroomHash& groom) {
   levels_.erase(groom);
 }
 
-std::shared_ptr<const LevelSet> Simulation::levels(const wire::GroomHash& groom) const {
+std::shared_ptr<const LevelSet> Simulation::levels(const GroomHash& groom) const {
   const auto found = levels_.find(groom);
   return found == levels_.end() ? nullptr : found->second;
 }
 
-StepReport Simulation::step(const wire::RecordedTick& inputs) {
+StepReport Simulation::step(const SimulationInputs& inputs) {
   for (const CharacterKey key : inputs.removed) {
     const auto placed = characters_.find(key);
     if (placed == characters_.end()) continue;
     world_.remove(placed->second.id);
     characters_.erase(placed);
   }
-  for (const wire::RecordedAdd& added : inputs.added) add(added);
+  for (const SimulationInputs::Add& added : inputs.added) add(added);
   set_levels(inputs.levels);
-  for (const wire::RecordedMaterial& change : inputs.materials) {
+  for (const SimulationInputs::Material& change : inputs.materials) {
     const auto placed = characters_.find(change.character);
     if (placed != characters_.end()) world_.set_material(placed->second.id, change.scale);
   }
-  for (const wire::RecordedStride& change : inputs.strides) {
+  for (const SimulationInputs::Stride& change : inputs.strides) {
     const auto placed = characters_.find(change.character);
     if (placed != characters_.end()) world_.set_stride(placed->second.id, change.stride);
   }
-  for (const wire::RecordedSuspension& change : inputs.suspensions) {
+  for (const SimulationInputs::Suspension& change : inputs.suspensions) {
     const auto placed = characters_.find(change.character);
     if (placed != characters_.end()) world_.set_suspended(placed->second.id, change.suspended);
   }
   hair_states_refused_.clear();
-  for (const wire::RecordedState& state : inputs.states) {
+  for (const SimulationInputs::State& state : inputs.states) {
     const auto placed = characters_.find(state.character);
     if (placed == characters_.end()) continue;
     if (!world_.set_state(placed->second.id, state.displacements, state.velocities))
       hair_states_refused_.push_back(state.character);
   }
-  for (const wire::RecordedWind& change : inputs.winds) set_wind(change.room, change.wind);
-  for (const wire::RecordedPose& pose : inputs.poses) {
+  for (const SimulationInputs::RoomWind& change : inputs.winds) set_wind(change.room, change.wind);
+  for (const SimulationInputs::BonePose& pose : inputs.poses) {
     const auto placed = characters_.find(pose.character);
     if (placed != characters_.end()) world_.set_pose(placed->second.id, pose.pose, pose.teleport);
   }
@@ -73,7 +71,7 @@ StepReport Simulation::step(const wire::RecordedTick& inputs) {
   return world_.step();
 }
 
-void Simulation::add(const wire::RecordedAdd& added) {
+void Simulation::add(const SimulationInputs::Add& added) {
   HAIRNET_ASSERT(added.room < kEnvironmentCountMax);
   if (characters_.contains(added.character)) return;
   CharacterDef def;
@@ -86,9 +84,9 @@ void Simulation::add(const wire::RecordedAdd& added) {
   if (id) characters_[added.character] = {id, added.groom, has_levels, has_learnt};
 }
 
-void Simulation::set_levels(std::span<const wire::RecordedLevel> changes) {
+void Simulation::set_levels(std::span<const SimulationInputs::Level> changes) {
   level_changes_.clear();
-  for (const wire::RecordedLevel& change : changes) {
+  for (const SimulationInputs::Level& change : changes) {
     const auto placed = characters_.find(change.character);
     if (placed == characters_.end()) continue;
     Placed& character = placed->second;
@@ -114,4 +112,4 @@ LatticeView Simulation::lattice(CharacterKey key) const {
   return world_.lattice(characters_.at(key).id);
 }
 
-}  // namespace hairnet::server
+}  // namespace hairnet

@@ -7,33 +7,32 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/world/simulation_inputs.hpp"
 #include "core/world/world.hpp"
-#include "schema/wire/recording.hpp"
-#include "server/exchange/character_key.hpp"
 
-namespace hairnet::server {
+namespace hairnet {
 
 // The World with recorded inputs only: the live server and a replay call the same function with the same inputs, and so
-// get the same bits. Tick thread.
+// get the same bits. One thread.
 class Simulation {
  public:
   // `wind` replaces def's wind for rooms without their own; it must pass validate().
   explicit Simulation(const WorldDef& def, const Wind& wind = {});
 
   // Sets the levels of a groom, by its hash, from now on. Asserts that they are not null.
-  void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
-  void forget_levels(const wire::GroomHash& groom);  // characters with these levels keep them
-  [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
-  [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
+  void put_levels(const GroomHash& groom, std::shared_ptr<const LevelSet> levels);
+  void forget_levels(const GroomHash& groom);  // characters with these levels keep them
+  [[nodiscard]] std::shared_ptr<const LevelSet> levels(const GroomHash& groom) const;
+  [[nodiscard]] bool has_levels(const GroomHash& groom) const { return levels_.contains(groom); }
   // Null while the hair of the groom is not learnt.
-  [[nodiscard]] const LearntHair* learnt(const wire::GroomHash& groom) const {
+  [[nodiscard]] const LearntHair* learnt(const GroomHash& groom) const {
     const auto found = levels_.find(groom);
     return found == levels_.end() ? nullptr : found->second->learnt.get();
   }
 
   // Applies the inputs of a tick and steps the World. The order is: removed, added, levels, materials, strides,
   // suspensions, states, winds, poses. Ignores inputs for unknown characters, and additions beyond the world's limit.
-  StepReport step(const wire::RecordedTick& inputs);
+  StepReport step(const SimulationInputs& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
   [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // asserts contains(key)
@@ -46,20 +45,20 @@ class Simulation {
  private:
   struct Placed {
     CharacterId id;
-    wire::GroomHash groom{};
+    GroomHash groom{};
     bool has_levels = false, has_learnt = false;
   };
-  void add(const wire::RecordedAdd& added);
-  void set_levels(std::span<const wire::RecordedLevel> changes);
+  void add(const SimulationInputs::Add& added);
+  void set_levels(std::span<const SimulationInputs::Level> changes);
 
   void set_wind(std::uint32_t room, const Wind& wind);
 
   Environment environment_;  // of all rooms, without the wind
   World world_;
   std::unordered_map<CharacterKey, Placed> characters_;
-  std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;
+  std::map<GroomHash, std::shared_ptr<const LevelSet>> levels_;
   std::vector<CharacterKey> hair_states_refused_;
   std::vector<LevelChange> level_changes_;  // of one tick
 };
 
-}  // namespace hairnet::server
+}  // namespace hairnet

@@ -1,0 +1,134 @@
+#include <cmath>
+
+#include "client/assets/import/placement.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/c/handles.hpp"
+
+namespace hairnet::c {
+namespace {
+
+constexpr std::size_t kGroomFileBytesMax = std::size_t{64} << 20;
+constexpr std::uint32_t kStrandPointsMin = 2, kStrandPointsMax = 256;
+
+hairnet_error keep(Result<Groom>&& groom, hairnet_error error, hairnet_groom** out, char* why, std::size_t why_size) {
+  if (!groom) return refuse(error, groom.error(), why, why_size);
+  auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
+  const wire::GroomHash hash = wire::hash_groom(*file);
+  *out = new hairnet_groom{std::make_shared<const Groom>(std::move(*groom)), std::move(file), hash};
+  return HAIRNET_OK;
+}
+
+Result<ImportedStrands> strands_of(const float* points, const std::uint32_t* counts, std::size_t strand_count) {
+  const GroomLimits limits;
+  if (strand_count == 0 || strand_count > limits.strand_count_max)
+    return Refusal(std::to_string(strand_count) + " strands; there may be 1 to " +
+                   std::to_string(limits.strand_count_max));
+  ImportedStrands strands;
+  for (std::size_t s = 0; s < strand_count; ++s) {
+    if (counts[s] < kStrandPointsMin || counts[s] > kStrandPointsMax)
+      return Refusal("strand " + std::to_string(s) + " has " + std::to_string(counts[s]) + " points, not 2 to 256");
+    strands.strand_begin.push_back(strands.strand_begin.back() + counts[s]);
+  }
+  if (strands.strand_begin.back() > limits.point_count_max)
+    return Refusal("more than " + std::to_string(limits.point_count_max) + " points");
+  strands.points.resize(strands.strand_begin.back());
+  for (std::size_t p = 0; p < strands.points.size(); ++p) {
+    strands.points[p] = Vec3f(points[3 * p], points[3 * p + 1], points[3 * p + 2]);
+    if (!strands.points[p].allFinite() || strands.points[p].cwiseAbs().maxCoeff() > limits.coordinate_max_m)
+      return Refusal("point " + std::to_string(p) + " is not within 10 m of the head");
+  }
+  return strands;
+}
+
+}  // namespace
+}  // namespace hairnet::c
+
+using namespace hairnet;
+
+hairnet_error hairnet_groom_load(const void* bytes, size_t size, hairnet_groom** groom, char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        if (bytes == nullptr || groom == nullptr) return c::refuse(HAIRNET_INVALID, "no bytes", why, why_size);
+        if (size > c::kGroomFileBytesMax)
+          return c::refuse(HAIRNET_MALFORMED, "a groom file has at most 64 MiB", why, why_size);
+        const auto* begin = static_cast<const std::uint8_t*>(bytes);
+        auto file = std::make_shared<const std::vector<std::uint8_t>>(begin, begin + size);
+        Result<Groom> decoded = wire::decode_groom(*file);
+        if (!decoded) return c::refuse(HAIRNET_MALFORMED, decoded.error(), why, why_size);
+        const wire::GroomHash hash = wire::hash_groom(*file);
+        *groom = new hairnet_groom{std::make_shared<const Groom>(std::move(*decoded)), std::move(file), hash};
+        return hairnet_error{HAIRNET_OK};
+      },
+      why, why_size);
+}
+
+hairnet_error hairnet_groom_from_strands(const char* name, const float* points, const uint32_t* counts,
+                                         size_t strand_count, float radius_m, float hairs, hairnet_groom** groom,
+                                         char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        if (points == nullptr || counts == nullptr || groom == nullptr)
+          return c::refuse(HAIRNET_INVALID, "no strands", why, why_size);
+        if (!(radius_m >= 0 && radius_m <= 0.01f) || !(hairs >= 0 && hairs <= 100'000))
+          return c::refuse(HAIRNET_INVALID, "a radius is at most 0.01 m, and a strand at most 100 000 hairs", why,
+                           why_size);
+        Result<ImportedStrands> strands = c::strands_of(points, counts, strand_count);
+        if (!strands) return c::refuse(HAIRNET_INVALID, strands.error(), why, why_size);
+        GroomDef def;
+        def.name = name == nullptr ? "strands" : name;
+        def.files.push_back({std::move(*strands), "hair"});
+        def.placement.origin = Vec3::Zero();
+        def.body = make_bust().mesh;
+        if (hairs > 0) def.hairs_in_all = double{hairs} * static_cast<double>(strand_count);
+        Result<ImportedGroom> made = assemble_groom(def);
+        if (!made) return c::refuse(HAIRNET_INVALID, made.error(), why, why_size);
+        if (radius_m > 0) {
+          for (StrandProperties& strand : made->groom.strands) strand.radius_m = radius_m;
+        }
+        return c::keep(std::move(made->groom), HAIRNET_INVALID, groom, why, why_size);
+      },
+      why, why_size);
+}
+
+hairnet_error hairnet_groom_make(const char* hairstyle, uint32_t strands, hairnet_groom** groom, char* why,
+                                 size_t why_size) {
+  return c::guarded(
+      [&] {
+        if (hairstyle == nullptr || groom == nullptr) return c::refuse(HAIRNET_INVALID, "no hairstyle", why, why_size);
+        HairstyleOptions options;
+        options.strand_count = strands;
+        return c::keep(make_hairstyle(hairstyle, options), HAIRNET_INVALID, groom, why, why_size);
+      },
+      why, why_size);
+}
+
+hairnet_error hairnet_groom_file(const hairnet_groom* groom, void* buffer, size_t* size) {
+  const std::size_t capacity = std::exchange(*size, groom->file->size());
+  if (capacity < *size) return HAIRNET_TOO_SMALL;
+  std::memcpy(buffer, groom->file->data(), *size);
+  return HAIRNET_OK;
+}
+
+const char* hairnet_groom_name(const hairnet_groom* groom) {
+  return groom->groom->name.c_str();
+}
+
+void hairnet_groom_hash(const hairnet_groom* groom, uint8_t hash[HAIRNET_HASH_BYTES]) {
+  std::memcpy(hash, groom->hash.data(), groom->hash.size());
+}
+
+size_t hairnet_groom_point_count(const hairnet_groom* groom) {
+  return groom->groom->points.size();
+}
+
+size_t hairnet_groom_strand_count(const hairnet_groom* groom) {
+  return groom->groom->strand_count();
+}
+
+const uint32_t* hairnet_groom_strand_begin(const hairnet_groom* groom) {
+  return groom->groom->strand_begin.data();
+}
+
+void hairnet_groom_free(hairnet_groom* groom) {
+  delete groom;
+}

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "client/draw/groom_geometry.hpp"
+#include "client/draw/hair_points.hpp"
+#include "client/hairnet.h"
+#include "client/link/conversation.hpp"
+#include "client/room/room.hpp"
+#include "core/levels/level.hpp"
+#include "schema/wire/groom_file.hpp"
+
+struct hairnet_groom {
+  std::shared_ptr<const hairnet::Groom> groom;
+  hairnet::link::RequestedState::Bytes file;
+  hairnet::wire::GroomHash hash{};
+};
+
+struct hairnet_geometry {
+  hairnet::draw::GroomGeometry geometry;
+};
+
+// What a room or a world shows now.
+struct hairnet_scene {
+  struct Shown {
+    std::shared_ptr<const hairnet::room::Member> member;
+    hairnet::MovedLattice lattice;
+    std::shared_ptr<const hairnet::LevelGeometry> geometry;
+  };
+  std::vector<Shown> shown;
+  // One for all characters of a groom with lattices of one geometry; what nobody needs any more is dropped.
+  mutable std::map<std::pair<const hairnet::Groom*, const hairnet::LevelGeometry*>, hairnet::draw::HairPoints> points;
+};
+
+struct hairnet_levels {
+  hairnet::wire::GroomHash groom{};
+  std::shared_ptr<const hairnet::LevelSet> levels;
+};
+
+struct hairnet_room {
+  // Of a room whose sockets are the caller's; null when they are the library's.
+  std::unique_ptr<hairnet::link::LinkCore> core;
+  hairnet::link::CoreConversation* conversation = nullptr;  // of the core; the room owns it
+  std::unique_ptr<hairnet::room::Room> room;
+  hairnet_scene scene;
+  std::vector<hairnet::room::Event> events;
+  std::size_t next_event = 0;
+  std::string event_text, host;
+  std::vector<std::uint8_t> packet;
+};
+
+namespace hairnet::c {
+
+// Writes one line where the caller wants it.
+inline void tell(std::string_view line, char* why, std::size_t why_size) {
+  if (why == nullptr || why_size == 0) return;
+  const std::size_t length = line.copy(why, why_size - 1);
+  why[length] = 0;
+}
+
+inline hairnet_error refuse(hairnet_error error, std::string_view line, char* why, std::size_t why_size) {
+  tell(line, why, why_size);
+  return error;
+}
+
+// Runs what may run out of memory. The library throws nothing else.
+template <class Function>
+hairnet_error guarded(Function&& function, char* why = nullptr, std::size_t why_size = 0) {
+#if defined(__cpp_exceptions)
+  try {
+    return function();
+  } catch (const std::exception& error) {
+    return refuse(HAIRNET_OUT_OF_MEMORY, error.what(), why, why_size);
+  }
+#else
+  (void)why, (void)why_size;
+  return function();
+#endif
+}
+
+inline std::string text_or_empty(const char* text) {
+  return text == nullptr ? std::string() : std::string(text);
+}
+
+Pose pose_of(const double* numbers);
+void write_pose(const Pose& pose, double* numbers);
+wire::Appearance appearance_of(const hairnet_appearance& appearance);
+hairnet_appearance appearance_of(const wire::Appearance& appearance);
+// An error is one line.
+Result<std::optional<wire::Appearance>> checked(const hairnet_appearance* appearance);
+// Fields that the caller's version does not know have their defaults. None: the size is not set, or something is out of
+// its range.
+std::optional<hairnet_character_options> full(const hairnet_character_options* given);
+MaterialScale scale_of(const hairnet_material& material);
+// Drops what was made for grooms that nobody shows any more.
+void forget_unused_points(hairnet_scene& scene);
+Wind wind_of(const hairnet_wind& wind);
+hairnet_wind wind_of(const Wind& wind);
+
+}  // namespace hairnet::c

@@ -1,0 +1,368 @@
+#include <algorithm>
+#include <cmath>
+
+#include "client/c/handles.hpp"
+#include "client/c/sockets.hpp"
+
+namespace hairnet::c {
+namespace {
+
+// The conversation's options; an error is one line.
+Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
+  link::LinkCoreOptions core;
+  core.client_name = options.name == nullptr ? "hairnet" : options.name;
+  core.room = text_or_empty(options.room);
+  core.token = text_or_empty(options.token);
+  core.role = options.is_observer != 0 ? wire::Role::observer : wire::Role::participant;
+  core.reconnect = options.keep_broken == 0;
+  core.connect_timeout_s = options.connect_timeout_s;
+  core.give_up_after_s = options.give_up_after_s;
+  if (!core.room.empty() && !wire::is_room_name(core.room))
+    return Refusal("room: a name has at most 64 letters, digits, dots, hyphens and underscores");
+  if (!(options.connect_timeout_s > 0 && options.connect_timeout_s <= 3600))
+    return Refusal("connect_timeout_s is not in 0 to 3600");
+  if (!(options.give_up_after_s >= 0 && options.give_up_after_s <= 1e9))
+    return Refusal("give_up_after_s is not in 0 to 1e9");
+  return core;
+}
+
+Result<wire::Observe> observe_of(const hairnet_options& options) {
+  wire::Observe observe;
+  if (options.own_only != 0) observe.mode = wire::ObserveMode::list;
+  observe.error_m = options.error_m;
+  observe.bytes_per_s = options.bytes_per_s;
+  if (std::string error = wire::validate(observe); !error.empty()) return Refusal(std::move(error));
+  return observe;
+}
+
+// Fields that the caller's version does not know have their defaults.
+Result<hairnet_options> full(const hairnet_options* given) {
+  hairnet_options options = HAIRNET_OPTIONS;
+  if (given == nullptr) return options;
+  if (given->size < offsetof(hairnet_options, server) || given->size > sizeof options)
+    return Refusal("options: fill them by HAIRNET_OPTIONS; this library is older than its header, or size is not set");
+  std::memcpy(&options, given, given->size);
+  return options;
+}
+
+room::Room* own_room(hairnet_room* room, std::uint32_t own) {
+  return room->room->groom_of(own) == wire::GroomHash{} ? nullptr : room->room.get();
+}
+
+void show(hairnet_room& room) {
+  hairnet_scene& scene = room.scene;
+  scene.shown.clear();
+  for (const auto& [number, member] : room.room->members()) {
+    const link::Playout::Sample& sample = member->sample;
+    hairnet_scene::Shown& shown = scene.shown.emplace_back();
+    shown.member = member;
+    shown.geometry = sample.geometry();
+    shown.lattice = sample.lattice();
+  }
+  forget_unused_points(scene);
+}
+
+hairnet_room_state state_of(room::State state) {
+  switch (state) {
+    case room::State::connecting:
+      return HAIRNET_CONNECTING;
+    case room::State::connected:
+      return HAIRNET_CONNECTED;
+    case room::State::reconnecting:
+      return HAIRNET_RECONNECTING;
+    case room::State::closed:
+      break;
+  }
+  return HAIRNET_CLOSED;
+}
+
+void write(const room::StateChanged& from, hairnet_event& event, std::string& text) {
+  event.kind = HAIRNET_EVENT_STATE;
+  event.state = state_of(from.state);
+  event.is_refused = from.is_refused;
+  event.wait_s = from.wait_s;
+  text = from.detail;
+}
+void write_member(hairnet_event_kind kind, const room::Member& member, hairnet_event& event) {
+  event.kind = kind;
+  event.member = member.number;
+  event.character = member.own;
+}
+void write(const room::Joined& from, hairnet_event& event, std::string&) {
+  write_member(HAIRNET_EVENT_JOINED, *from.member, event);
+}
+void write(const room::Left& from, hairnet_event& event, std::string&) {
+  write_member(HAIRNET_EVENT_LEFT, *from.member, event);
+}
+void write(const room::Changed& from, hairnet_event& event, std::string&) {
+  write_member(HAIRNET_EVENT_CHANGED, *from.member, event);
+}
+void write(const room::WindChanged&, hairnet_event& event, std::string&) {
+  event.kind = HAIRNET_EVENT_WIND;
+}
+void write(const room::Fault& from, hairnet_event& event, std::string& text) {
+  event.kind = HAIRNET_EVENT_FAULT;
+  event.character = from.character;
+  text = from.detail;
+}
+
+}  // namespace
+}  // namespace hairnet::c
+
+using namespace hairnet;
+
+hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        const Result<hairnet_options> all = c::full(options);
+        if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
+        const Result<link::LinkCoreOptions> core = c::core_options(*all);
+        if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);
+        const Result<wire::Observe> observe = c::observe_of(*all);
+        if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), why, why_size);
+        auto made = std::make_unique<hairnet_room>();
+        const hairnet_error error = c::connect(*all, *core, *observe, made->room, why, why_size);
+        if (error == HAIRNET_OK) *room = made.release();
+        return error;
+      },
+      why, why_size);
+}
+
+hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairnet_room** room, char* why,
+                           size_t why_size) {
+  return c::guarded(
+      [&] {
+        const Result<hairnet_options> all = c::full(options);
+        if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
+        const Result<link::LinkCoreOptions> core = c::core_options(*all);
+        if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);
+        const Result<wire::Observe> observe = c::observe_of(*all);
+        if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), why, why_size);
+        auto made = std::make_unique<hairnet_room>();
+        made->core = std::make_unique<link::LinkCore>(*core);
+        auto conversation = std::make_unique<link::CoreConversation>(*made->core);
+        made->conversation = conversation.get();
+        made->conversation->set_now(now_ns);
+        made->room = std::make_unique<room::Room>(std::move(conversation), *observe);
+        made->core->start();
+        *room = made.release();
+        return hairnet_error{HAIRNET_OK};
+      },
+      why, why_size);
+}
+
+void hairnet_close(hairnet_room* room) {
+  room->room->close();
+  c::show(*room);
+}
+
+void hairnet_room_free(hairnet_room* room) {
+  if (room == nullptr) return;
+  room->room.reset();  // it speaks to the core until its end
+  delete room;
+}
+
+hairnet_room_state hairnet_state(const hairnet_room* room) {
+  return c::state_of(room->room->state());
+}
+
+int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event) {
+  if (room->next_event == room->events.size()) {
+    room->events = room->room->take_events();
+    room->next_event = 0;
+    if (room->events.empty()) return 0;
+  }
+  *event = {};
+  room->event_text.clear();
+  std::visit([&](const auto& e) { c::write(e, *event, room->event_text); }, room->events[room->next_event++]);
+  event->text = room->event_text.c_str();
+  return 1;
+}
+
+void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters) {
+  const link::LinkCounters now = room->room->counters();
+  hairnet_counters all = HAIRNET_COUNTERS;
+  all.bytes_sent = now.bytes_sent;
+  all.bytes_received = now.bytes_received;
+  all.frames_received = now.frames_received;
+  all.frames_dropped = now.frames_dropped;
+  all.frames_undecodable = now.frames_undecodable;
+  all.poses_dropped = now.poses_dropped;
+  all.inputs_dropped = room->room->inputs_dropped();
+  all.reconnects = now.reconnects;
+  all.resumes = now.resumes;
+  all.redirects = now.redirects;
+  all.silent_servers = now.servers_silent;
+  all.size = std::min(counters->size, sizeof all);
+  std::memcpy(counters, &all, all.size);
+}
+
+void hairnet_poll(hairnet_room* room, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
+  room->core->poll(now_ns);
+}
+
+int64_t hairnet_next_deadline(const hairnet_room* room) {
+  return room->core->next_deadline_ns();
+}
+
+int32_t hairnet_wants_connection(const hairnet_room* room, const char** host, uint16_t* port) {
+  const std::optional<wire::ServerAt>& elsewhere = room->core->redirected_to();
+  if (host != nullptr) *host = elsewhere ? elsewhere->host.c_str() : nullptr;
+  if (port != nullptr) *port = elsewhere ? elsewhere->port : std::uint16_t{0};
+  return room->core->wants_connection();
+}
+
+void hairnet_on_opening(hairnet_room* room, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
+  room->core->on_opening(now_ns);
+}
+
+void hairnet_on_open(hairnet_room* room, int32_t has_datagrams, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
+  room->core->on_open(now_ns, has_datagrams != 0);
+}
+
+void hairnet_on_bytes(hairnet_room* room, const void* bytes, size_t size, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
+  room->core->on_bytes({static_cast<const std::uint8_t*>(bytes), size}, now_ns);
+}
+
+void hairnet_on_packet(hairnet_room* room, const void* bytes, size_t size, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
+  room->core->on_packet({static_cast<const std::uint8_t*>(bytes), size}, now_ns);
+}
+
+void hairnet_on_closed(hairnet_room* room, const char* why, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
+  room->core->on_closed(c::text_or_empty(why), now_ns);
+}
+
+const void* hairnet_take_packet(hairnet_room* room, int64_t now_ns, size_t* size, int32_t* may_be_lost) {
+  room->conversation->set_now(now_ns);
+  room->packet = room->core->take_packet(now_ns);
+  *size = room->packet.size();
+  if (may_be_lost != nullptr) *may_be_lost = room->core->taken_may_be_lost();
+  return room->packet.empty() ? nullptr : room->packet.data();
+}
+
+int32_t hairnet_wants_half_close(const hairnet_room* room) {
+  return room->core->wants_half_close();
+}
+
+int32_t hairnet_wants_close(const hairnet_room* room) {
+  return room->core->wants_close();
+}
+
+int32_t hairnet_replace_connection(hairnet_room* room, const char* why, int64_t now_ns) {
+  return room->core->replace_connection(c::text_or_empty(why), now_ns);
+}
+
+hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* groom,
+                                    const hairnet_character_options* options, uint32_t* own) {
+  return c::guarded([&] {
+    if (groom == nullptr) return hairnet_error{HAIRNET_INVALID};
+    const std::optional<hairnet_character_options> all = c::full(options);
+    if (!all) return hairnet_error{HAIRNET_INVALID};
+    const Result<std::uint32_t> number = room->room->add_character(
+        groom->file,
+        {static_cast<LevelIndex>(all->level), c::text_or_empty(all->tag), *c::checked(all->appearance)});
+    if (!number) return hairnet_error{HAIRNET_INVALID};
+    if (own != nullptr) *own = *number;
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t own) {
+  if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
+  room->room->remove_character(own);
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_push_pose(hairnet_room* room, uint32_t own, const double pose[HAIRNET_POSE_NUMBERS],
+                                int32_t teleport) {
+  const std::uint8_t jumps = teleport != 0;
+  return hairnet_push_poses(room, &own, pose, &jumps, 1);
+}
+
+hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const double* poses,
+                                 const uint8_t* teleports, size_t count) {
+  return c::guarded([&] {
+    std::vector<room::OwnPose> pushed(count);
+    hairnet_error result = HAIRNET_OK;
+    for (std::size_t i = 0; i < count; ++i) {
+      pushed[i] = {own[i], c::pose_of(poses + i * HAIRNET_POSE_NUMBERS), teleports != nullptr && teleports[i] != 0};
+      if (result == HAIRNET_OK && c::own_room(room, own[i]) == nullptr) result = HAIRNET_NOT_THERE;
+    }
+    if (!room->room->push(pushed)) result = HAIRNET_INVALID;
+    return result;
+  });
+}
+
+hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level level) {
+  if (static_cast<unsigned>(level) > HAIRNET_RIGID) return HAIRNET_INVALID;
+  if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
+  room->room->set_level(own, static_cast<LevelIndex>(level));
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag,
+                                     const hairnet_appearance* appearance) {
+  return c::guarded([&] {
+    if (c::own_room(room, own) == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
+    if (!wanted || !room->room->set_appearance(own, c::text_or_empty(tag), *wanted))
+      return hairnet_error{HAIRNET_INVALID};
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material) {
+  if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
+  return room->room->set_material(own, c::scale_of(*material)) ? HAIRNET_OK : HAIRNET_INVALID;
+}
+
+hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind) {
+  return room->room->set_wind(c::wind_of(*wind)) ? HAIRNET_OK : HAIRNET_INVALID;
+}
+
+void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind) {
+  *wind = c::wind_of(room->room->wind());
+}
+
+void hairnet_report_importance(hairnet_room* room, const hairnet_importance* members, size_t count) {
+  std::vector<wire::MemberImportance> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::isfinite(members[i].screen_height))
+      all.push_back({members[i].member, members[i].screen_height, members[i].in_view != 0});
+  }
+  room->room->report_importance(std::move(all));
+}
+
+void hairnet_fetch_first(hairnet_room* room, uint32_t member, int32_t only) {
+  room->room->fetch_first(member == 0 ? std::nullopt : std::optional(member), only != 0);
+}
+
+hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, uint32_t member, const char* subject,
+                               uint32_t seconds, const char* reason) {
+  return c::guarded([&] {
+    wire::Moderate order{static_cast<wire::ModerateAction>(action), 0, c::text_or_empty(subject), seconds,
+                         c::text_or_empty(reason)};
+    if (member != 0) {
+      const auto found = room->room->members().find(member);
+      if (found == room->room->members().end()) return hairnet_error{HAIRNET_NOT_THERE};
+      order.session = found->second->session;
+    }
+    room->room->moderate(order);
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+void hairnet_advance(hairnet_room* room) {
+  room->room->advance();
+  c::show(*room);
+}
+
+const hairnet_scene* hairnet_room_scene(const hairnet_room* room) {
+  return &room->scene;
+}

@@ -1,0 +1,171 @@
+#include <algorithm>
+
+#include "client/c/handles.hpp"
+#include "client/room/appearance.hpp"
+
+namespace hairnet::c {
+namespace {
+
+const hairnet_scene::Shown* at(const hairnet_scene* scene, std::size_t index) {
+  return index < scene->shown.size() ? &scene->shown[index] : nullptr;
+}
+
+draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Shown& shown) {
+  const room::Member& member = *shown.member;
+  const std::pair key(member.groom.get(), shown.lattice.geometry);
+  const auto found = scene.points.find(key);
+  if (found != scene.points.end()) {
+    if (found->second.has_skin() == (member.skin != nullptr)) return found->second;
+    scene.points.erase(found);  // the skin has come since
+  }
+  const auto geometry = shown.lattice.geometry != nullptr ? shown.geometry : nullptr;
+  return scene.points.try_emplace(key, member.groom, geometry, member.skin).first->second;
+}
+
+template <class T>
+void give(const std::vector<T>& values, const void** bytes, std::size_t* size) {
+  *bytes = values.data();
+  *size = values.size() * sizeof(T);
+}
+
+}  // namespace
+
+void forget_unused_points(hairnet_scene& scene) {
+  std::erase_if(scene.points, [&](const auto& entry) {
+    return std::ranges::none_of(scene.shown, [&](const auto& one) {
+      return std::pair(one.member->groom.get(), one.lattice.geometry) == entry.first;
+    });
+  });
+}
+
+}  // namespace hairnet::c
+
+using namespace hairnet;
+
+size_t hairnet_shown_count(const hairnet_scene* scene) {
+  return scene->shown.size();
+}
+
+hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t index, hairnet_shown* shown) {
+  const hairnet_scene::Shown* one = c::at(scene, index);
+  if (one == nullptr) return HAIRNET_NOT_THERE;
+  const room::Member& member = *one->member;
+  *shown = {};
+  shown->member = member.number;
+  shown->own = member.own;
+  shown->session = member.session;
+  shown->owners_character = member.owners_character;
+  shown->level = static_cast<hairnet_level>(member.sample.level);
+  shown->has_pose = member.pose.has_value();
+  if (member.pose) c::write_pose(*member.pose, shown->pose);
+  shown->has_hair = member.groom != nullptr;
+  shown->moves = one->lattice.geometry != nullptr;
+  shown->appearance = c::appearance_of(member.appearance.value_or(room::default_appearance(member.number)));
+  shown->hash = member.groom_hash.data();
+  shown->tag = member.tag.c_str();
+  shown->tag_size = member.tag.size();
+  shown->error = member.error.c_str();
+  shown->delay_s = 1e-9 * static_cast<double>(member.playout.delay_ns());
+  shown->coefficients = one->lattice.coefficients.data();
+  shown->coefficient_count = one->lattice.coefficients.size();
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t index, hairnet_groom** groom) {
+  return c::guarded([&] {
+    const hairnet_scene::Shown* one = c::at(scene, index);
+    if (one == nullptr || !one->member->groom) return hairnet_error{HAIRNET_NOT_THERE};
+    *groom = new hairnet_groom{one->member->groom, one->member->groom_file, one->member->groom_hash};
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points, float* tangents,
+                                   size_t point_count) {
+  return c::guarded([&] {
+    static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+    const hairnet_scene::Shown* one = c::at(scene, index);
+    if (one == nullptr || !one->member->groom || !one->member->pose) return hairnet_error{HAIRNET_NOT_THERE};
+    const std::size_t count = one->member->groom->points.size();
+    if (point_count < count) return hairnet_error{HAIRNET_TOO_SMALL};
+    std::vector<Vec3f> placed(count), directions(tangents == nullptr ? 0 : count);
+    c::points_of(*scene, *one).place(*one->member->pose, one->lattice, placed, directions);
+    std::memcpy(points, placed.data(), count * sizeof(Vec3f));
+    if (tangents != nullptr) std::memcpy(tangents, directions.data(), count * sizeof(Vec3f));
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes, size_t* count,
+                                  float origin[3], float spacing[3], uint32_t axis_counts[3]) {
+  return c::guarded([&] {
+    const hairnet_scene::Shown* one = c::at(scene, index);
+    if (one == nullptr || one->lattice.geometry == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    const Lattice& lattice = one->lattice.geometry->lattice;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (origin != nullptr) origin[axis] = lattice.origin[axis];
+      if (spacing != nullptr) spacing[axis] = lattice.spacing[axis];
+      if (axis_counts != nullptr)
+        axis_counts[axis] = static_cast<std::uint32_t>(lattice.dims[static_cast<std::size_t>(axis)]);
+    }
+    const std::size_t capacity = std::exchange(*count, lattice.node_count());
+    if (nodes == nullptr) return hairnet_error{HAIRNET_OK};
+    if (capacity < *count) return hairnet_error{HAIRNET_TOO_SMALL};
+    std::vector<Vec3f> scratch;
+    const std::span<const Vec3f> moved = nodes_of(one->lattice, scratch);
+    std::memcpy(nodes, moved.data(), moved.size_bytes());
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_geometry_make(const hairnet_groom* groom, hairnet_geometry** geometry) {
+  return c::guarded([&] {
+    *geometry = new hairnet_geometry{draw::make_groom_geometry(*groom->groom)};
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+void hairnet_geometry_free(hairnet_geometry* geometry) {
+  delete geometry;
+}
+
+hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_part part, uint32_t list,
+                                    const void** bytes, size_t* size) {
+  const draw::GroomGeometry& g = geometry->geometry;
+  const bool is_list = part == HAIRNET_STRAND_INDICES || part == HAIRNET_STRAND_INDEX_ENDS;
+  if (list >= (is_list ? g.simplified_strands.size() : 1)) return HAIRNET_NOT_THERE;
+  switch (part) {
+    case HAIRNET_STRAND_POINTS:
+      return c::give(g.strand_points.rest, bytes, size), HAIRNET_OK;
+    case HAIRNET_STRAND_ARCS:
+      return c::give(g.strand_points.arc, bytes, size), HAIRNET_OK;
+    case HAIRNET_STRAND_ENDS:
+      return c::give(g.strand_points.end, bytes, size), HAIRNET_OK;
+    case HAIRNET_STRAND_VERTICES:
+      return c::give(g.strand_vertices, bytes, size), HAIRNET_OK;
+    case HAIRNET_STRAND_INDICES:
+      return c::give(g.simplified_strands[list].triangles, bytes, size), HAIRNET_OK;
+    case HAIRNET_STRAND_INDEX_ENDS:
+      return c::give(g.simplified_strands[list].end, bytes, size), HAIRNET_OK;
+    case HAIRNET_CARD_VERTICES:
+      return c::give(g.cards.vertices, bytes, size), HAIRNET_OK;
+    case HAIRNET_CARD_INDICES:
+      return c::give(g.cards.triangles, bytes, size), HAIRNET_OK;
+    case HAIRNET_FABRIC_VERTICES:
+      return c::give(g.fabric.vertices, bytes, size), HAIRNET_OK;
+    case HAIRNET_FABRIC_INDICES:
+      return c::give(g.fabric.triangles, bytes, size), HAIRNET_OK;
+    case HAIRNET_BODY_VERTICES:
+      return c::give(g.body.vertices, bytes, size), HAIRNET_OK;
+    case HAIRNET_BODY_INDICES:
+      return c::give(g.body.triangles, bytes, size), HAIRNET_OK;
+  }
+  return HAIRNET_NOT_THERE;
+}
+
+size_t hairnet_geometry_lists(const hairnet_geometry* geometry, float* tolerances_m, size_t capacity) {
+  const auto& lists = geometry->geometry.simplified_strands;
+  for (std::size_t i = 0; tolerances_m != nullptr && i < std::min(capacity, lists.size()); ++i)
+    tolerances_m[i] = lists[i].tolerance_m;
+  return lists.size();
+}

@@ -1,0 +1,262 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#if !defined(__wasm__)
+#include <thread>
+#endif
+
+#include "client/c/handles.hpp"
+#include "client/local/played_world.hpp"
+#include "core/levels/build.hpp"
+#include "schema/wire/level_file.hpp"
+
+using namespace hairnet;
+
+struct hairnet_build {
+  std::shared_ptr<const Groom> groom;
+  wire::GroomHash hash{};
+  std::atomic<double> progress{0};
+  std::atomic<bool> is_cancelled{false};
+  std::shared_ptr<const LevelSet> levels;
+#if !defined(__wasm__)
+  std::thread thread;  // last: it uses the above
+#endif
+
+  void run() {
+    BuildCallbacks callbacks;
+    callbacks.progress = [this](double fraction, std::string_view) {
+      progress = fraction;
+      return !is_cancelled;
+    };
+    levels = build_levels(*groom, callbacks);
+    progress = 1;
+  }
+  void wait() {
+#if !defined(__wasm__)
+    if (thread.joinable()) thread.join();
+#else
+    if (!levels) run();
+#endif
+  }
+};
+
+struct hairnet_world {
+  struct Character {
+    std::shared_ptr<room::Member> member;
+    Pose pose;
+    bool teleport = false;  // of the next tick
+    std::shared_ptr<const LevelSet> levels;
+  };
+  explicit hairnet_world(double tick_rate_hz) : world(def(tick_rate_hz)) {}
+  static local::PlayedWorld::Def def(double tick_rate_hz) {
+    local::PlayedWorld::Def def;
+    def.tick_rate_hz = tick_rate_hz;
+    return def;
+  }
+  Character* find(std::uint32_t own) {
+    const auto found = characters.find(own);
+    return found == characters.end() ? nullptr : found->second.get();
+  }
+  void show() {
+    scene.shown.clear();
+    for (const auto& [own, character] : characters) {
+      const local::PlayedWorld::Shown now = world.shown(own);
+      room::Member& member = *character->member;
+      member.pose = now.pose;
+      member.sample.level = now.level;
+      member.skin = now.model ? now.model->skin : nullptr;
+      scene.shown.push_back({character->member, now.lattice, now.geometry});
+    }
+    c::forget_unused_points(scene);
+  }
+
+  local::PlayedWorld world;
+  std::map<std::uint32_t, std::unique_ptr<Character>> characters;  // by own number, which the world gives
+  hairnet_scene scene;
+};
+
+hairnet_error hairnet_build_begin(const hairnet_groom* groom, hairnet_build** build) {
+  return c::guarded([&] {
+    if (groom->groom->points.empty()) return hairnet_error{HAIRNET_INVALID};  // there is nothing to simulate
+    auto made = std::make_unique<hairnet_build>();
+    made->groom = groom->groom;
+    made->hash = groom->hash;
+#if !defined(__wasm__)
+    made->thread = std::thread([&build = *made] { build.run(); });
+#endif
+    *build = made.release();
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+double hairnet_build_progress(const hairnet_build* build) {
+  return build->progress;
+}
+
+hairnet_error hairnet_build_finish(hairnet_build* build, hairnet_levels** levels) {
+  return c::guarded([&] {
+    build->wait();
+    *levels = new hairnet_levels{build->hash, build->levels};
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+void hairnet_build_free(hairnet_build* build) {
+  if (build == nullptr) return;
+  build->is_cancelled = true;
+#if !defined(__wasm__)
+  build->wait();
+#endif
+  delete build;
+}
+
+hairnet_error hairnet_levels_file(const hairnet_levels* levels, void* buffer, size_t* size) {
+  return c::guarded([&] {
+    const std::vector<std::uint8_t> file = wire::encode_levels(levels->groom, *levels->levels);
+    const std::size_t capacity = std::exchange(*size, file.size());
+    if (capacity < *size) return hairnet_error{HAIRNET_TOO_SMALL};
+    std::memcpy(buffer, file.data(), *size);
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_levels_load(const hairnet_groom* groom, const void* bytes, size_t size, hairnet_levels** levels,
+                                  char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        wire::DecodedLevels decoded = wire::decode_levels({static_cast<const std::uint8_t*>(bytes), size}, groom->hash);
+        if (decoded.fault != wire::LevelFileFault::none)
+          return c::refuse(HAIRNET_MALFORMED, decoded.detail, why, why_size);
+        make_level_maps(*groom->groom, *decoded.levels);
+        *levels = new hairnet_levels{groom->hash, std::move(decoded.levels)};
+        return hairnet_error{HAIRNET_OK};
+      },
+      why, why_size);
+}
+
+void hairnet_levels_free(hairnet_levels* levels) {
+  delete levels;
+}
+
+hairnet_error hairnet_world_make(double tick_rate_hz, hairnet_world** world) {
+  return c::guarded([&] {
+    if (!(tick_rate_hz >= local::PlayedWorld::kTickRateMin_hz && tick_rate_hz <= local::PlayedWorld::kTickRateMax_hz))
+      return hairnet_error{HAIRNET_INVALID};
+    *world = new hairnet_world(tick_rate_hz);
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+void hairnet_world_free(hairnet_world* world) {
+  delete world;
+}
+
+hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom, const hairnet_levels* levels,
+                                const hairnet_character_options* options, const double pose[HAIRNET_POSE_NUMBERS],
+                                uint32_t* own) {
+  return c::guarded([&] {
+    const std::optional<hairnet_character_options> all = c::full(options);
+    const Pose start = c::pose_of(pose);
+    const bool is_other = levels != nullptr && levels->groom != groom->hash;
+    if (!all || is_other || wire::validate_pose(start) != wire::PoseRefusal::none)
+      return hairnet_error{HAIRNET_INVALID};
+    auto character = std::make_unique<hairnet_world::Character>();
+    character->pose = start;
+    character->member = std::make_shared<room::Member>();
+    room::Member& member = *character->member;
+    member.groom = groom->groom;
+    member.groom_file = groom->file;
+    member.groom_hash = groom->hash;
+    member.tag = c::text_or_empty(all->tag);
+    member.appearance = *c::checked(all->appearance);
+    const std::uint32_t number = world->world.add([at = character.get()](double from_s, double to_s) {
+      return local::TickPose{at->pose, to_s > from_s && std::exchange(at->teleport, false)};
+    });
+    member.number = member.own = member.owners_character = number;
+    world->characters[number] = std::move(character);
+    world->world.set_level(number, static_cast<LevelIndex>(all->level));
+    if (levels != nullptr) world->world.give_levels(number, levels->levels);
+    world->show();
+    if (own != nullptr) *own = number;
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels) {
+  return c::guarded([&] {
+    const hairnet_world::Character* character = world->find(own);
+    if (character == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    if (levels->groom != character->member->groom_hash) return hairnet_error{HAIRNET_INVALID};
+    world->world.give_levels(own, levels->levels);
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own) {
+  if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+  world->world.remove(own);
+  world->characters.erase(own);
+  world->show();
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own, const double pose[HAIRNET_POSE_NUMBERS],
+                                      int32_t teleport) {
+  hairnet_world::Character* character = world->find(own);
+  if (character == nullptr) return HAIRNET_NOT_THERE;
+  const Pose next = c::pose_of(pose);
+  if (wire::validate_pose(next) != wire::PoseRefusal::none) return HAIRNET_INVALID;
+  character->pose = next;
+  character->teleport = character->teleport || teleport != 0;
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairnet_level level) {
+  if (static_cast<unsigned>(level) > HAIRNET_RIGID) return HAIRNET_INVALID;
+  if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+  world->world.set_level(own, static_cast<LevelIndex>(level));
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material) {
+  if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+  const MaterialScale scale = c::scale_of(*material);
+  if (!validate(scale).empty()) return HAIRNET_INVALID;
+  world->world.set_material(own, scale);
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag,
+                                           const hairnet_appearance* appearance) {
+  return c::guarded([&] {
+    hairnet_world::Character* character = world->find(own);
+    if (character == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
+    std::string name = c::text_or_empty(tag);
+    if (!wanted || !wire::validate_tag(name).empty()) return hairnet_error{HAIRNET_INVALID};
+    character->member->tag = std::move(name);
+    character->member->appearance = *wanted;
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind) {
+  const Wind wanted = c::wind_of(*wind);
+  if (!validate(wanted).empty()) return HAIRNET_INVALID;
+  world->world.set_wind(wanted);
+  return HAIRNET_OK;
+}
+
+hairnet_error hairnet_world_advance(hairnet_world* world, double seconds) {
+  constexpr double kMost_s = 0.1;
+  if (!(seconds >= 0) || !std::isfinite(seconds)) return HAIRNET_INVALID;
+  return c::guarded([&] {
+    world->world.advance_to(world->world.time_s() + std::min(seconds, kMost_s));
+    world->show();
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+const hairnet_scene* hairnet_world_scene(const hairnet_world* world) {
+  return &world->scene;
+}

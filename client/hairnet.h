@@ -1,0 +1,418 @@
+/*
+ * hairnet.h: hair that a server simulates, or this program, for any language that can call C.
+ *
+ *     hairnet_options options = HAIRNET_OPTIONS;
+ *     options.server = "ws://localhost:7420";
+ *     char why[256];
+ *     hairnet_room* room;
+ *     if (hairnet_connect(&options, &room, why, sizeof why)) return puts(why);
+ *     hairnet_groom* groom;
+ *     if (hairnet_groom_load(bytes, size, &groom, why, sizeof why)) return puts(why);
+ *     uint32_t me;
+ *     hairnet_add_character(room, groom, NULL, &me);
+ *     while (hairnet_state(room) != HAIRNET_CLOSED) {
+ *       double pose[HAIRNET_POSE_NUMBERS];            // your headset, or your animation
+ *       hairnet_push_pose(room, me, pose, 0);
+ *       hairnet_advance(room);                        // everyone moves to this moment
+ *       for (size_t i = 0; i < hairnet_shown_count(hairnet_room_scene(room)); ++i) draw it, see "pictures"
+ *     }
+ *     hairnet_room_free(room);
+ *
+ * Spaces and units: metres, seconds, kilograms. Right-handed, +Y up. Head space has its origin between the ears of a head at
+ * rest, +Z out of the face. World space is what poses map head space to. Colours are sRGB, 0xrrggbb.
+ *
+ * Poses: 35 doubles, for the bones head, neck, left shoulder, right shoulder, upper trunk: rotation x y z w (of unit length
+ * within 0.001) and position x y z of a rigid transform from head space at rest to the world. At rest all bones are equal.
+ * Coordinates are at most 10 000 m.
+ *
+ * Errors: a function that can fail returns a hairnet_error, HAIRNET_OK (0) when it did not. Where it takes `why`, one line for
+ * people is written there, cut to `why_size` bytes with its final 0; `why` may be NULL. A call that fails changes nothing.
+ * Nothing throws; a failed assertion ends the program, and is a fault of Hairnet.
+ *
+ * Ownership: what a function returns by `hairnet_x**` is the caller's, to be freed by hairnet_x_free(), which takes NULL. Grooms,
+ * levels and bases are immutable and counted: freeing one that a room still uses is right. Pointers inside structs are the
+ * library's, and valid until the next call for the same room or world that is not marked "reads".
+ *
+ * Threads: a room, a world or records may be used by one thread at a time. Grooms, levels, bases and geometry may be read by all
+ * threads at once. Different rooms and worlds are independent. There is no global state.
+ *
+ * Growth: structs with a `size` field begin with it; fill them by their macro (HAIRNET_OPTIONS), so that fields which later versions
+ * add have their defaults. Other structs never change.
+ */
+#ifndef HAIRNET_H
+#define HAIRNET_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__) && !defined(HAIRNET_API)
+#define HAIRNET_API __attribute__((visibility("default")))
+#elif !defined(HAIRNET_API)
+#define HAIRNET_API
+#endif
+
+#define HAIRNET_POSE_NUMBERS 35
+#define HAIRNET_HASH_BYTES 32
+
+typedef int32_t hairnet_error;
+enum {
+  HAIRNET_OK = 0,
+  HAIRNET_INVALID = 1,       /* an argument is out of its range: `why` names it */
+  HAIRNET_MALFORMED = 2,     /* the bytes are no such file */
+  HAIRNET_UNREACHABLE = 3,   /* no server answers there */
+  HAIRNET_REFUSED = 4,       /* the server refuses: token, room, version or load */
+  HAIRNET_NOT_THERE = 5,     /* no such character, member or part, or not yet */
+  HAIRNET_TOO_SMALL = 6,     /* the caller's buffer */
+  HAIRNET_OUT_OF_MEMORY = 7
+};
+
+typedef struct hairnet_groom hairnet_groom;       /* a hairstyle */
+typedef struct hairnet_room hairnet_room;         /* a conversation with a server, and everyone in one of its rooms */
+typedef struct hairnet_world hairnet_world;       /* characters that this program simulates */
+typedef struct hairnet_levels hairnet_levels;     /* the mechanical models of a groom, for a world */
+typedef struct hairnet_build hairnet_build;       /* levels in the making */
+typedef struct hairnet_scene hairnet_scene;       /* what a room or a world shows now; theirs */
+typedef struct hairnet_geometry hairnet_geometry; /* a groom as vertices and indices */
+
+/* What this library is: "0.1.0", and its numbers as 10000 major + 100 minor + patch. Any thread. */
+HAIRNET_API const char* hairnet_version(void);
+HAIRNET_API uint32_t hairnet_version_number(void);
+/* "an argument is out of its range", for instance. Any thread. */
+HAIRNET_API const char* hairnet_error_text(hairnet_error error);
+
+/* ---- hair: hairstyles ---------------------------------------------------------------------------------------------------- */
+
+/* Reads a .groom file, as hairnet-groom makes them: at most 64 MiB. */
+HAIRNET_API hairnet_error hairnet_groom_load(const void* bytes, size_t size, hairnet_groom** groom, char* why,
+                                             size_t why_size);
+/*
+ * Makes a groom from polylines in head space, root first. The body of the default person is below them. `points`: x y z of each;
+ * `counts`: points of each strand, 2 to 256; `radius_m`: of one hair, for drawing, 0 for 40 micrometres; `hairs`: that one strand
+ * stands for, 0 so that all are 100 000. At most 200 000 strands and 8 000 000 points, within 10 m.
+ */
+HAIRNET_API hairnet_error hairnet_groom_from_strands(const char* name, const float* points, const uint32_t* counts,
+                                                     size_t strand_count, float radius_m, float hairs,
+                                                     hairnet_groom** groom, char* why, size_t why_size);
+/* Makes one of the built-in hairstyles: "long_curly", "ponytail" and others, which hairnet-groom lists; 10 to 100 000 strands. */
+HAIRNET_API hairnet_error hairnet_groom_make(const char* hairstyle, uint32_t strands, hairnet_groom** groom, char* why,
+                                             size_t why_size);
+/* Writes its file. *size: the buffer's, and then the file's; HAIRNET_TOO_SMALL tells the size that is needed. */
+HAIRNET_API hairnet_error hairnet_groom_file(const hairnet_groom* groom, void* buffer, size_t* size);
+HAIRNET_API const char* hairnet_groom_name(const hairnet_groom* groom);
+HAIRNET_API void hairnet_groom_hash(const hairnet_groom* groom, uint8_t hash[HAIRNET_HASH_BYTES]);
+/* Points of all strands, threads, cards and cloths, in this order; strands s has those from begin[s] to begin[s + 1]. */
+HAIRNET_API size_t hairnet_groom_point_count(const hairnet_groom* groom);
+HAIRNET_API size_t hairnet_groom_strand_count(const hairnet_groom* groom);
+HAIRNET_API const uint32_t* hairnet_groom_strand_begin(const hairnet_groom* groom); /* strand count + 1 */
+HAIRNET_API void hairnet_groom_free(hairnet_groom* groom);
+
+/* ---- conversation -------------------------------------------------------------------------------------------------------- */
+
+typedef struct hairnet_options {
+  size_t size;
+  const char* server;       /* "HOST:PORT", "tcp://", "tls://", "ws://HOST:PORT/PATH" or "wss://"; NULL: 127.0.0.1:7420 */
+  const char* room;         /* NULL: the lobby */
+  const char* token;        /* NULL: none */
+  const char* name;         /* of this program, for the server's log; NULL: "hairnet" */
+  const char* ca_file;      /* PEM, to check the server's certificate; NULL: the system's */
+  uint32_t is_observer;     /* 1: has no characters of its own */
+  uint32_t address_only;    /* 1: does not try WebTransport */
+  uint32_t keep_broken;     /* 1: a lost connection closes the room, instead of reconnecting */
+  uint32_t own_only;        /* 1: shows its own characters, and nobody else */
+  double connect_timeout_s; /* from the first attempt to the welcome */
+  double give_up_after_s;   /* of reconnecting; 0: never */
+  float error_m;            /* of hair, wanted where a head fills the screen; 0: the least there is */
+  uint32_t bytes_per_s;     /* of frames, at most; 0: any number */
+} hairnet_options;
+#define HAIRNET_OPTIONS {sizeof(hairnet_options), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 5, 0, 0.001f, 0}
+
+/* Joins a room over sockets of the library, which has a thread for them. Waits for the server's welcome. */
+HAIRNET_API hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* why,
+                                          size_t why_size);
+/*
+ * Joins a room over sockets of the caller: see "bytes in and out". `now_ns` is of a clock of the caller's that never goes back;
+ * all times of this room are. Does not wait.
+ */
+HAIRNET_API hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairnet_room** room, char* why,
+                                       size_t why_size);
+/* Says goodbye. The room is empty and closed afterwards. */
+HAIRNET_API void hairnet_close(hairnet_room* room);
+HAIRNET_API void hairnet_room_free(hairnet_room* room);
+
+typedef enum hairnet_room_state {
+  HAIRNET_CONNECTING,
+  HAIRNET_CONNECTED,
+  HAIRNET_RECONNECTING, /* by itself; members stand still */
+  HAIRNET_CLOSED        /* for good */
+} hairnet_room_state;
+HAIRNET_API hairnet_room_state hairnet_state(const hairnet_room* room);
+
+typedef enum hairnet_event_kind {
+  HAIRNET_EVENT_STATE,   /* `state` is another; `text` says why, `wait_s` when the next attempt is */
+  HAIRNET_EVENT_JOINED,  /* `member` is here */
+  HAIRNET_EVENT_LEFT,    /* `member` is no longer */
+  HAIRNET_EVENT_CHANGED, /* its tag or its appearance */
+  HAIRNET_EVENT_WIND,    /* of the room: see hairnet_get_wind() */
+  HAIRNET_EVENT_FAULT    /* the server refused something, or a hairstyle cannot be shown: `text` says what */
+} hairnet_event_kind;
+typedef struct hairnet_event {
+  hairnet_event_kind kind;
+  hairnet_room_state state;
+  uint32_t member;     /* its number in the room */
+  uint32_t character;  /* the caller's own; 0: none */
+  uint32_t is_refused; /* closed, and the same request would be refused again */
+  double wait_s;
+  const char* text; /* one line; "" without one. Until the next call of this function. */
+} hairnet_event;
+/* The next event that hairnet_advance() met, in order; 0: there is none. Call it until then, or events pile up. */
+HAIRNET_API int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event);
+
+typedef struct hairnet_counters {
+  size_t size;
+  uint64_t bytes_sent, bytes_received, frames_received, frames_dropped, frames_undecodable, poses_dropped;
+  uint64_t inputs_dropped; /* poses, winds, materials and tags of this program that were refused */
+  uint64_t reconnects, resumes, redirects, silent_servers;
+} hairnet_counters;
+#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+/* Since the room was made. Reads. */
+HAIRNET_API void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters);
+
+/* ---- bytes in and out: a room of hairnet_open() --------------------------------------------------------------------------- */
+
+/*
+ * After whatever happens, and at hairnet_next_deadline() at the latest: hairnet_poll(); then, if hairnet_wants_connection(), open one
+ * and tell hairnet_on_opening(), and hairnet_on_open() or hairnet_on_closed() once it is; then send what hairnet_take_packet()
+ * gives while the connection takes it; then hairnet_wants_close().
+ */
+HAIRNET_API void hairnet_poll(hairnet_room* room, int64_t now_ns);
+HAIRNET_API int64_t hairnet_next_deadline(const hairnet_room* room); /* INT64_MAX: never. Reads. */
+/* 1: open a connection. *host and *port: where to, NULL and 0 for the server of the options. */
+HAIRNET_API int32_t hairnet_wants_connection(const hairnet_room* room, const char** host, uint16_t* port);
+HAIRNET_API void hairnet_on_opening(hairnet_room* room, int64_t now_ns);
+/* `has_datagrams`: packets that may get lost can be sent as such. */
+HAIRNET_API void hairnet_on_open(hairnet_room* room, int32_t has_datagrams, int64_t now_ns);
+/* Bytes of a stream, cut anywhere. */
+HAIRNET_API void hairnet_on_bytes(hairnet_room* room, const void* bytes, size_t size, int64_t now_ns);
+/* Exactly one packet: a WebSocket's message, or a datagram. */
+HAIRNET_API void hairnet_on_packet(hairnet_room* room, const void* bytes, size_t size, int64_t now_ns);
+/* `why`: one line that says how it ended, or why it could not be opened; may be NULL. */
+HAIRNET_API void hairnet_on_closed(hairnet_room* room, const char* why, int64_t now_ns);
+/* The next packet to send, until the next call; NULL: none now. *may_be_lost: newer ones replace it. */
+HAIRNET_API const void* hairnet_take_packet(hairnet_room* room, int64_t now_ns, size_t* size, int32_t* may_be_lost);
+/* 1: send the end of the stream, and read on. Reads. */
+HAIRNET_API int32_t hairnet_wants_half_close(const hairnet_room* room);
+/* 1: close the connection at once, and tell hairnet_on_closed(). Reads. */
+HAIRNET_API int32_t hairnet_wants_close(const hairnet_room* room);
+/* Gives up a connection that works for a better one, over which the session goes on; 0: there is none, or it may not be. */
+HAIRNET_API int32_t hairnet_replace_connection(hairnet_room* room, const char* why, int64_t now_ns);
+
+/* ---- hair: characters ---------------------------------------------------------------------------------------------------- */
+
+typedef enum hairnet_level {
+  HAIRNET_HIGH,
+  HAIRNET_MEDIUM,
+  HAIRNET_LOW,
+  HAIRNET_ETHER,
+  HAIRNET_LEARNT,
+  HAIRNET_RIGID
+} hairnet_level;
+
+typedef struct hairnet_appearance {
+  uint32_t hair_root, hair_tip, skin;
+  float roughness; /* of the hair, 0 to 1: highlights are wider */
+} hairnet_appearance;
+
+typedef struct hairnet_character_options {
+  size_t size;
+  hairnet_level level;                  /* the finest that it may have */
+  const char* tag;                      /* any text of at most 256 bytes; by convention a name in UTF-8. NULL: none */
+  const hairnet_appearance* appearance; /* NULL: everyone chooses the same by its number */
+} hairnet_character_options;
+#define HAIRNET_CHARACTER_OPTIONS {sizeof(hairnet_character_options), HAIRNET_HIGH, NULL, NULL}
+
+/* Adds an own character; it is visible after its first pose. *own: its number, from 1. `options` may be NULL. */
+HAIRNET_API hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* groom,
+                                                const hairnet_character_options* options, uint32_t* own);
+HAIRNET_API hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t own);
+/*
+ * Its bones now; best 60 to 90 times a second. `teleport`: 1 when the pose does not continue the one before, so that hair does not
+ * swing after the jump. HAIRNET_INVALID: the pose is dropped and counted, and the character stays where it was.
+ */
+HAIRNET_API hairnet_error hairnet_push_pose(hairnet_room* room, uint32_t own, const double pose[HAIRNET_POSE_NUMBERS],
+                                            int32_t teleport);
+/* The same for many at once, in one packet. `poses`: one after the other. The first that is invalid decides the result. */
+HAIRNET_API hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const double* poses,
+                                             const uint8_t* teleports, size_t count);
+HAIRNET_API hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level level);
+/* Replaces tag and appearance; its hair continues. NULL: none. Others learn of it at most four times a second. */
+HAIRNET_API hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag,
+                                                 const hairnet_appearance* appearance);
+
+/* Factors on what the groom was made with, 0.01 to 100 each, and gel, 0 to 10 000 per square second. */
+typedef struct hairnet_material {
+  float stiffness, damping, density, ether_damping, air_drag, gel_per_s2;
+} hairnet_material;
+#define HAIRNET_MATERIAL {1, 1, 1, 1, 1, 0}
+HAIRNET_API hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material);
+
+typedef struct hairnet_wind {
+  double mean_m_per_s[3];        /* world */
+  double gust_ratio;             /* gusts vary the speed between (1 - ratio) and (1 + ratio) times its mean; 0 to 1 */
+  double gust_period_s;          /* of the slowest gust */
+  double turbulence_rms_m_per_s; /* of each component */
+  double turbulence_scale_m;     /* the smallest length over which turbulence changes; at least 0.3 */
+  uint64_t seed;
+  uint32_t carried; /* 1: the air goes along with each head, as in a vehicle; 0: it stands in the room */
+} hairnet_wind;
+#define HAIRNET_STILL_AIR {{0, 0, 0}, 0, 4, 0, 0.6, 1, 0}
+/* Of the whole room, until another client sets one or this one leaves. A server may refuse it: HAIRNET_EVENT_FAULT. */
+HAIRNET_API hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind);
+HAIRNET_API void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind); /* Reads. */
+
+/* How large a member's head is on this screen, for the server's choice of detail and the order of downloads. */
+typedef struct hairnet_importance {
+  uint32_t member;
+  float screen_height; /* of the head, as a share of the screen's */
+  uint32_t in_view;
+} hairnet_importance;
+HAIRNET_API void hairnet_report_importance(hairnet_room* room, const hairnet_importance* members, size_t count);
+/* Asks for this member's groom before all others; 0: for no one's. `only`: 1 for no other before that. */
+HAIRNET_API void hairnet_fetch_first(hairnet_room* room, uint32_t member, int32_t only);
+
+typedef enum hairnet_moderation {
+  HAIRNET_REMOVE,
+  HAIRNET_MUTE,
+  HAIRNET_UNMUTE,
+  HAIRNET_LOCK,
+  HAIRNET_UNLOCK
+} hairnet_moderation;
+/*
+ * Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise HAIRNET_EVENT_FAULT follows. The
+ * person is the owner of `member`, or if that is 0 the subject as the server's log names it ("sub:alice"). `seconds`: of the ban
+ * after a removal.
+ */
+HAIRNET_API hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, uint32_t member,
+                                           const char* subject, uint32_t seconds, const char* reason);
+
+/* Takes what has arrived, and moves everyone to this moment: the clock's, or that of the last call with a time. */
+HAIRNET_API void hairnet_advance(hairnet_room* room);
+/* What the room shows. It is the room's, and moves with hairnet_advance(). */
+HAIRNET_API const hairnet_scene* hairnet_room_scene(const hairnet_room* room);
+
+/* ---- pictures ------------------------------------------------------------------------------------------------------------ */
+
+/* A character as it is shown now. */
+typedef struct hairnet_shown {
+  uint32_t member;           /* its number in the room or the world */
+  uint32_t own;              /* the caller's own number for it; 0: another's */
+  uint64_t session;          /* its owner's; 0 in a world */
+  uint32_t owners_character; /* the owner's own number: with `session` the same for all clients */
+  hairnet_level level;       /* that is stepped */
+  uint32_t has_pose;         /* 0: nothing is known of where it is: do not draw it */
+  uint32_t has_hair;         /* 0: its groom is not here, or `error` says why it cannot be shown */
+  uint32_t moves;            /* 0: its hair is at rest */
+  hairnet_appearance appearance;
+  double pose[HAIRNET_POSE_NUMBERS];
+  const uint8_t* hash; /* of its groom's file, HAIRNET_HASH_BYTES */
+  const char* tag;     /* tag_size bytes, then 0 */
+  size_t tag_size;
+  const char* error;         /* one line; "" without one */
+  double delay_s;            /* from sampling its poses to showing them here */
+  const float* coefficients; /* of its modes, m; see hairnet_shown_modes() */
+  size_t coefficient_count;
+} hairnet_shown;
+/* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
+HAIRNET_API size_t hairnet_shown_count(const hairnet_scene* scene);
+HAIRNET_API hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t index, hairnet_shown* shown);
+/* Its groom, to be freed by the caller. */
+HAIRNET_API hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t index, hairnet_groom** groom);
+
+/*
+ * The points of its hair now, in world space: x y z for each point of its groom, in the groom's order. `tangents`: the same for the
+ * hair's directions (not of unit length); may be NULL. Strands do not grow longer than at rest and stay out of the skin. Costs 1 to
+ * 3 ms for 100 000 points.
+ */
+HAIRNET_API hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points,
+                                               float* tangents, size_t point_count);
+/*
+ * The displacements of its lattice's nodes from rest, head space: x y z, x fastest, then y. *count: of the buffer's nodes, and then
+ * of the lattice's; `nodes` NULL only asks. The lattice lies at `origin`, with `spacing` and `count` on each axis; all may be NULL.
+ */
+HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes, size_t* count,
+                                              float origin[3], float spacing[3], uint32_t axis_counts[3]);
+
+/* A groom at rest as vertices and indices, for all characters that have it. Takes 0.1 to 3 s for large ones; any thread. */
+HAIRNET_API hairnet_error hairnet_geometry_make(const hairnet_groom* groom, hairnet_geometry** geometry);
+HAIRNET_API void hairnet_geometry_free(hairnet_geometry* geometry);
+typedef enum hairnet_part {
+  HAIRNET_STRAND_POINTS,   /* float[4]: x y z at rest, share of the lattice's motion */
+  HAIRNET_STRAND_ARCS,     /* float[2]: length from the root, m; number in its strand, 0 where FFD alone places it */
+  HAIRNET_STRAND_ENDS,     /* uint32: the first n strands have the points below ends[n]; strand count + 1 */
+  HAIRNET_STRAND_VERTICES, /* 12 bytes: six transmittances, share of the length, 0; float: number of the strand */
+  HAIRNET_STRAND_INDICES,  /* uint32, two triangles a segment, of list `list`: from all points to few */
+  HAIRNET_STRAND_INDEX_ENDS, /* uint32: the first n strands have the indices below ends[n], of list `list` */
+  HAIRNET_CARD_VERTICES,     /* 48 bytes: float[4] as points; half[4] direction; 8 bytes light; float[4] side, number */
+  HAIRNET_CARD_INDICES,      /* uint32 */
+  HAIRNET_FABRIC_VERTICES,   /* 52 bytes: float[4]; half[4]; 8 bytes light; float[4] colour, opacity; float cord */
+  HAIRNET_FABRIC_INDICES,    /* uint32 */
+  HAIRNET_BODY_VERTICES,     /* 32 bytes: float[3]; half[4] normal, scalp; 8 bytes light; 4 shares of bones */
+  HAIRNET_BODY_INDICES       /* uint32 */
+} hairnet_part;
+/* A part's bytes, until the geometry is freed. HAIRNET_NOT_THERE: there is no such list. */
+HAIRNET_API hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_part part, uint32_t list,
+                                                const void** bytes, size_t* size);
+/* The number of lists of indices, and how far from its points each draws a strand, m (NULL: not asked). */
+HAIRNET_API size_t hairnet_geometry_lists(const hairnet_geometry* geometry, float* tolerances_m, size_t capacity);
+
+/* ---- local: hair that this program simulates ------------------------------------------------------------------------------ */
+
+/*
+ * Levels are what a world steps. Building those of a groom takes some seconds of all that a thread has; it goes on by itself on a
+ * thread of the library, or where there are no threads, within hairnet_build_finish().
+ */
+HAIRNET_API hairnet_error hairnet_build_begin(const hairnet_groom* groom, hairnet_build** build);
+HAIRNET_API double hairnet_build_progress(const hairnet_build* build); /* 0 to 1. Any thread. */
+/* Waits until the levels are built. */
+HAIRNET_API hairnet_error hairnet_build_finish(hairnet_build* build, hairnet_levels** levels);
+/* Cancels what is not finished. */
+HAIRNET_API void hairnet_build_free(hairnet_build* build);
+/* Levels as a file, and back: *size as for hairnet_groom_file(). A file serves its groom and this version of the library alone. */
+HAIRNET_API hairnet_error hairnet_levels_file(const hairnet_levels* levels, void* buffer, size_t* size);
+HAIRNET_API hairnet_error hairnet_levels_load(const hairnet_groom* groom, const void* bytes, size_t size,
+                                              hairnet_levels** levels, char* why, size_t why_size);
+HAIRNET_API void hairnet_levels_free(hairnet_levels* levels);
+
+/* A world of `tick_rate_hz` (10 to 240; 60 is right for one head on a screen). Its time begins at 0. */
+HAIRNET_API hairnet_error hairnet_world_make(double tick_rate_hz, hairnet_world** world);
+HAIRNET_API void hairnet_world_free(hairnet_world* world);
+/* Adds a character. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL. */
+HAIRNET_API hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom,
+                                            const hairnet_levels* levels, const hairnet_character_options* options,
+                                            const double pose[HAIRNET_POSE_NUMBERS], uint32_t* own);
+HAIRNET_API hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels);
+HAIRNET_API hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own);
+/* The next five are as those of a room. */
+HAIRNET_API hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own,
+                                                  const double pose[HAIRNET_POSE_NUMBERS], int32_t teleport);
+HAIRNET_API hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairnet_level level);
+HAIRNET_API hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own,
+                                                     const hairnet_material* material);
+HAIRNET_API hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag,
+                                                       const hairnet_appearance* appearance);
+HAIRNET_API hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind);
+/*
+ * Moves the world on by `seconds`, at most 0.1: a machine that is too slow shows slow motion. A step of a head at level high takes
+ * about 0.3 ms. HAIRNET_INVALID: a time that is negative or not finite.
+ */
+HAIRNET_API hairnet_error hairnet_world_advance(hairnet_world* world, double seconds);
+/* What it shows. It is the world's, and moves with hairnet_world_advance(). */
+HAIRNET_API const hairnet_scene* hairnet_world_scene(const hairnet_world* world);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/modes/moved_lattice.hpp"
+#include "core/world/world.hpp"
+
+namespace hairnet::local {
+
+// Where a character is at the end of a tick.
+struct TickPose {
+  Pose pose;
+  bool teleport = false;
+};
+
+// The core's World in this process, played out: it is always stepped to just beyond the shown time, and hair is shown
+// between the last two ticks. So the shown hair is exact, and the same calls give the same hair. One thread.
+class PlayedWorld {
+ public:
+  static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
+  using Id = std::uint32_t;  // from 1
+  // Where the character is at `to_s`, and whether it jumps after `from_s`. Called once for each tick, and with two equal
+  // times for what is shown; times of the world.
+  using PoseAt = std::function<TickPose(double from_s, double to_s)>;
+  struct Def {
+    double tick_rate_hz = 30;
+    double start_s = 0;
+    Wind wind;
+    ClockNs clock_ns = nullptr;  // times steps; null: not timed
+  };
+  explicit PlayedWorld(const Def& def);  // asserts that the rate is in its range and the wind is valid
+
+  // Its hair is rigid until it has levels.
+  Id add(PoseAt pose);
+  void remove(Id id);
+  // A set may lack levels (Level::rest is empty): hair stays as it is when such a one is asked for.
+  void give_levels(Id id, std::shared_ptr<const LevelSet> levels);
+  // Nothing is learnt here: who asks for that gets low, as from a server.
+  void set_level(Id id, LevelIndex level);
+  void set_material(Id id, const MaterialScale& scale);  // asserts that it is valid
+  void set_wind(const Wind& wind);                       // asserts that it is valid
+  [[nodiscard]] const Wind& wind() const { return def_.wind; }
+  // Keeps the state of the hair.
+  void set_tick_rate(double hz);
+  [[nodiscard]] double tick_rate_hz() const { return def_.tick_rate_hz; }
+
+  // Gets the report of each tick, and how long its step took, ms (0 without a clock). It must not change the world.
+  using OnTick = std::function<void(double end_s, const StepReport& report, double step_ms)>;
+  void on_tick(OnTick call) { on_tick_ = std::move(call); }
+  // `time_s` never decreases.
+  void advance_to(double time_s);
+  [[nodiscard]] double time_s() const { return shown_s_; }
+  [[nodiscard]] double tick_end_s() const;  // of the shown tick, or of the next one at its end
+
+  // A character as it is shown; spans are valid until the next change.
+  struct Shown {
+    Pose pose;
+    LevelIndex level = LevelIndex::rigid;
+    MovedLattice lattice;                           // of grid displacements
+    std::shared_ptr<const LevelGeometry> geometry;  // null: at rest
+    std::span<const Vec3f> displacement;            // active order, head space, m
+    std::shared_ptr<const Level> model;             // null: rigid
+  };
+  [[nodiscard]] Shown shown(Id id) const;  // asserts that it is there
+  [[nodiscard]] const World& world() const { return world_; }
+  [[nodiscard]] LatticeView lattice(Id id) const;  // after the last tick; asserts that it is there
+
+ private:
+  // A lattice at the end of a tick.
+  struct Lattice {
+    LevelIndex level = LevelIndex::rigid;
+    std::shared_ptr<const LevelGeometry> geometry;
+    std::vector<Vec3f> displacement;
+  };
+  struct Simulated {
+    Id id = 0;
+    CharacterId character;
+    PoseAt pose;
+    std::shared_ptr<const LevelSet> levels;
+    LevelIndex level_wanted = LevelIndex::high;
+    MaterialScale material;
+    Lattice before, after;              // the last two ticks
+    std::vector<Vec3f> displacement, grid;  // as shown: active nodes; all grid nodes
+    const Lattice* lattice = nullptr;   // that is shown
+  };
+  static WorldDef world_def(const Def& def);
+  [[nodiscard]] Simulated& at(Id id);
+  [[nodiscard]] const Simulated& at(Id id) const;
+  [[nodiscard]] double tick_time_s(std::uint64_t tick) const;
+  void tick();
+  void take_lattice(Simulated& simulated);
+  void set_level_now(Simulated& simulated);
+  void show(Simulated& simulated) const;
+
+  Def def_;
+  World world_;
+  std::vector<std::unique_ptr<Simulated>> simulated_;
+  OnTick on_tick_;
+  Id next_id_ = 1;
+  std::uint64_t tick_ = 0, start_tick_ = 0;  // the second is the first tick at the present rate, at start_s_
+  double start_s_, shown_s_;
+};
+
+}  // namespace hairnet::local

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/groom/groom_hash.hpp"
+#include "core/groom/material_scale.hpp"
+#include "core/levels/level.hpp"
+#include "core/pose/pose.hpp"
+#include "core/solver/wind.hpp"
+
+namespace hairnet {
+
+// Names a character of a Simulation.
+using CharacterKey = std::uint64_t;
+
+// The inputs of one tick of a Simulation. Those of one kind are applied in order.
+struct SimulationInputs {
+  struct Add {
+    CharacterKey character = 0;
+    GroomHash groom{};
+    std::uint32_t room = 0;  // whose wind it stands in
+    bool levels_ready = false;
+    LevelIndex level = LevelIndex::rigid;
+    Pose pose;
+  };
+  struct Level {
+    CharacterKey character = 0;
+    LevelIndex level = LevelIndex::rigid;
+  };
+  struct Material {
+    CharacterKey character = 0;
+    MaterialScale scale;
+  };
+  struct Stride {
+    CharacterKey character = 0;
+    std::uint8_t stride = 1;
+  };
+  struct Suspension {
+    CharacterKey character = 0;
+    bool suspended = false;
+  };
+  struct State {
+    CharacterKey character = 0;
+    std::vector<Vec3f> displacements, velocities;  // head space, m and m/s, of the level it is on
+  };
+  struct RoomWind {
+    std::uint32_t room = 0;
+    Wind wind;
+  };
+  struct BonePose {
+    CharacterKey character = 0;
+    bool teleport = false;
+    Pose pose;
+  };
+
+  std::vector<CharacterKey> removed;  // applied first; then as they follow here; then the step
+  std::vector<Add> added;
+  std::vector<Level> levels;
+  std::vector<Material> materials;
+  std::vector<Stride> strides;
+  std::vector<Suspension> suspensions;
+  std::vector<State> states;
+  std::vector<RoomWind> winds;
+  std::vector<BonePose> poses;
+};
+
+}  // namespace hairnet

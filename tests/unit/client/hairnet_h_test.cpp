@@ -1,0 +1,303 @@
+#include "client/hairnet.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "client/assets/made/made.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace {
+
+using ::testing::HasSubstr;
+
+std::vector<double> pose_at(double x, double turn = 0) {
+  std::vector<double> pose(HAIRNET_POSE_NUMBERS, 0);
+  for (std::size_t bone = 0; bone < 5; ++bone) {
+    pose[7 * bone + 1] = std::sin(turn / 2);
+    pose[7 * bone + 3] = std::cos(turn / 2);
+    pose[7 * bone + 4] = x;
+  }
+  return pose;
+}
+
+hairnet_groom* make_bob() {
+  hairnet_groom* groom = nullptr;
+  EXPECT_EQ(hairnet_groom_make("bob", 100, &groom, nullptr, 0), HAIRNET_OK);
+  return groom;
+}
+
+TEST(HairnetH, says_its_version_and_a_text_for_every_error) {
+  EXPECT_STREQ(hairnet_version(), "0.1.0");
+  EXPECT_EQ(hairnet_version_number(), 100u);
+  for (hairnet_error error = HAIRNET_OK; error <= HAIRNET_OUT_OF_MEMORY; ++error)
+    EXPECT_STRNE(hairnet_error_text(error), "unknown error");
+  EXPECT_STREQ(hairnet_error_text(99), "unknown error");
+}
+
+TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
+  // A row of strands that hang from the top of the head.
+  std::vector<float> points;
+  const std::vector<std::uint32_t> counts(50, 8);
+  for (int s = 0; s < 50; ++s) {
+    for (int p = 0; p < 8; ++p)
+      points.insert(points.end(), {0.07f * std::sin(0.1f * static_cast<float>(s)), 0.1f - 0.02f * static_cast<float>(p), 0.06f});
+  }
+  hairnet_groom* groom = nullptr;
+  char why[128] = "";
+  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why), HAIRNET_OK) << why;
+  EXPECT_STREQ(hairnet_groom_name(groom), "row");
+  EXPECT_EQ(hairnet_groom_strand_count(groom), 50u);
+  EXPECT_EQ(hairnet_groom_point_count(groom), 400u);
+  EXPECT_EQ(hairnet_groom_strand_begin(groom)[50], 400u);
+  std::size_t size = 0;
+  EXPECT_EQ(hairnet_groom_file(groom, nullptr, &size), HAIRNET_TOO_SMALL);
+  std::vector<std::uint8_t> file(size);
+  ASSERT_EQ(hairnet_groom_file(groom, file.data(), &size), HAIRNET_OK);
+  hairnet_groom* again = nullptr;
+  ASSERT_EQ(hairnet_groom_load(file.data(), size, &again, why, sizeof why), HAIRNET_OK) << why;
+  std::uint8_t a[HAIRNET_HASH_BYTES], b[HAIRNET_HASH_BYTES];
+  hairnet_groom_hash(groom, a);
+  hairnet_groom_hash(again, b);
+  EXPECT_TRUE(std::equal(a, a + HAIRNET_HASH_BYTES, b));
+  hairnet_groom_free(again);
+  hairnet_groom_free(groom);
+
+  points[5] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_THAT(why, HasSubstr("point 1"));
+  EXPECT_EQ(hairnet_groom_load("not a groom", 11, &groom, why, sizeof why), HAIRNET_MALFORMED);
+  EXPECT_STRNE(why, "");
+  char one[1] = {'x'};
+  EXPECT_EQ(hairnet_groom_make("no_such_style", 100, &groom, one, sizeof one), HAIRNET_INVALID);
+  EXPECT_EQ(one[0], 0);
+}
+
+TEST(HairnetH, wrong_options_are_named) {
+  hairnet_room* room = nullptr;
+  char why[128] = "";
+  hairnet_options options = HAIRNET_OPTIONS;
+  options.room = "no such/name";
+  EXPECT_EQ(hairnet_open(&options, 0, &room, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_THAT(why, HasSubstr("room"));
+  options = HAIRNET_OPTIONS;
+  options.connect_timeout_s = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(hairnet_open(&options, 0, &room, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_THAT(why, HasSubstr("connect_timeout_s"));
+  options = HAIRNET_OPTIONS;
+  options.size = 0;
+  EXPECT_EQ(hairnet_open(&options, 0, &room, why, sizeof why), HAIRNET_INVALID);
+  options = HAIRNET_OPTIONS;
+  options.server = "ftp://nowhere";
+  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_INVALID);
+  options.server = "127.0.0.1:1";
+  options.address_only = 1;
+  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_UNREACHABLE);
+  EXPECT_STRNE(why, "");
+}
+
+// The server's end of a room whose bytes the test carries.
+class HairnetHRoom : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(hairnet_open(nullptr, now_ns_, &room_, nullptr, 0), HAIRNET_OK);
+    ASSERT_EQ(hairnet_wants_connection(room_, nullptr, nullptr), 1);
+    hairnet_on_opening(room_, now_ns_);
+    hairnet_on_open(room_, 0, now_ns_);
+    ASSERT_EQ(take<hairnet::wire::Hello>(), 1);
+    hairnet::wire::Welcome welcome;
+    welcome.session = 5;
+    welcome.tick_rate_hz = 30;
+    send(welcome);
+    hairnet_advance(room_);
+  }
+  void TearDown() override { hairnet_room_free(room_); }
+  void send(hairnet::wire::Message message) {
+    const std::vector<std::uint8_t> packet = hairnet::wire::encode_packet({now_ns_, std::move(message)});
+    hairnet_on_packet(room_, packet.data(), packet.size(), now_ns_);
+  }
+  // Takes all that the room sends, and counts the messages of one kind.
+  template <class T>
+  int take() {
+    int count = 0;
+    std::size_t size = 0;
+    while (const void* packet = hairnet_take_packet(room_, now_ns_, &size, nullptr)) {
+      const auto decoded = hairnet::wire::decode_packet({static_cast<const std::uint8_t*>(packet), size});
+      count += std::holds_alternative<T>(decoded.envelope.message);
+    }
+    return count;
+  }
+  int events(hairnet_event_kind kind) {
+    int count = 0;
+    for (hairnet_event event; hairnet_next_event(room_, &event) != 0;) count += event.kind == kind;
+    return count;
+  }
+  std::int64_t now_ns_ = 1'000'000'000;
+  hairnet_room* room_ = nullptr;
+};
+
+TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
+  EXPECT_EQ(hairnet_state(room_), HAIRNET_CONNECTED);
+  EXPECT_EQ(events(HAIRNET_EVENT_STATE), 1);
+  hairnet_groom* groom = make_bob();
+  std::uint32_t me = 0;
+  hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
+  options.tag = "Ada";
+  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_OK);
+  EXPECT_EQ(take<hairnet::wire::AddCharacter>(), 1);
+  hairnet::wire::CharacterAdded added;
+  added.character = me;
+  hairnet_groom_hash(groom, added.groom.data());
+  added.member = 31;
+  send(added);
+  EXPECT_EQ(hairnet_push_pose(room_, me, pose_at(2).data(), 0), HAIRNET_OK);
+  EXPECT_EQ(take<hairnet::wire::PoseBatch>(), 1);
+  hairnet_advance(room_);
+  EXPECT_EQ(events(HAIRNET_EVENT_JOINED), 1);
+  const hairnet_scene* scene = hairnet_room_scene(room_);
+  ASSERT_EQ(hairnet_shown_count(scene), 1u);
+  hairnet_shown shown;
+  ASSERT_EQ(hairnet_get_shown(scene, 0, &shown), HAIRNET_OK);
+  EXPECT_EQ(shown.member, 31u);
+  EXPECT_EQ(shown.own, me);
+  EXPECT_EQ(shown.session, 5u);
+  EXPECT_STREQ(shown.tag, "Ada");
+  EXPECT_EQ(shown.has_pose, 1u);
+  EXPECT_EQ(shown.pose[4], 2);
+  EXPECT_EQ(shown.moves, 0u);
+  EXPECT_EQ(shown.appearance.hair_root, 0xadadafu) << "of number 31, 7 of 8";
+
+  const std::size_t count = hairnet_groom_point_count(groom);
+  std::vector<float> points(3 * count), tangents(3 * count);
+  EXPECT_EQ(hairnet_shown_points(scene, 0, points.data(), nullptr, count - 1), HAIRNET_TOO_SMALL);
+  ASSERT_EQ(hairnet_shown_points(scene, 0, points.data(), tangents.data(), count), HAIRNET_OK);
+  for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(points[3 * i], 2, 0.5);
+  EXPECT_EQ(hairnet_get_shown(scene, 1, &shown), HAIRNET_NOT_THERE);
+  hairnet_groom* again = nullptr;
+  ASSERT_EQ(hairnet_shown_groom(scene, 0, &again), HAIRNET_OK);
+  EXPECT_EQ(hairnet_groom_point_count(again), count);
+  hairnet_groom_free(again);
+  hairnet_groom_free(groom);
+}
+
+TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
+  hairnet_groom* groom = make_bob();
+  std::uint32_t me = 0;
+  hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
+  const hairnet_appearance rough{0, 0, 0, 2};
+  options.appearance = &rough;
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
+  options = HAIRNET_CHARACTER_OPTIONS;
+  options.level = static_cast<hairnet_level>(9);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_add_character(room_, nullptr, nullptr, &me), HAIRNET_INVALID);
+  ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me), HAIRNET_OK);
+  std::vector<double> pose = pose_at(0);
+  pose[3] = 2;
+  EXPECT_EQ(hairnet_push_pose(room_, me, pose.data(), 0), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_push_pose(room_, me + 1, pose_at(0).data(), 0), HAIRNET_NOT_THERE);
+  const hairnet_material heavy{1, 1, -1, 1, 1, 0};
+  EXPECT_EQ(hairnet_set_material(room_, me, &heavy), HAIRNET_INVALID);
+  hairnet_wind storm = HAIRNET_STILL_AIR;
+  storm.gust_ratio = -1;
+  EXPECT_EQ(hairnet_set_wind(room_, &storm), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_moderate(room_, HAIRNET_MUTE, 77, nullptr, 0, nullptr), HAIRNET_NOT_THERE);
+  hairnet_counters counters = HAIRNET_COUNTERS;
+  hairnet_get_counters(room_, &counters);
+  EXPECT_EQ(counters.inputs_dropped, 3u);
+  hairnet_groom_free(groom);
+  hairnet_close(room_);
+  EXPECT_EQ(hairnet_state(room_), HAIRNET_CLOSED);
+}
+
+TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
+  hairnet_groom* groom = make_bob();
+  hairnet_build* build = nullptr;
+  ASSERT_EQ(hairnet_build_begin(groom, &build), HAIRNET_OK);
+  hairnet_levels* levels = nullptr;
+  ASSERT_EQ(hairnet_build_finish(build, &levels), HAIRNET_OK);
+  EXPECT_EQ(hairnet_build_progress(build), 1);
+  hairnet_build_free(build);
+  std::size_t size = 0;
+  EXPECT_EQ(hairnet_levels_file(levels, nullptr, &size), HAIRNET_TOO_SMALL);
+  std::vector<std::uint8_t> file(size);
+  ASSERT_EQ(hairnet_levels_file(levels, file.data(), &size), HAIRNET_OK);
+  hairnet_levels_free(levels);
+  char why[128] = "";
+  ASSERT_EQ(hairnet_levels_load(groom, file.data(), size, &levels, why, sizeof why), HAIRNET_OK) << why;
+  file[file.size() / 2] ^= 1;
+  hairnet_levels* damaged = nullptr;
+  EXPECT_EQ(hairnet_levels_load(groom, file.data(), size, &damaged, why, sizeof why), HAIRNET_MALFORMED);
+
+  hairnet_world* world = nullptr;
+  EXPECT_EQ(hairnet_world_make(5, &world), HAIRNET_INVALID);
+  ASSERT_EQ(hairnet_world_make(60, &world), HAIRNET_OK);
+  std::uint32_t me = 0;
+  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, pose_at(0).data(), &me), HAIRNET_OK);
+  const std::size_t count = hairnet_groom_point_count(groom);
+  std::vector<float> points(3 * count), rest(3 * count);
+  const hairnet_scene* scene = hairnet_world_scene(world);
+  ASSERT_EQ(hairnet_shown_points(scene, 0, rest.data(), nullptr, count), HAIRNET_OK);
+  const auto furthest = [&] {
+    EXPECT_EQ(hairnet_shown_points(scene, 0, points.data(), nullptr, count), HAIRNET_OK);
+    float most = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) most = std::max(most, std::abs(points[i] - rest[i]));
+    return most;
+  };
+  for (int i = 0; i < 30; ++i) {
+    ASSERT_EQ(hairnet_world_push_pose(world, me, pose_at(0, 0.6 * std::sin(0.4 * i)).data(), 0), HAIRNET_OK);
+    ASSERT_EQ(hairnet_world_advance(world, 1.0 / 60), HAIRNET_OK);
+  }
+  ASSERT_EQ(hairnet_world_push_pose(world, me, pose_at(0).data(), 0), HAIRNET_OK);
+  for (int i = 0; i < 3; ++i) hairnet_world_advance(world, 1.0 / 60);
+  EXPECT_GT(furthest(), 0.005f) << "it goes on swinging";
+  for (int i = 0; i < 600; ++i) hairnet_world_advance(world, 1.0 / 60);
+  EXPECT_LT(furthest(), 0.001f);
+  EXPECT_EQ(hairnet_world_advance(world, -1), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_world_remove(world, me), HAIRNET_OK);
+  EXPECT_EQ(hairnet_shown_count(scene), 0u);
+  hairnet_world_free(world);
+  hairnet_levels_free(levels);
+  hairnet_groom_free(groom);
+}
+
+TEST(HairnetHWorld, a_build_that_is_not_wanted_any_more_is_cancelled) {
+  hairnet_groom* groom = nullptr;
+  ASSERT_EQ(hairnet_groom_make("long_curly", 20'000, &groom, nullptr, 0), HAIRNET_OK);
+  hairnet_build* build = nullptr;
+  ASSERT_EQ(hairnet_build_begin(groom, &build), HAIRNET_OK);
+  hairnet_groom_free(groom);
+  hairnet_build_free(build);
+}
+
+TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
+  hairnet_groom* groom = make_bob();
+  hairnet_geometry* geometry = nullptr;
+  ASSERT_EQ(hairnet_geometry_make(groom, &geometry), HAIRNET_OK);
+  const void* bytes = nullptr;
+  std::size_t size = 0;
+  ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_POINTS, 0, &bytes, &size), HAIRNET_OK);
+  const std::size_t points = size / 16;
+  EXPECT_GT(points, 100u);
+  ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_VERTICES, 0, &bytes, &size), HAIRNET_OK);
+  EXPECT_EQ(size, 2 * points * 12);
+  const std::size_t lists = hairnet_geometry_lists(geometry, nullptr, 0);
+  std::vector<float> tolerances(lists);
+  hairnet_geometry_lists(geometry, tolerances.data(), lists);
+  EXPECT_TRUE(std::is_sorted(tolerances.begin(), tolerances.end()));
+  for (std::uint32_t list = 0; list < lists; ++list) {
+    ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, list, &bytes, &size), HAIRNET_OK);
+    const auto* indices = static_cast<const std::uint32_t*>(bytes);
+    for (std::size_t i = 0; i < size / 4; ++i) ASSERT_LT(indices[i], 2 * points);
+  }
+  EXPECT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, static_cast<std::uint32_t>(lists), &bytes, &size), HAIRNET_NOT_THERE);
+  ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_BODY_VERTICES, 0, &bytes, &size), HAIRNET_OK);
+  EXPECT_EQ(size % 32, 0u);
+  hairnet_geometry_free(geometry);
+  hairnet_groom_free(groom);
+}
+
+}  // namespace

@@ -1,0 +1,272 @@
+#include "client/room/room.hpp"
+
+#include <gmock/gmock.h>
+
+#include "schema/wire/basis_file.hpp"
+#include "tests/support/build_grooms.hpp"
+#include "tests/unit/client/link_core_driver.hpp"
+#include "tests/unit/client/small_basis.hpp"
+
+namespace hairnet::room {
+namespace {
+
+using link::kMs;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::uint32_t kOther = 40;
+
+Groom groom_named(const char* name) {
+  Groom groom = support::make_head_of_hair(20);
+  groom.name = name;
+  return groom;
+}
+link::RequestedState::Bytes file_of(const Groom& groom) {
+  return std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom));
+}
+Pose pose_at(double x) {
+  return rigid_pose({Quat::Identity(), Vec3(x, 1, 2)});
+}
+std::vector<std::uint8_t> content(double x, std::span<const float> coefficients) {
+  const codec::CoefficientCode code(link::small_basis().basis.deviation_m);
+  codec::EncodedFrame coded;
+  codec::encode_frame(pose_at(x), &code, coefficients, 0, coded);
+  const std::span<const std::uint8_t> bytes = coded.prefix(coefficients.size());
+  return {bytes.begin(), bytes.end()};
+}
+
+// A room on a core that the test drives.
+class RoomTest : public ::testing::Test {
+ protected:
+  RoomTest() { make_room({}); }
+  void make_room(const wire::Observe& observe) {
+    auto owned = std::make_unique<link::CoreConversation>(d.core);
+    conversation = owned.get();
+    conversation->set_now(d.now_ns);
+    room = std::make_unique<Room>(std::move(owned), observe);
+  }
+  void join() {
+    d.connect(link::welcome_to(5));
+    advance();
+    d.take_all();
+    room->take_events();
+  }
+  void advance(std::int64_t ms = 0) {
+    d.pass(ms * kMs);
+    conversation->set_now(d.now_ns);
+    room->advance();
+  }
+  void tell_of_other(std::uint32_t number = kOther, std::uint8_t generation = 0) {
+    d.send(wire::MemberJoined{number, 9, 1, wire::hash_groom(*others_file), "Ada", std::nullopt, generation});
+  }
+  void send_others_groom() {
+    d.send(wire::GroomData{wire::hash_groom(*others_file), others_file->size(), 0, *others_file});
+  }
+  // Bases of both grooms, then frames.
+  void send_basis(const wire::GroomHash& groom) {
+    const wire::HairBasis hair = link::small_basis();
+    const std::vector<std::uint8_t> file = wire::encode_basis(hair.geometry, hair.basis, hair.skin);
+    d.send(wire::GroomBasis{groom, wire::hash_groom(file)});
+    d.send(wire::GroomData{wire::hash_groom(file), file.size(), 0, file});
+  }
+  void send_frame(std::uint64_t tick, std::uint32_t member, double x) {
+    const std::vector<float> coefficients(12, 0.01f);
+    const std::vector<std::uint8_t> bytes = content(x, coefficients);
+    wire::FrameBatch batch;
+    batch.tick = tick;
+    batch.sample_time_ns = link::kServerClock_ns + d.now_ns;
+    wire::Frame frame;
+    frame.member = member;
+    frame.level = LevelIndex::low;
+    frame.content = bytes;
+    batch.frames.push_back(frame);
+    d.send(batch);
+  }
+  template <class T>
+  std::vector<T> events() {
+    std::vector<T> found;
+    for (const Event& event : room->take_events()) {
+      if (const auto* e = std::get_if<T>(&event)) found.push_back(*e);
+    }
+    return found;
+  }
+  template <class T>
+  std::vector<T> sent() {
+    std::vector<T> found;
+    for (wire::Message& message : d.take_all()) {
+      if (auto* m = std::get_if<T>(&message)) found.push_back(std::move(*m));
+    }
+    return found;
+  }
+
+  link::LinkCoreDriver d;
+  link::CoreConversation* conversation = nullptr;
+  std::unique_ptr<Room> room;
+  link::RequestedState::Bytes others_file = file_of(groom_named("others"));
+};
+
+TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
+  join();
+  tell_of_other();
+  for (int i = 0; i < 10; ++i) advance(100);
+  ASSERT_THAT(sent<wire::GroomRequest>(), ::testing::SizeIs(1));
+  const auto joined = events<Joined>();
+  ASSERT_EQ(joined.size(), 1u);
+  EXPECT_EQ(joined[0].member->tag, "Ada");
+  EXPECT_EQ(joined[0].member->groom, nullptr);
+  EXPECT_FALSE(joined[0].member->pose);
+
+  send_others_groom();
+  send_frame(1, kOther, 0.5);  // asks for the basis
+  send_basis(wire::hash_groom(*others_file));
+  for (std::uint64_t tick = 2; tick < 30; ++tick) {
+    send_frame(tick, kOther, 0.5);
+    advance(33);
+  }
+  const Member& member = *room->members().at(kOther);
+  ASSERT_TRUE(member.groom);
+  EXPECT_EQ(member.groom->name, "others");
+  EXPECT_EQ(*member.groom_file, *others_file);
+  ASSERT_TRUE(member.pose);
+  EXPECT_NEAR(member.pose->head().position.x(), 0.5, 1e-3);
+  EXPECT_NE(member.sample.lattice().geometry, nullptr);
+  EXPECT_NEAR(member.sample.coefficients[0], 0.01f, 1e-3f);
+  EXPECT_NE(member.skin, nullptr);
+
+  d.send(wire::MemberLeft{kOther});
+  advance(33);
+  EXPECT_THAT(room->members(), IsEmpty());
+  EXPECT_EQ(events<Left>().size(), 1u);
+  // Nobody has it any more: who comes with it next is fetched anew.
+  tell_of_other(kOther + 1);
+  for (int i = 0; i < 10; ++i) advance(100);
+  EXPECT_EQ(sent<wire::GroomRequest>().size(), 1u);
+}
+
+TEST_F(RoomTest, fetches_nothing_of_others_that_it_does_not_observe) {
+  wire::Observe nobody;
+  nobody.mode = wire::ObserveMode::list;
+  make_room(nobody);
+  join();
+  tell_of_other();
+  for (int i = 0; i < 20; ++i) advance(100);
+  EXPECT_THAT(sent<wire::GroomRequest>(), IsEmpty());
+}
+
+TEST_F(RoomTest, shows_an_own_character_where_it_was_pushed_last_also_after_a_change_of_the_server) {
+  const auto mine = file_of(groom_named("mine"));
+  const std::uint32_t me = *room->add_character(mine, {LevelIndex::low, "Bea", std::nullopt});
+  join();
+  EXPECT_EQ(room->member_of(me), nullptr);
+  d.send(wire::CharacterAdded{me, wire::hash_groom(*mine), LevelIndex::low, 31});
+  ASSERT_TRUE(room->push(me, pose_at(1)));
+  advance(10);
+  const auto member = room->member_of(me);
+  ASSERT_TRUE(member);
+  EXPECT_EQ(member->number, 31u);
+  EXPECT_EQ(member->tag, "Bea");
+  EXPECT_EQ(member->groom->name, "mine");
+  EXPECT_EQ(member->pose->head().position.x(), 1) << "without a frame";
+  ASSERT_TRUE(room->push(me, pose_at(2)));
+  advance();
+  EXPECT_EQ(member->pose->head().position.x(), 2);
+
+  // Another server: another session, another number; the same object.
+  d.core.on_closed("the cable", d.now_ns);
+  advance();
+  EXPECT_EQ(room->state(), State::reconnecting);
+  d.open();
+  d.send(link::welcome_to(6));
+  d.send(wire::CharacterAdded{me, wire::hash_groom(*mine), LevelIndex::low, 3});
+  advance(10);
+  EXPECT_EQ(room->state(), State::connected);
+  EXPECT_EQ(room->member_of(me), member);
+  EXPECT_EQ(member->number, 3u);
+  EXPECT_EQ(member->session, 6u);
+  EXPECT_EQ(room->members().size(), 1u);
+
+  room->remove_character(me);
+  advance();
+  EXPECT_THAT(room->members(), IsEmpty());
+  EXPECT_EQ(room->member_of(me), nullptr);
+  EXPECT_EQ(sent<wire::RemoveCharacter>().size(), 1u);
+}
+
+TEST_F(RoomTest, many_poses_of_one_call_are_one_packet_and_wrong_ones_are_dropped_and_counted) {
+  const auto mine = file_of(groom_named("mine"));
+  const std::uint32_t a = *room->add_character(mine), b = *room->add_character(mine);
+  join();
+  for (const std::uint32_t own : {a, b}) d.send(wire::CharacterAdded{own, wire::hash_groom(*mine), LevelIndex::high, 30 + own});
+  advance();
+  d.take_all();
+  EXPECT_TRUE(room->push(std::vector<OwnPose>{{a, pose_at(1), false}, {b, pose_at(2), true}}));
+  std::vector<wire::PoseBatch> batches = sent<wire::PoseBatch>();
+  ASSERT_EQ(batches.size(), 1u);
+  EXPECT_EQ(batches[0].poses.size(), 2u);
+
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Result<void> pushed = room->push(std::vector<OwnPose>{{a, pose_at(nan), false}, {b, pose_at(3), false}});
+  ASSERT_FALSE(pushed);
+  EXPECT_THAT(pushed.error(), HasSubstr("character " + std::to_string(a)));
+  batches = sent<wire::PoseBatch>();
+  ASSERT_EQ(batches.size(), 1u);
+  EXPECT_EQ(batches[0].poses.size(), 1u);
+  advance();
+  EXPECT_EQ(room->member_of(a)->pose->head().position.x(), 1) << "where it was";
+  EXPECT_EQ(room->inputs_dropped(), 1u);
+  EXPECT_FALSE(room->set_material(a, {-1}));
+  EXPECT_FALSE(room->set_appearance(a, std::string(wire::kTagBytesMax + 1, 'x'), {}));
+  EXPECT_FALSE(room->add_character(mine, {LevelIndex::high, std::string(wire::kTagBytesMax + 1, 'x'), {}}));
+  Wind storm;
+  storm.mean_m_per_s.x() = nan;
+  EXPECT_FALSE(room->set_wind(storm));
+  EXPECT_EQ(room->inputs_dropped(), 5u);
+}
+
+TEST_F(RoomTest, a_damaged_file_adds_nobody_and_that_of_another_is_told_once) {
+  std::vector<std::uint8_t> damaged = *others_file;
+  damaged[damaged.size() / 2] ^= 0x55;
+  damaged.resize(damaged.size() - 10);
+  const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(damaged);
+  EXPECT_FALSE(room->add_character(bytes));
+  join();
+  d.send(wire::MemberJoined{kOther, 9, 1, wire::hash_groom(damaged)});
+  for (int i = 0; i < 10; ++i) advance(100);
+  d.send(wire::GroomData{wire::hash_groom(damaged), damaged.size(), 0, damaged});
+  advance(10);
+  EXPECT_THAT(room->members().at(kOther)->error, ::testing::Not(IsEmpty()));
+  const auto faults = events<Fault>();
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_THAT(faults[0].detail, HasSubstr("cannot be shown"));
+}
+
+TEST_F(RoomTest, asks_again_for_a_hairstyle_that_nobody_could_give) {
+  join();
+  tell_of_other();
+  for (int i = 0; i < 10; ++i) advance(100);
+  ASSERT_EQ(sent<wire::GroomRequest>().size(), 1u);
+  d.send(wire::Error{wire::ErrorReason::groom_unavailable, 0, wire::hash_groom(*others_file), "its owner has left"});
+  for (int i = 0; i < 20; ++i) advance(100);
+  EXPECT_THAT(sent<wire::GroomRequest>(), IsEmpty());
+  EXPECT_THAT(events<Fault>(), IsEmpty());
+  for (int i = 0; i < 20; ++i) advance(100);
+  EXPECT_EQ(sent<wire::GroomRequest>().size(), 1u);
+}
+
+TEST_F(RoomTest, the_end_is_told_with_its_reason_and_whether_to_try_again) {
+  join();
+  tell_of_other();
+  advance();
+  room->take_events();
+  d.send(wire::Goodbye{wire::GoodbyeReason::removed, "by a moderator"});
+  advance();
+  const auto states = events<StateChanged>();
+  ASSERT_EQ(states.size(), 1u);
+  EXPECT_EQ(states[0].state, State::closed);
+  EXPECT_TRUE(states[0].is_refused);
+  EXPECT_THAT(states[0].detail, HasSubstr("moderator"));
+  EXPECT_THAT(room->members(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace hairnet::room
