@@ -7,13 +7,13 @@
 #include <queue>
 #include <utility>
 
+#include "client/wasm/deflate_format.hpp"
+
 namespace hairnet::wasm {
 namespace {
 
 constexpr std::size_t kBlockBytes = std::size_t{64} << 10;
-constexpr std::size_t kEndOfBlock = 256, kSymbols = 257;
-constexpr std::uint32_t kCodeBitsMax = 15;
-constexpr std::size_t kLengthCodes = 19;
+constexpr std::size_t kSymbols = kEndOfBlock + 1;
 
 using Lengths = std::array<std::uint8_t, kSymbols>;
 
@@ -91,11 +91,11 @@ void write_block(std::span<const std::uint8_t> bytes, bool is_last, BitWriter& t
     for (std::uint32_t& count : counts) count = (count + 1) / 2;  // nearer to each other: their codes get shorter
   }
   to.put(is_last ? 1 : 0, 1);
-  to.put(2, 2);                 // codes of its own
-  to.put(0, 5);                 // 257 literals
-  to.put(0, 5);                 // one distance, which has no code
-  to.put(kLengthCodes - 4, 4);  // The lengths themselves take four bits each, 0 to 15 in order; none is repeated.
-  for (std::size_t code = 0; code < kLengthCodes; ++code) to.put(code < 3 ? 0 : 4, 3);
+  to.put(2, 2);                   // codes of its own
+  to.put(0, 5);                   // 257 literals
+  to.put(0, 5);                   // one distance, which has no code
+  to.put(kLengthSymbols - 4, 4);  // The lengths themselves take four bits each, 0 to 15 in order; none is repeated.
+  for (std::size_t code = 0; code < kLengthSymbols; ++code) to.put(code < 3 ? 0 : 4, 3);
   const auto reversed = [](std::uint32_t length) {
     return (length & 1) << 3 | (length & 2) << 1 | (length & 4) >> 1 | (length & 8) >> 3;
   };

@@ -6,17 +6,17 @@
 #include <cstddef>
 #include <cstring>
 
+#include "client/wasm/deflate_format.hpp"
+
 namespace hairnet::wasm {
 namespace {
 
 using bytes::InflateError;
 
-constexpr int kCodeBitsMax = 15;
 constexpr int kFastBits = 10;  // codes up to this length are found in one look
-constexpr std::size_t kLiteralCodes = 288, kDistanceCodes = 32, kLengthCodes = 19;
+constexpr std::size_t kLiteralCodes = 288, kDistanceCodes = 32;
 // Codes that a stream may use: the last two of each are only there to make the fixed codes complete.
 constexpr std::uint32_t kLiteralCodesUsed = 286, kDistanceCodesUsed = 30;
-constexpr int kEndOfBlock = 256;
 
 // The shortest match, or distance, of each code, and how many bits are added to it.
 constexpr std::array<std::uint16_t, 29> kLengthBase{3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19,  23, 27,
@@ -29,8 +29,8 @@ constexpr std::array<std::uint16_t, 30> kDistanceBase{1,    2,    3,    4,    5,
 constexpr std::array<std::uint8_t, 30> kDistanceBits{0, 0, 0, 0, 1, 1, 2, 2,  3,  3,  4,  4,  5,  5,  6,
                                                      6, 7, 7, 8, 8, 9, 9, 10, 10, 11, 11, 12, 12, 13, 13};
 // The order in which a block gives the lengths of the codes of its code lengths.
-constexpr std::array<std::uint8_t, kLengthCodes> kLengthOrder{16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
-                                                              11, 4,  12, 3, 13, 2, 14, 1, 15};
+constexpr std::array<std::uint8_t, kLengthSymbols> kLengthOrder{16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
+                                                                11, 4,  12, 3, 13, 2, 14, 1, 15};
 
 // Bits, the lowest of each byte first. Past the end they are zero, and taking them is an overrun.
 class Bits {
@@ -127,7 +127,7 @@ class PrefixCode {
     const std::uint16_t entry = fast_[bits % fast_.size()];
     if (entry != 0) return {entry >> 4, entry & 15};
     int code = 0, first = 0, index = 0;
-    for (int length = 1; length <= kCodeBitsMax; ++length, bits >>= 1) {
+    for (int length = 1; length <= static_cast<int>(kCodeBitsMax); ++length, bits >>= 1) {
       code |= static_cast<int>(bits & 1);
       const int count = count_[static_cast<std::size_t>(length)];
       if (code - first < count) return {symbols_[static_cast<std::size_t>(index + code - first)], length};
@@ -202,7 +202,7 @@ class Inflater {
     distance_count += 1;
     length_count += 4;
     if (literal_count > kLiteralCodesUsed || distance_count > kDistanceCodesUsed) return InflateError::damaged;
-    std::array<std::uint8_t, kLengthCodes> of_lengths{};
+    std::array<std::uint8_t, kLengthSymbols> of_lengths{};
     for (std::size_t i = 0; i < length_count; ++i) {
       std::uint32_t length = 0;
       bits_.refill();
@@ -248,18 +248,18 @@ class Inflater {
       const Symbol symbol = literals_.find(bits_.look());
       if (!bits_.drop(symbol.bits)) return InflateError::wrong_length;
       if (symbol.value < 0) return InflateError::damaged;
-      if (symbol.value == kEndOfBlock) return InflateError::none;
-      if (symbol.value > kEndOfBlock) {
-        if (const InflateError error = match(symbol.value); error != InflateError::none) return error;
+      const auto value = static_cast<std::size_t>(symbol.value);
+      if (value == kEndOfBlock) return InflateError::none;
+      if (value > kEndOfBlock) {
+        if (const InflateError error = match(value - kEndOfBlock - 1); error != InflateError::none) return error;
         continue;
       }
       if (written_ == out_.size()) return InflateError::wrong_length;
-      out_[written_++] = static_cast<std::uint8_t>(symbol.value);
+      out_[written_++] = static_cast<std::uint8_t>(value);
     }
   }
 
-  InflateError match(int symbol) {
-    const auto length_code = static_cast<std::size_t>(symbol - kEndOfBlock - 1);
+  InflateError match(std::size_t length_code) {
     if (length_code >= kLengthBase.size()) return InflateError::damaged;
     std::uint32_t more = 0;
     if (!bits_.take(kLengthBits[length_code], more)) return InflateError::wrong_length;
@@ -270,6 +270,7 @@ class Inflater {
     const auto distance_code = static_cast<std::size_t>(code.value);
     if (!bits_.take(kDistanceBits[distance_code], more)) return InflateError::wrong_length;
     const std::size_t distance = kDistanceBase[distance_code] + more;
+    if (written_ == out_.size()) return InflateError::wrong_length;
     if (distance > written_) return InflateError::damaged;
     if (length > out_.size() - written_) return InflateError::wrong_length;
     // One by one, because a match may reach into itself.

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/groom/groom_hash.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
