@@ -36,7 +36,7 @@ Result<wire::Observe> observe_of(const hairnet_options& options) {
 }
 
 // Fields that the caller's version does not know have their defaults.
-Result<hairnet_options> full(const hairnet_options* given) {
+Result<hairnet_options> full_options(const hairnet_options* given) {
   hairnet_options options = HAIRNET_OPTIONS;
   if (given == nullptr) return options;
   if (given->size < offsetof(hairnet_options, server) || given->size > sizeof options)
@@ -114,7 +114,7 @@ using namespace hairnet;
 hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* why, size_t why_size) {
   return c::guarded(
       [&] {
-        const Result<hairnet_options> all = c::full(options);
+        const Result<hairnet_options> all = c::full_options(options);
         if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
         const Result<link::LinkCoreOptions> core = c::core_options(*all);
         if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);
@@ -132,7 +132,7 @@ hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairn
                            size_t why_size) {
   return c::guarded(
       [&] {
-        const Result<hairnet_options> all = c::full(options);
+        const Result<hairnet_options> all = c::full_options(options);
         if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
         const Result<link::LinkCoreOptions> core = c::core_options(*all);
         if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);

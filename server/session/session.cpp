@@ -25,8 +25,8 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
                                        connection_->datagram_bytes_max())),
       downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
-      silence_(now_ns),
       sent_ns_(now_ns),
+      silence_(now_ns),
       pose_error_next_ns_(now_ns) {
   HAIRNET_ASSERT(id != 0);
   HAIRNET_ASSERT(connection_);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/world/world.hpp"
+#include "schema/wire/recording.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/budget.hpp"
 #include "server/tick/budget_guard.hpp"

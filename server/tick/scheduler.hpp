@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "schema/wire/recording.hpp"
 #include "server/exchange/command.hpp"
 #include "server/room/interest.hpp"
 #include "server/room/room.hpp"

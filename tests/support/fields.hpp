@@ -50,6 +50,15 @@ BOOST_DESCRIBE_STRUCT(Groom, (),
                       (name, points, strand_begin, strands, group_names, materials, root_blends, clumps, threads, cards,
                        cloths, knots, far_cards, body))
 
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Add, (), (character, groom, room, levels_ready, level, pose))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Level, (), (character, level))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Material, (), (character, scale))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Stride, (), (character, stride))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Suspension, (), (character, suspended))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::State, (), (character, displacements, velocities))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::RoomWind, (), (room, wind))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::BonePose, (), (character, teleport, pose))
+
 namespace wire {
 
 BOOST_DESCRIBE_STRUCT(Hello, (),
@@ -98,14 +107,6 @@ BOOST_DESCRIBE_STRUCT(Goodbye, (), (reason, detail))
 BOOST_DESCRIBE_STRUCT(RecordingHeader, (), (tick_rate_hz, substep_count, iterations, gravity, wind))
 BOOST_DESCRIBE_STRUCT(RecordedGroom, (), (bytes))
 BOOST_DESCRIBE_STRUCT(RecordedLearnt, (), (groom, hair))
-BOOST_DESCRIBE_STRUCT(RecordedAdd, (), (character, groom, room, levels_ready, level, pose))
-BOOST_DESCRIBE_STRUCT(RecordedLevel, (), (character, level))
-BOOST_DESCRIBE_STRUCT(RecordedMaterial, (), (character, scale))
-BOOST_DESCRIBE_STRUCT(RecordedStride, (), (character, stride))
-BOOST_DESCRIBE_STRUCT(RecordedSuspension, (), (character, suspended))
-BOOST_DESCRIBE_STRUCT(RecordedState, (), (character, displacements, velocities))
-BOOST_DESCRIBE_STRUCT(RecordedWind, (), (room, wind))
-BOOST_DESCRIBE_STRUCT(RecordedPose, (), (character, teleport, pose))
 BOOST_DESCRIBE_STRUCT(RecordedTick, (),
                       (tick, sample_time_ns, removed, added, levels, materials, strides, suspensions, states, winds,
                        poses, state_hash))

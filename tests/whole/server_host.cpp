@@ -283,7 +283,7 @@ void ServerHost::note_tick() {
   for (const auto& [session, observer] : server_->scheduler().rooms().observers()) {
     if (const int octaves = observer.throttle.coarser_octaves(); octaves > 0) tick.coarser_octaves[session] = octaves;
   }
-  const server::Simulation& simulation = server_->scheduler().simulation();
+  const Simulation& simulation = server_->scheduler().simulation();
   for (const auto& [key, character] : server_->scheduler().rooms().characters()) {
     if (!simulation.contains(key)) continue;
     const LatticeView lattice = simulation.lattice(key);

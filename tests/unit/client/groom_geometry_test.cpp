@@ -16,7 +16,7 @@
 #include "core/ffd/strand_lengths.hpp"
 #include "core/random.hpp"
 
-namespace hairnet::render {
+namespace hairnet::draw {
 namespace {
 
 // Short strands all over a ball of 0.1 m.
@@ -285,7 +285,7 @@ TEST(DrawDetail, draws_fewer_strands_wider) {
 
 TEST(Projection, puts_the_target_in_the_middle_and_up_up) {
   const Camera camera{{1, 2, 3}, {0, 1, 0}, {0, 1, 0}, 40};
-  const Eigen::Matrix3d rotation = view_rotation(camera);
+  const Eigen::Matrix3d rotation = render::view_rotation(camera);
   EXPECT_LT((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
   const Vec3 target = rotation * (camera.target - camera.eye);
   EXPECT_NEAR(target.x(), 0, 1e-12);
@@ -299,11 +299,11 @@ TEST(Projection, mends_cameras_that_see_nothing) {
   for (const Camera& camera :
        {Camera{{0, 0, 0}, {0, 0, 0}, {0, 1, 0}, 30}, Camera{{kNan, 0, 0}, {0, 0, 0}, {0, 1, 0}, 30},
         Camera{{0, 1, 0}, {0, 0, 0}, {0, 1, 0}, 30}, Camera{{0, 0, 1}, {0, kNan, 0}, {0, 0, 0}, 0}}) {
-    const Camera fine = mended(camera);
-    EXPECT_TRUE(view_rotation(fine).allFinite());
+    const Camera fine = render::mended(camera);
+    EXPECT_TRUE(render::view_rotation(fine).allFinite());
     EXPECT_GT(fine.fov_deg, 0);
   }
 }
 
 }  // namespace
-}  // namespace hairnet::render
+}  // namespace hairnet::draw

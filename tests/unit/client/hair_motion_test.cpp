@@ -9,7 +9,7 @@
 #include "core/ffd/deform.hpp"
 #include "core/random.hpp"
 
-namespace hairnet::render {
+namespace hairnet::draw {
 namespace {
 
 constexpr float kBall_m = 0.45f;
@@ -151,4 +151,4 @@ TEST(HairMotion, lattice_that_is_not_finite_moves_nothing) {
 }
 
 }  // namespace
-}  // namespace hairnet::render
+}  // namespace hairnet::draw

@@ -3,11 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
-#include "client/assets/made/made.hpp"
-#include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace {
@@ -191,7 +190,8 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   options.appearance = &rough;
   EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
   options = HAIRNET_CHARACTER_OPTIONS;
-  options.level = static_cast<hairnet_level>(9);
+  const int beyond = HAIRNET_RIGID + 1;  // an enumeration of C takes it
+  std::memcpy(&options.level, &beyond, sizeof beyond);
   EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
   EXPECT_EQ(hairnet_add_character(room_, nullptr, nullptr, &me), HAIRNET_INVALID);
   ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me), HAIRNET_OK);

@@ -10,6 +10,8 @@
 #include "tests/unit/client/shader_cases.hpp"
 
 namespace hairnet::render {
+using namespace draw;
+
 namespace {
 
 constexpr float kNode_m = 1e-5f;

@@ -15,6 +15,8 @@
 #include "client/render/shader_text.hpp"
 
 namespace hairnet::render {
+using namespace draw;
+
 namespace {
 
 constexpr int kSide = 100;

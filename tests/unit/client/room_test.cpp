@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "schema/wire/basis_file.hpp"
+#include "schema/wire/groom_file.hpp"
 #include "tests/support/build_grooms.hpp"
 #include "tests/unit/client/link_core_driver.hpp"
 #include "tests/unit/client/small_basis.hpp"
@@ -49,7 +50,7 @@ class RoomTest : public ::testing::Test {
     d.connect(link::welcome_to(5));
     advance();
     d.take_all();
-    room->take_events();
+    events<Fault>();
   }
   void advance(std::int64_t ms = 0) {
     d.pass(ms * kMs);
@@ -257,7 +258,7 @@ TEST_F(RoomTest, the_end_is_told_with_its_reason_and_whether_to_try_again) {
   join();
   tell_of_other();
   advance();
-  room->take_events();
+  events<Joined>();
   d.send(wire::Goodbye{wire::GoodbyeReason::removed, "by a moderator"});
   advance();
   const auto states = events<StateChanged>();

@@ -18,6 +18,8 @@
 
 // Lattices and hairstyles for tests of what shaders do to points.
 namespace hairnet::render {
+using namespace draw;
+
 
 struct Nodes {
   LevelGeometry geometry;

@@ -16,6 +16,8 @@
 #include "tests/unit/client/shader_cases.hpp"
 
 namespace hairnet::render {
+using namespace draw;
+
 namespace {
 
 constexpr float kPosition_m = 1e-4f;

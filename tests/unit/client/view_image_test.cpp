@@ -4,6 +4,8 @@
 #include "client/render/renderer.hpp"
 
 namespace hairnet::render {
+using namespace draw;
+
 namespace {
 
 Image plain(int width, int height, std::uint8_t grey) {

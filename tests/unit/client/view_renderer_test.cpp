@@ -9,6 +9,8 @@
 #include "client/render/renderer.hpp"
 
 namespace hairnet::render {
+using namespace draw;
+
 namespace {
 
 constexpr int kSide = 96;  // px, of most pictures here
