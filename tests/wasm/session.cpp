@@ -43,7 +43,7 @@ Pose read_pose(std::span<const std::uint8_t> bytes) {
 }
 
 SessionClient::SessionClient()
-    : core_({.client_name = "same bits", .room = "hall"}),
+    : core_(link::LinkCoreOptions()),
       conversation_(new link::CoreConversation(core_)),
       room_(std::unique_ptr<link::Conversation>(conversation_)) {
   core_.start();
@@ -63,7 +63,7 @@ std::vector<Bytes> SessionClient::take(const Step& step) {
       core_.on_bytes(step.bytes, step.now_ns);
       break;
     case StepKind::add: {
-      const auto added = room_.add_character(std::make_shared<const Bytes>(step.bytes), {.tag = "me"});
+      const auto added = room_.add_character(std::make_shared<const Bytes>(step.bytes));
       HAIRNET_ASSERT(added);
       break;
     }
