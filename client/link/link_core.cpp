@@ -332,8 +332,7 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   }
   if (const auto* removed = std::get_if<wire::RemoveCharacter>(&*message)) sent_poses_.forget(removed->character);
   sent_ns_ = now_ns;
-  const auto to_message = [](auto& m) { return wire::Message(std::move(m)); };
-  std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::visit(to_message, *message)});
+  std::vector<std::uint8_t> packet = wire::encode_client_packet(now_ns, *message);
   if (is_chunk)
     upload_scheduler_.sent_bulk();
   else
@@ -357,7 +356,7 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   silence_.on_heard(now_ns);
   counters_.bytes_received += packet.size();
   wire::DecodedPacket decoded =
-      wire::is_frame_datagram(packet) ? wire::decode_frame_datagram(packet) : wire::decode_packet(packet);
+      wire::is_frame_datagram(packet) ? wire::decode_frame_datagram(packet) : wire::decode_server_packet(packet);
   if (decoded.error != wire::DecodeError::none)
     return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
@@ -373,11 +372,8 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   if (std::holds_alternative<wire::FrameBatch>(message)) counters_.frame_bytes_received += packet.size();
   if (state_ == State::greeting && !may_come_first(message))
     return lose(GoodbyeReason::protocol_error, "the server sent another message before its welcome", now_ns);
-  const auto take = [this, now_ns](auto& m) {
-    if constexpr (requires { on(m, now_ns); })
-      on(m, now_ns);
-    else
-      lose(GoodbyeReason::protocol_error, "the server sent a message that only clients send", now_ns);
+  const auto take = [this, now_ns](auto& m) {  // of a server: the decoder refuses what only clients say
+    if constexpr (requires { on(m, now_ns); }) on(m, now_ns);
   };
   std::visit(take, message);
 }

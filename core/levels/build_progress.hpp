@@ -1,12 +1,12 @@
 #pragma once
 
 #include <algorithm>
-#include <mutex>
 #include <string_view>
 #include <vector>
 
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
+#include "core/mutex.hpp"
 
 namespace hairnet {
 
@@ -25,7 +25,7 @@ class BuildProgress {
     HAIRNET_ASSERT(fraction >= 0);
     HAIRNET_ASSERT(fraction <= 1);
     if (!observer_.progress) return true;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (cancelled_) return false;
     done_[part] = std::max(done_[part], fraction);
     double sum = 0;
@@ -36,13 +36,13 @@ class BuildProgress {
 
   [[nodiscard]] double clock_s() {
     if (!observer_.clock_s) return 0;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return observer_.clock_s();
   }
 
  private:
   const BuildCallbacks& observer_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::vector<double> done_;
   bool cancelled_ = false;
 };

@@ -8,8 +8,8 @@
 
 namespace hairnet {
 
-// Gravity that the rest shape already includes, head axes (core/README.md, Gravity).
-inline const Vec3 kDesignGravity{0, -9.81, 0};
+// Gravity that the rest shape already includes, m/s^2, head axes (core/README.md, Gravity).
+extern const Vec3 kDesignGravity;
 
 // The motion of the head during one step, in the axes of the head at its end. Differences of positions are taken in
 // double first, so that precision does not depend on the distance from the world's origin.

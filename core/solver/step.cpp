@@ -5,10 +5,15 @@
 #include <cstring>
 
 #include "core/assert.hpp"
+#include "core/solver/head_motion.hpp"
 #include "core/solver/kernels.hpp"
 #include "core/solver/step_terms.hpp"
 
 namespace hairnet {
+
+const Environment kCalmEnvironment{};
+const Vec3 kDesignGravity{0, -9.81, 0};
+
 namespace {
 
 // Copies between a node's three floats and its place in a single character's layout.

@@ -28,7 +28,7 @@ struct Environment {
   Vec3 gravity{0, -9.81, 0};  // m/s^2, world
   WindField wind;             // drag acts on the velocity relative to it
 };
-inline const Environment kCalmEnvironment{};
+extern const Environment kCalmEnvironment;
 
 struct StepInput {
   Pose from, to;  // at the start and the end of the step

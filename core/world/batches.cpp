@@ -106,7 +106,7 @@ void Batches::step_members(const Level& level, int iterations, Scratch& scratch)
 }
 
 std::unique_ptr<Batches::Scratch> Batches::take_scratch() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (scratches_.empty()) return std::make_unique<Scratch>();
   std::unique_ptr<Scratch> scratch = std::move(scratches_.back());
   scratches_.pop_back();
@@ -115,7 +115,7 @@ std::unique_ptr<Batches::Scratch> Batches::take_scratch() {
 
 void Batches::put_scratch(std::unique_ptr<Scratch> scratch) {
   HAIRNET_ASSERT(scratch);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   scratches_.push_back(std::move(scratch));
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <span>
 #include <vector>
 
+#include "core/mutex.hpp"
 #include "core/parallel_for.hpp"
 #include "core/solver/crowd_step.hpp"
 #include "core/world/character.hpp"
@@ -54,7 +54,7 @@ class Batches {
   std::size_t width_ = crowd_width();
   std::vector<Item> items_;
   std::vector<Batch> batches_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::vector<std::unique_ptr<Scratch>> scratches_;  // last used, first taken: its memory is still in the cache
 };
 

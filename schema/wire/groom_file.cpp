@@ -1,12 +1,8 @@
 #include "schema/wire/groom_file.hpp"
 
-#include <sodium/crypto_generichash.h>
-
-#include <new>
-#include <tuple>
-
 #include "core/assert.hpp"
 #include "groom_generated.h"
+#include "schema/bytes/content_hash.hpp"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_features.hpp"
 #include "schema/wire/groom_numbers.hpp"
@@ -287,31 +283,9 @@ Result<std::shared_ptr<const LearntHair>> decode_learnt_of_groom(std::span<const
 }
 
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes) {
-  GroomHash hash;
-  static_assert(hash.size() == crypto_generichash_BYTES);
-  // Fails only for sizes of hash or key out of range.
-  crypto_generichash(hash.data(), hash.size(), groom_bytes.data(), groom_bytes.size(), nullptr, 0);
-  return hash;
-}
-
-static_assert(sizeof(crypto_generichash_state) == 384 && alignof(crypto_generichash_state) <= 64);
-
-GroomHasher::GroomHasher() {
-  auto* state = new (state_.data()) crypto_generichash_state;
-  crypto_generichash_init(state, nullptr, 0, std::tuple_size_v<GroomHash>);
-}
-
-void GroomHasher::add(std::span<const std::uint8_t> piece) {
-  auto* state = std::launder(reinterpret_cast<crypto_generichash_state*>(state_.data()));
-  crypto_generichash_update(state, piece.data(), piece.size());
-}
-
-GroomHash GroomHasher::hash() const {
-  GroomHasher copy = *this;  // to finish a state changes it
-  GroomHash hash;
-  auto* state = std::launder(reinterpret_cast<crypto_generichash_state*>(copy.state_.data()));
-  crypto_generichash_final(state, hash.data(), hash.size());
-  return hash;
+  bytes::ContentHasher hasher;
+  hasher.add(groom_bytes);
+  return hasher.hash();
 }
 
 }  // namespace hairnet::wire

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -25,16 +24,5 @@ Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimit
 // it of anything. Null: there is none.
 Result<std::shared_ptr<const LearntHair>> decode_learnt_of_groom(std::span<const std::uint8_t> bytes);
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes);
-
-// The same hash of bytes that come in pieces.
-class GroomHasher {
- public:
-  GroomHasher();
-  void add(std::span<const std::uint8_t> piece);
-  [[nodiscard]] GroomHash hash() const;  // of all pieces so far
-
- private:
-  alignas(64) std::array<std::uint8_t, 384> state_;  // of libsodium, whose header this one spares its readers
-};
 
 }  // namespace hairnet::wire

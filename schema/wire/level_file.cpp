@@ -1,7 +1,5 @@
 #include "schema/wire/level_file.hpp"
 
-#include <sodium/crypto_generichash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include "core/levels/build.hpp"
 #include "core/modes/make_modes.hpp"
 #include "levels_generated.h"
+#include "schema/bytes/content_hash.hpp"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/learnt_hair_table.hpp"
 
@@ -42,21 +41,17 @@ struct Header {
 };
 static_assert(std::is_trivially_copyable_v<Header> && std::has_unique_object_representations_v<Header>);
 
-using Checksum = std::array<std::uint8_t, crypto_generichash_BYTES>;
+using Checksum = bytes::ContentHash;
 constexpr std::size_t kChecksumAt = sizeof(Header);
 static_assert(kChecksumAt + sizeof(Checksum) == kLevelFileHeaderBytes);
 static_assert(kLevelFileHeaderBytes % 8 == 0, "the payload keeps the buffer's alignment");
 
 Checksum checksum_of(std::span<const std::uint8_t> file) {
   HAIRNET_ASSERT(file.size() >= kLevelFileHeaderBytes);
-  crypto_generichash_state state;
-  crypto_generichash_init(&state, nullptr, 0, sizeof(Checksum));
-  crypto_generichash_update(&state, file.data(), kChecksumAt);
-  const auto payload = file.subspan(kLevelFileHeaderBytes);
-  crypto_generichash_update(&state, payload.data(), payload.size());
-  Checksum checksum;
-  crypto_generichash_final(&state, checksum.data(), checksum.size());
-  return checksum;
+  bytes::ContentHasher hasher;
+  hasher.add(file.first(kChecksumAt));
+  hasher.add(file.subspan(kLevelFileHeaderBytes));
+  return hasher.hash();
 }
 
 using flatbuffers::FlatBufferBuilder;

@@ -24,6 +24,8 @@ const char* to_string(DecodeError error);
 // One size-prefixed packet, ready to send. The message must keep to the limits of PROTOCOL.md. Strings are made valid:
 // forbidden characters become '?' and long strings are cut. Empty when the packet would exceed kPacketBytesMax.
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
+// The same for a client. A program that calls this has no code for what servers say.
+std::vector<std::uint8_t> encode_client_packet(std::int64_t clock_ns, const ClientMessage& message);
 
 // Overwrites the clock of what encode_packet or encode_frame_datagram has made, for packets that waited in a queue.
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
@@ -41,6 +43,8 @@ struct DecodedPacket {
 // consistent geometry) and copied out. Values of poses, materials and winds are not checked here, so that one bad value
 // does not refuse the whole packet: see validate_pose and validate.
 DecodedPacket decode_packet(std::span<const std::uint8_t> packet);
+// The same for a client: what only clients say is refused.
+DecodedPacket decode_server_packet(std::span<const std::uint8_t> packet);
 
 // Why a pose is refused.
 enum class PoseRefusal : std::uint8_t { none, not_finite, not_unit, too_far };

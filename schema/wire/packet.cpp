@@ -12,19 +12,42 @@ std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
 }
 
 // Bytes of the bulk that a message brings, so that the buffer is allocated once and never beyond the limit.
-std::size_t bulk_bytes(const Message& message) {
-  if (const auto* chunk = std::get_if<GroomChunk>(&message)) return chunk->bytes.size();
-  if (const auto* data = std::get_if<GroomData>(&message)) return data->bytes.size();
-  if (const auto* hello = std::get_if<Hello>(&message)) return hello->token.size();
-  if (const auto* add = std::get_if<AddCharacter>(&message))
-    return add->state ? 2 * (add->state->displacements.size() + add->state->velocities.size()) : 0;
-  if (const auto* batch = std::get_if<PoseBatch>(&message))
-    return batch->poses.size() * sizeof(fb::PoseSample) + batch->earlier.size() * sizeof(fb::EarlierPose);
+std::size_t bulk_bytes(const GroomChunk& chunk) {
+  return chunk.bytes.size();
+}
+std::size_t bulk_bytes(const GroomData& data) {
+  return data.bytes.size();
+}
+std::size_t bulk_bytes(const Hello& hello) {
+  return hello.token.size();
+}
+std::size_t bulk_bytes(const AddCharacter& add) {
+  return add.state ? 2 * (add.state->displacements.size() + add.state->velocities.size()) : 0;
+}
+std::size_t bulk_bytes(const PoseBatch& batch) {
+  return batch.poses.size() * sizeof(fb::PoseSample) + batch.earlier.size() * sizeof(fb::EarlierPose);
+}
+std::size_t bulk_bytes(const FrameBatch& batch) {
   std::size_t bytes = 0;
-  if (const auto* batch = std::get_if<FrameBatch>(&message)) {
-    for (const Frame& f : batch->frames) bytes += frame_bytes(f);
-  }
+  for (const Frame& f : batch.frames) bytes += frame_bytes(f);
   return bytes;
+}
+template <class M>
+std::size_t bulk_bytes(const M&) {
+  return 0;
+}
+
+template <class... Ms>
+std::vector<std::uint8_t> encoded(std::int64_t clock_ns, const std::variant<Ms...>& message) {
+  const std::size_t bulk = std::visit([](const auto& m) { return bulk_bytes(m); }, message);
+  if (bulk > kPacketBytesMax) return {};
+  FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
+  const auto [type, body] = std::visit([&](const auto& m) { return written(write(builder, m)); }, message);
+  builder.ForceDefaults(clock_ns == 0);  // the clock is there to be set later
+  const auto root = fb::CreateEnvelope(builder, clock_ns, type, body);
+  std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());
+  if (packet.size() > kPacketBytesMax) packet.clear();
+  return packet;
 }
 
 template <class Table>
@@ -39,15 +62,30 @@ bool read_as(const fb::Envelope& in, Message& out, Fault& fault) {
   return table != nullptr;
 }
 
+// Reads the body as one of Ms.
 template <class... Ms>
-Fault read_body(const fb::Envelope& in, std::variant<Ms...>& out) {
+Fault read_body(const fb::Envelope& in, Message& out, const std::variant<Ms...>* /* kinds */) {
   Fault fault;
   const bool is_known = (read_as<Ms>(in, out, fault) || ...);
-  return is_known ? fault : "no message of a kind that this version knows";
+  return is_known ? fault : "no message of a kind that this version takes";
 }
 
 DecodedPacket refused(DecodeError error, std::string detail) {
   return {error, std::move(detail), {}};
+}
+
+template <class Kinds>
+DecodedPacket decoded_as(std::span<const std::uint8_t> packet) {
+  if (packet.size() > kPacketBytesMax)
+    return refused(DecodeError::too_large,
+                   std::to_string(packet.size()) + " bytes, more than " + std::to_string(kPacketBytesMax));
+  const AlignedBytes aligned(packet);
+  const auto* root = verified_root<fb::Envelope>(aligned.bytes(), fb::EnvelopeIdentifier());
+  if (!root) return refused(DecodeError::malformed, "not a whole and sound packet of this protocol");
+  DecodedPacket decoded;
+  Fault fault = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
+  if (fault.empty()) fault = read_body(*root, decoded.envelope.message, static_cast<const Kinds*>(nullptr));
+  return fault.empty() ? std::move(decoded) : refused(DecodeError::invalid, std::move(fault));
 }
 
 }  // namespace
@@ -75,28 +113,19 @@ void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
 }
 
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {
-  const std::size_t bulk = bulk_bytes(envelope.message);
-  if (bulk > kPacketBytesMax) return {};
-  FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
-  const auto [type, body] = std::visit([&](const auto& m) { return written(write(builder, m)); }, envelope.message);
-  builder.ForceDefaults(envelope.clock_ns == 0);  // the clock is there to be set later
-  const auto root = fb::CreateEnvelope(builder, envelope.clock_ns, type, body);
-  std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());
-  if (packet.size() > kPacketBytesMax) packet.clear();
-  return packet;
+  return encoded(envelope.clock_ns, envelope.message);
+}
+
+std::vector<std::uint8_t> encode_client_packet(std::int64_t clock_ns, const ClientMessage& message) {
+  return encoded(clock_ns, message);
 }
 
 DecodedPacket decode_packet(std::span<const std::uint8_t> packet) {
-  if (packet.size() > kPacketBytesMax)
-    return refused(DecodeError::too_large,
-                   std::to_string(packet.size()) + " bytes, more than " + std::to_string(kPacketBytesMax));
-  const AlignedBytes aligned(packet);
-  const auto* root = verified_root<fb::Envelope>(aligned.bytes(), fb::EnvelopeIdentifier());
-  if (!root) return refused(DecodeError::malformed, "not a whole and sound packet of this protocol");
-  DecodedPacket decoded;
-  Fault fault = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
-  if (fault.empty()) fault = read_body(*root, decoded.envelope.message);
-  return fault.empty() ? std::move(decoded) : refused(DecodeError::invalid, std::move(fault));
+  return decoded_as<Message>(packet);
+}
+
+DecodedPacket decode_server_packet(std::span<const std::uint8_t> packet) {
+  return decoded_as<ServerMessage>(packet);
 }
 
 }  // namespace hairnet::wire

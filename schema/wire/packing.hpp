@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "schema/bytes/deflate.hpp"
 
 // The outer form of groom files since version 3, of basis files and of those of learnt hair: a table, deflated
 // (PackedTable in types.fbs).
@@ -16,10 +17,7 @@ inline constexpr const char* kPackedGroom = "HNGZ";
 inline constexpr const char* kPackedBasis = "HNBZ";
 inline constexpr const char* kPackedLearnt = "HNLZ";
 
-enum class PackEffort : std::uint8_t {
-  most,   // the fewest bytes: for files that are made once
-  quick,  // for what somebody waits for. A basis of 1.2 MB takes 8 ms instead of 450, and 0.7 % more bytes
-};
+using bytes::PackEffort;
 
 // `table`: a size-prefixed buffer. The same table gives the same bytes for one version of zlib.
 std::vector<std::uint8_t> pack(std::span<const std::uint8_t> table, const char* identifier,

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "schema/bytes/content_hash.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
@@ -125,7 +126,7 @@ class GroomStore final : public GroomService {
   struct Upload {
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
-    wire::GroomHasher hasher;
+    bytes::ContentHasher hasher;
   };
   struct Entry {
     State state = State::uploading;

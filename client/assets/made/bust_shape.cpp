@@ -4,6 +4,9 @@
 #include <cmath>
 
 namespace hairnet::made {
+
+const Vec3 kSkullCentre{0, 0.062, 0.005};
+
 namespace {
 
 // Distance to an ellipsoid, first order in |p / r| - 1: exact at the surface.

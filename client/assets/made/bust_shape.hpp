@@ -20,6 +20,6 @@ Vec3 onto_skin(Vec3 p);
 // The point where the ray from the middle of the skull in `direction` leaves the skin. `direction` has unit length.
 Vec3 skin_along(const Vec3& direction);
 
-inline const Vec3 kSkullCentre{0, 0.062, 0.005};
+extern const Vec3 kSkullCentre;
 
 }  // namespace hairnet::made

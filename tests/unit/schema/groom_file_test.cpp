@@ -451,14 +451,14 @@ TEST(GroomHash, is_blake2b_256) {
 TEST(GroomHash, of_pieces_is_that_of_the_whole) {
   Bytes bytes(100'000);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i >> 3);
-  GroomHasher hasher;
+  bytes::ContentHasher hasher;
   for (std::size_t begin = 0, size = 1; begin < bytes.size(); begin += size, size = size * 3 % 1009) {
     hasher.add(std::span(bytes).subspan(begin, std::min(size, bytes.size() - begin)));
-    const GroomHasher copy = hasher;
+    const bytes::ContentHasher copy = hasher;
     EXPECT_EQ(copy.hash(), hasher.hash()) << "asking changes nothing";
   }
   EXPECT_EQ(hasher.hash(), hash_groom(bytes));
-  EXPECT_EQ(GroomHasher().hash(), hash_groom(Bytes{}));
+  EXPECT_EQ(bytes::ContentHasher().hash(), hash_groom(Bytes{}));
 }
 
 TEST(GroomFile, has_learnt_hair_that_only_those_who_ask_for_it_see) {

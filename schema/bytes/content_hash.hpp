@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace hairnet::bytes {
+
+// BLAKE2b of 32 bytes, without a key: by which everyone names a file.
+using ContentHash = std::array<std::uint8_t, 32>;
+
+// The hash of bytes that come in pieces.
+class ContentHasher {
+ public:
+  ContentHasher();
+  void add(std::span<const std::uint8_t> piece);
+  [[nodiscard]] ContentHash hash() const;  // of all pieces so far
+
+ private:
+  static constexpr std::size_t kStateBytes = 384;
+  alignas(64) std::array<std::uint8_t, kStateBytes> state_;  // the library's, whose header this one spares its readers
+};
+
+}  // namespace hairnet::bytes

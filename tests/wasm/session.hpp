@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "client/link/conversation.hpp"
+#include "client/room/room.hpp"
+#include "tests/wasm/cases.hpp"
+#include "tests/wasm/results.hpp"
+
+namespace hairnet::same_bits {
+
+// A client's conversation, step by step: what arrives, what its owner does, and the times.
+enum class StepKind : std::uint8_t {
+  pass,    // nothing but time
+  packet,  // arrives
+  add,     // an own character with this groom file
+  pose,    // of the first own character: kPoseNumbers doubles
+  lose     // the connection breaks
+};
+struct Step {
+  StepKind kind = StepKind::pass;
+  std::int64_t now_ns = 0;
+  Bytes bytes = {};
+};
+Bytes written(std::span<const Step> steps);
+std::vector<Step> read_steps(std::span<const std::uint8_t> bytes);
+
+inline constexpr std::size_t kPoseNumbers = 7 * kBoneCount;
+Bytes written(const Pose& pose);
+Pose read_pose(std::span<const std::uint8_t> bytes);
+
+// Takes the steps of a session in a Room over a LinkCore.
+class SessionClient {
+ public:
+  SessionClient();
+  // Returns the packets that it sends.
+  std::vector<Bytes> take(const Step& step);
+  void write(Results& results) const;
+
+ private:
+  void record();
+
+  link::LinkCore core_;
+  link::CoreConversation* conversation_;
+  room::Room room_;
+  Bytes sent_;
+  std::vector<float> coefficients_;
+  std::vector<Vec3f> displacements_;
+  std::vector<std::int64_t> times_;
+  std::vector<double> poses_;
+  std::string events_;
+};
+
+}  // namespace hairnet::same_bits
