@@ -1,3 +1,4 @@
+#include "schema/bytes/content_hash.hpp"
 #include "schema/wire/groom_file.hpp"
 
 #include <gtest/gtest.h>
