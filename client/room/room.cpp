@@ -185,7 +185,8 @@ void Room::report_importance(std::vector<wire::MemberImportance> members) {
     inputs_dropped_ += !std::isfinite(each.screen_height);
     return !std::isfinite(each.screen_height) || !members_.contains(each.member);
   });
-  for (wire::MemberImportance& each : members) each.screen_height = std::clamp(each.screen_height, 0.0f, wire::kScreenHeightMax);
+  for (wire::MemberImportance& each : members)
+    each.screen_height = std::clamp(each.screen_height, 0.0f, wire::kScreenHeightMax);
   std::vector<std::pair<wire::GroomHash, float>> heights;
   for (const wire::MemberImportance& each : members)
     heights.emplace_back(members_.at(each.member)->groom_hash, each.screen_height * (each.in_view ? 1 : kUnseenShare));
@@ -373,8 +374,7 @@ void Room::take(const link::GroomFetched& fetched) {
   }
   give_groom(fetched.hash);
   if (!known.error.empty())
-    tell(
-        Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
+    tell(Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
 }
 
 void Room::fetch(std::int64_t now_ns) {

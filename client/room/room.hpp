@@ -100,7 +100,7 @@ class Room {
   [[nodiscard]] wire::GroomHash groom_of(std::uint32_t own) const;  // zero: no such character
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::uint64_t session() const { return session_; }  // this client's; 0: none yet
-  [[nodiscard]] const Wind& wind() const { return wind_; }  // of the room; still air before it is known
+  [[nodiscard]] const Wind& wind() const { return wind_; }          // of the room; still air before it is known
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
   [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
@@ -128,8 +128,8 @@ class Room {
   // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a Fault follows.
   void moderate(const wire::Moderate& action) { conversation_->send(action); }
 
-  // How large members are on this screen, for the server's choice of detail and the order of downloads. Heights that are
-  // not finite are dropped and counted; others are clamped to what a message may say.
+  // How large members are on this screen, for the server's choice of detail and the order of downloads. Heights that
+  // are not finite are dropped and counted; others are clamped to what a message may say.
   void report_importance(std::vector<wire::MemberImportance> members);
   // This member's groom is asked for before all others; none: no one's is.
   void fetch_first(std::optional<std::uint32_t> member, bool only_this = false);

@@ -15,8 +15,8 @@ using std::chrono::steady_clock;
 
 constexpr std::array kTransports{"tcp", "tls", "ws", "wss", "webtransport"};
 
-// A server, and a client over each transport. A program that is stopped by a signal sends nothing, and its system goes on
-// to acknowledge what it is sent: the socket does not show it.
+// A server, and a client over each transport. A program that is stopped by a signal sends nothing, and its system goes
+// on to acknowledge what it is sent: the socket does not show it.
 class SilenceTest : public WholeTest {
  protected:
   void SetUp() override {
