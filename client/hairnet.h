@@ -345,8 +345,12 @@ HAIRNET_API hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_
 HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes, size_t* count,
                                               float origin[3], float spacing[3], uint32_t axis_counts[3]);
 
-/* A groom at rest as vertices and indices, for all characters that have it. Takes 0.1 to 3 s for large ones; any thread. */
-HAIRNET_API hairnet_error hairnet_geometry_make(const hairnet_groom* groom, hairnet_geometry** geometry);
+/*
+ * A groom at rest as vertices and indices, for all characters that have it. Takes 0.1 to 3 s for large ones; any thread. `is_coarse`:
+ * 1 for the body and about 500 strands alone, to show meanwhile; HAIRNET_NOT_THERE when the whole takes no longer than a moment.
+ */
+HAIRNET_API hairnet_error hairnet_geometry_make(const hairnet_groom* groom, int32_t is_coarse,
+                                                hairnet_geometry** geometry);
 HAIRNET_API void hairnet_geometry_free(hairnet_geometry* geometry);
 typedef enum hairnet_part {
   HAIRNET_STRAND_POINTS,   /* float[4]: x y z at rest, share of the lattice's motion */
@@ -357,6 +361,8 @@ typedef enum hairnet_part {
   HAIRNET_STRAND_INDEX_ENDS, /* uint32: the first n strands have the indices below ends[n], of list `list` */
   HAIRNET_CARD_VERTICES,     /* 48 bytes: float[4] as points; half[4] direction; 8 bytes light; float[4] side, number */
   HAIRNET_CARD_INDICES,      /* uint32 */
+  HAIRNET_FAR_CARD_VERTICES, /* as those of cards: they stand for all strands, far away */
+  HAIRNET_FAR_CARD_INDICES,
   HAIRNET_FABRIC_VERTICES,   /* 52 bytes: float[4]; half[4]; 8 bytes light; float[4] colour, opacity; float cord */
   HAIRNET_FABRIC_INDICES,    /* uint32 */
   HAIRNET_BODY_VERTICES,     /* 32 bytes: float[3]; half[4] normal, scalp; 8 bytes light; 4 shares of bones */
@@ -365,6 +371,14 @@ typedef enum hairnet_part {
 /* A part's bytes, until the geometry is freed. HAIRNET_NOT_THERE: there is no such list. */
 HAIRNET_API hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_part part, uint32_t list,
                                                 const void** bytes, size_t* size);
+typedef struct hairnet_geometry_numbers {
+  uint32_t strand_count;  /* of drawn strands, with the copies of clumps */
+  uint32_t far_card_count;
+  float strand_width_m;   /* at the root, when all strands are drawn with two follow hairs each */
+  float waviness;         /* 0: straight over a few centimetres; 1: curls */
+  float radius_m;         /* of a ball about the head joint that contains body and hair */
+} hairnet_geometry_numbers;
+HAIRNET_API void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers);
 /* The number of lists of indices, and how far from its points each draws a strand, m (NULL: not asked). */
 HAIRNET_API size_t hairnet_geometry_lists(const hairnet_geometry* geometry, float* tolerances_m, size_t capacity);
 

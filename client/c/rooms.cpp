@@ -265,8 +265,7 @@ hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* gro
     const std::optional<hairnet_character_options> all = c::full(options);
     if (!all) return hairnet_error{HAIRNET_INVALID};
     const Result<std::uint32_t> number = room->room->add_character(
-        groom->file,
-        {static_cast<LevelIndex>(all->level), c::text_or_empty(all->tag), *c::checked(all->appearance)});
+        groom->file, {static_cast<LevelIndex>(all->level), c::text_or_empty(all->tag), *c::checked(all->appearance)});
     if (!number) return hairnet_error{HAIRNET_INVALID};
     if (own != nullptr) *own = *number;
     return hairnet_error{HAIRNET_OK};
@@ -285,8 +284,8 @@ hairnet_error hairnet_push_pose(hairnet_room* room, uint32_t own, const double p
   return hairnet_push_poses(room, &own, pose, &jumps, 1);
 }
 
-hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const double* poses,
-                                 const uint8_t* teleports, size_t count) {
+hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const double* poses, const uint8_t* teleports,
+                                 size_t count) {
   return c::guarded([&] {
     std::vector<room::OwnPose> pushed(count);
     hairnet_error result = HAIRNET_OK;

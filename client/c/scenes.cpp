@@ -22,6 +22,10 @@ draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Sho
   return scene.points.try_emplace(key, member.groom, geometry, member.skin).first->second;
 }
 
+void write_vectors(std::span<const Vec3f> from, float* out) {
+  for (const Vec3f& vector : from) out = std::ranges::copy(vector, out).out;
+}
+
 template <class T>
 void give(const std::vector<T>& values, const void** bytes, std::size_t* size) {
   *bytes = values.data();
@@ -83,15 +87,14 @@ hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t index, hair
 hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points, float* tangents,
                                    size_t point_count) {
   return c::guarded([&] {
-    static_assert(sizeof(Vec3f) == 3 * sizeof(float));
     const hairnet_scene::Shown* one = c::at(scene, index);
     if (one == nullptr || !one->member->groom || !one->member->pose) return hairnet_error{HAIRNET_NOT_THERE};
     const std::size_t count = one->member->groom->points.size();
     if (point_count < count) return hairnet_error{HAIRNET_TOO_SMALL};
     std::vector<Vec3f> placed(count), directions(tangents == nullptr ? 0 : count);
     c::points_of(*scene, *one).place(*one->member->pose, one->lattice, placed, directions);
-    std::memcpy(points, placed.data(), count * sizeof(Vec3f));
-    if (tangents != nullptr) std::memcpy(tangents, directions.data(), count * sizeof(Vec3f));
+    c::write_vectors(placed, points);
+    if (tangents != nullptr) c::write_vectors(directions, tangents);
     return hairnet_error{HAIRNET_OK};
   });
 }
@@ -113,16 +116,24 @@ hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, floa
     if (capacity < *count) return hairnet_error{HAIRNET_TOO_SMALL};
     std::vector<Vec3f> scratch;
     const std::span<const Vec3f> moved = nodes_of(one->lattice, scratch);
-    std::memcpy(nodes, moved.data(), moved.size_bytes());
+    c::write_vectors(moved, nodes);
     return hairnet_error{HAIRNET_OK};
   });
 }
 
-hairnet_error hairnet_geometry_make(const hairnet_groom* groom, hairnet_geometry** geometry) {
+hairnet_error hairnet_geometry_make(const hairnet_groom* groom, int32_t is_coarse, hairnet_geometry** geometry) {
   return c::guarded([&] {
-    *geometry = new hairnet_geometry{draw::make_groom_geometry(*groom->groom)};
+    const std::optional<Groom> coarse = is_coarse != 0 ? draw::coarse_groom(*groom->groom) : std::nullopt;
+    if (is_coarse != 0 && !coarse) return hairnet_error{HAIRNET_NOT_THERE};
+    *geometry = new hairnet_geometry{draw::make_groom_geometry(coarse ? *coarse : *groom->groom)};
     return hairnet_error{HAIRNET_OK};
   });
+}
+
+void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers) {
+  const draw::GroomGeometry& g = geometry->geometry;
+  *numbers = {static_cast<std::uint32_t>(g.strand_count), static_cast<std::uint32_t>(g.far_card_count),
+              g.strand_width_m, g.waviness, g.radius_m};
 }
 
 void hairnet_geometry_free(hairnet_geometry* geometry) {
@@ -151,6 +162,10 @@ hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_pa
       return c::give(g.cards.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_CARD_INDICES:
       return c::give(g.cards.triangles, bytes, size), HAIRNET_OK;
+    case HAIRNET_FAR_CARD_VERTICES:
+      return c::give(g.far_cards.vertices, bytes, size), HAIRNET_OK;
+    case HAIRNET_FAR_CARD_INDICES:
+      return c::give(g.far_cards.triangles, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_VERTICES:
       return c::give(g.fabric.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_INDICES:

@@ -1,7 +1,7 @@
 #include "client/c/sockets.hpp"
 
 #include "client/c/handles.hpp"
-#include "client/room/connect.hpp"
+#include "client/link/link.hpp"
 
 namespace hairnet::c {
 
@@ -16,9 +16,16 @@ hairnet_error connect(const hairnet_options& options, const link::LinkCoreOption
   }
   link.tls.ca_file = text_or_empty(options.ca_file);
   if (options.address_only != 0) link.transport = link::TransportChoice::address;
-  Result<std::unique_ptr<room::Room>> joined = room::connect(link, observe);
-  if (!joined) return refuse(HAIRNET_UNREACHABLE, joined.error(), why, why_size);
-  room = std::move(*joined);
+  auto connection = std::make_unique<link::Link>(link);
+  if (const Result<wire::Welcome> welcome = connection->connect(); !welcome) {
+    bool is_refused = false;
+    for (const link::Event& event : connection->poll()) {
+      const auto* end = std::get_if<link::Disconnected>(&event);
+      is_refused = is_refused || (end != nullptr && end->reason != wire::GoodbyeReason::none);
+    }
+    return refuse(is_refused ? HAIRNET_REFUSED : HAIRNET_UNREACHABLE, welcome.error(), why, why_size);
+  }
+  room = std::make_unique<room::Room>(std::move(connection), observe);
   return HAIRNET_OK;
 }
 

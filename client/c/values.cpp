@@ -108,7 +108,7 @@ const char* hairnet_version(void) {
 uint32_t hairnet_version_number(void) {
   const std::string_view text = hairnet::kVersion;
   std::uint32_t number = 0, part = 0;
-  for (const char* at = text.data(), *end = at + text.size(); at < end; ++at) {
+  for (const char *at = text.data(), *end = at + text.size(); at < end; ++at) {
     at = std::from_chars(at, end, part).ptr;
     number = 100 * number + part;
   }

@@ -73,6 +73,23 @@ Vec3f unit_or_up(const Vec3f& v) {
   return v.squaredNorm() > 1e-24f ? Vec3f(v.normalized()) : Vec3f(Vec3f::UnitY());
 }
 
+std::optional<Groom> coarse_groom(const Groom& groom) {
+  constexpr std::size_t kStrands = 500;  // fewer, though drawn wider, would not cover a head
+  constexpr std::size_t kStrandsMin = 2000;
+  if (groom.strand_count() < kStrandsMin) return {};
+  Groom coarse;
+  coarse.name = groom.name;
+  coarse.group_names = groom.group_names;
+  coarse.materials = groom.materials;
+  coarse.root_blends = groom.root_blends;
+  coarse.far_cards = groom.far_cards;
+  coarse.body = groom.body;
+  const std::size_t step = groom.strand_count() / kStrands;
+  for (std::size_t s = 0; s < groom.strand_count(); s += step)
+    coarse.add_strand(groom.strand_points(s), groom.strands[s]);
+  return coarse;
+}
+
 GroomGeometry make_groom_geometry(const Groom& groom) {
   GroomGeometry geometry;
   geometry.strand_count = ClumpStrands(groom).strand_begin().size() - 1;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -73,7 +74,18 @@ struct GroomGeometry {
   float radius_m = 0;  // of a ball about the head joint that contains body and hair at rest
 };
 
+// The radius of a ball about a head's place that contains hair and body however they swing, m. `radius_m`: of
+// GroomGeometry.
+inline constexpr float kBallShare = 1.3f, kBallMargin_m = 0.1f;
+inline float ball_radius_m(float radius_m) {
+  return kBallShare * radius_m + kBallMargin_m;
+}
+
 // `groom` must pass validate().
 GroomGeometry make_groom_geometry(const Groom& groom);
+
+// The body and about 500 strands of a groom, wider, to show until the geometry of the whole groom is made; nothing when
+// that takes no longer than a moment. Strands are alone in it, as all other parts point into points that it leaves out.
+std::optional<Groom> coarse_groom(const Groom& groom);
 
 }  // namespace hairnet::draw

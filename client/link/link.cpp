@@ -12,7 +12,6 @@
 #include "client/link/server_stream.hpp"
 #include "core/assert.hpp"
 #include "schema/channel/monotonic_clock.hpp"
-#include "schema/wire/groom_file.hpp"
 
 namespace hairnet::link {
 namespace {
@@ -273,13 +272,6 @@ Result<wire::Welcome> Link::connect() {
   std::future<Result<wire::Welcome>> answer = impl_->answer.get_future();
   impl_->ask([](LinkCore& core) { core.start(); });
   return answer.get();
-}
-
-wire::GroomHash Link::upload(const Groom& groom, const LearntHair* learnt) {
-  auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom, learnt));
-  const wire::GroomHash hash = wire::hash_groom(*bytes);
-  offer_groom(hash, std::move(bytes));
-  return hash;
 }
 
 void Link::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {

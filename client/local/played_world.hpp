@@ -24,8 +24,8 @@ class PlayedWorld {
  public:
   static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
   using Id = std::uint32_t;  // from 1
-  // Where the character is at `to_s`, and whether it jumps after `from_s`. Called once for each tick, and with two equal
-  // times for what is shown; times of the world.
+  // Where the character is at `to_s`, and whether it jumps after `from_s`. Called once for each tick, and with two
+  // equal times for what is shown; times of the world.
   using PoseAt = std::function<TickPose(double from_s, double to_s)>;
   struct Def {
     double tick_rate_hz = 30;
@@ -84,9 +84,9 @@ class PlayedWorld {
     std::shared_ptr<const LevelSet> levels;
     LevelIndex level_wanted = LevelIndex::high;
     MaterialScale material;
-    Lattice before, after;              // the last two ticks
+    Lattice before, after;                  // the last two ticks
     std::vector<Vec3f> displacement, grid;  // as shown: active nodes; all grid nodes
-    const Lattice* lattice = nullptr;   // that is shown
+    const Lattice* lattice = nullptr;       // that is shown
   };
   static WorldDef world_def(const Def& def);
   [[nodiscard]] Simulated& at(Id id);

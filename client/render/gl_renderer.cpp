@@ -31,8 +31,8 @@ class GlRenderer final : public Renderer {
     return *gl_->stage;
   }
 
-  Result<Image> draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look, int width,
-                     int height) override {
+  Result<Image> draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look,
+                     int width, int height) override {
     const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
     if (width < 1 || height < 1 || width > kPictureSideMax || height > kPictureSideMax)
       return Refusal("picture of " + size + ": sides must be 1 … " + std::to_string(kPictureSideMax));

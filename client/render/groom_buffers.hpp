@@ -1,7 +1,7 @@
 #pragma once
 
-#include "client/render/gl_objects.hpp"
 #include "client/draw/groom_geometry.hpp"
+#include "client/render/gl_objects.hpp"
 #include "client/render/skin_texture.hpp"
 
 namespace hairnet::render {

@@ -50,7 +50,8 @@ Result<std::unique_ptr<Overlay>> Overlay::create() {
   return overlay;
 }
 
-void Overlay::draw(const Drawing& drawing, const draw::Camera& camera, const draw::DepthRange& range, int width, int height) {
+void Overlay::draw(const Drawing& drawing, const draw::Camera& camera, const draw::DepthRange& range, int width,
+                   int height) {
   if (drawing.empty()) return;
   glViewport(0, 0, width, height);
   glDisable(GL_CULL_FACE);

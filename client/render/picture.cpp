@@ -121,8 +121,8 @@ bool Picture::resize(int width, int height) {
   return has_targets_;
 }
 
-void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look,
-                   int width, int height) {
+void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted,
+                   const Look& look, int width, int height) {
   if (width < 1 || height < 1) return;
   GLint screen = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &screen);

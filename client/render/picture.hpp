@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "client/render/gl_objects.hpp"
 #include "client/draw/hair_motion.hpp"
+#include "client/render/gl_objects.hpp"
 #include "client/render/program.hpp"
 #include "client/render/stage.hpp"
 
@@ -20,8 +20,8 @@ class Picture {
   static Result<Picture> build();
 
   // Draws to the bound framebuffer, which stores colours as they are.
-  void draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look, int width,
-            int height);
+  void draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& camera,
+            const Look& look, int width, int height);
   // Copies the depths of the last picture to the bound framebuffer, for what is drawn over it.
   void copy_depths() const;
   // Forgets all pictures before: the next one shows nothing of them. A jump of the camera does this by itself.

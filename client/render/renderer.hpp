@@ -35,8 +35,8 @@ class Renderer {
   virtual ~Renderer() = default;
   [[nodiscard]] virtual Stage& stage() = 0;
   // The error is one line: the size is not in 1 ... kPictureSideMax, or memory is not enough.
-  virtual Result<Image> draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look,
-                             int width, int height) = 0;
+  virtual Result<Image> draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera,
+                             const Look& look, int width, int height) = 0;
 };
 
 }  // namespace hairnet::render

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "client/draw/character_records.hpp"
+#include "client/draw/light_rig.hpp"
 #include "client/render/groom_buffers.hpp"
 #include "client/render/hair_density_pass.hpp"
 #include "client/render/lattice_pass.hpp"
-#include "client/draw/light_rig.hpp"
 #include "client/render/program.hpp"
 #include "client/render/projection.hpp"
 #include "client/render/strand_deform_pass.hpp"
@@ -86,11 +86,6 @@ struct Appearance {
   float head_px;
 };
 
-// Of a ball about the head that contains the hair in motion, too.
-float ball_radius_m(const GroomBuffers& groom) {
-  return 1.3f * groom.radius_m() + 0.1f;
-}
-
 bool is_far(const GroomBuffers& groom, const Appearance& one) {
   return one.detail.cards >= 1 && !groom.far_cards().empty();
 }
@@ -130,8 +125,8 @@ class GlStage final : public Stage {
     if (groom < grooms_.size() && grooms_[groom]) grooms_[groom]->skin().fill(skin);
   }
 
-  void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look, int width, int height,
-            bool target_is_srgb, const Sampling& sampling) override;
+  void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look, int width,
+            int height, bool target_is_srgb, const Sampling& sampling) override;
 
   [[nodiscard]] const StageStatistics& statistics() const override { return statistics_; }
   [[nodiscard]] draw::DepthRange depth_range() const override { return depth_range_; }
@@ -149,14 +144,14 @@ class GlStage final : public Stage {
     float samples;  // for each pixel of the target
     Sampling sampling;
   };
-  [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const draw::ShownCharacter> characters, View& view,
-                                                                 const Look& look) const;
+  [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const draw::ShownCharacter> characters,
+                                                                 View& view, const Look& look) const;
   void fit_points(std::vector<std::vector<Appearance>>& by_groom) const;
   void add_records(std::span<const draw::ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
                    const Vec3& origin);
   void set_scene(const Program& program, const View& view, const Look& look, int width, int height, bool srgb) const;
   [[nodiscard]] std::optional<draw::DensityGrid> density_of(const GroomBuffers& groom, const Appearance& one,
-                                                      std::size_t number) const;
+                                                            std::size_t number) const;
   void add_densities(const std::vector<std::vector<Appearance>>& by_groom, const View& view);
   void place_strands(const std::vector<std::vector<Appearance>>& by_groom);
   void draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
@@ -191,7 +186,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
     const GroomBuffers& groom = *grooms_[character.groom];
     const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
     if (!(at.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) continue;
-    const double radius = static_cast<double>(ball_radius_m(groom)), depth = -at.z();
+    const double radius = static_cast<double>(draw::ball_radius_m(groom.radius_m())), depth = -at.z();
     if (depth < -radius || std::abs(at.y()) > depth * spread + radius * side_y ||
         std::abs(at.x()) > depth * spread * static_cast<double>(view.aspect) + radius * side_x)
       continue;
@@ -262,8 +257,8 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 }
 
 // Removes the characters from `by_groom` that do not fit into the rows of the textures.
-void GlStage::add_records(std::span<const draw::ShownCharacter> characters, std::vector<std::vector<Appearance>>& by_groom,
-                          const Vec3& origin) {
+void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
+                          std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
   records_.begin(characters, programs_.lattices.sum_by(), rows_max_);
   drawn_characters_.clear();
   statistics_ = {};
@@ -283,7 +278,7 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters, std:
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
       drawn_characters_.push_back(
-          {one.character->id, one.character->pose.head(), one.character->lattice, ball_radius_m(*groom), one.head_px});
+          {one.character->id, one.character->pose.head(), one.character->lattice, draw::ball_radius_m(groom->radius_m()), one.head_px});
       point_rows_ += rows;
     }
   }
@@ -291,14 +286,15 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters, std:
 
 // None for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with size.
 std::optional<draw::DensityGrid> GlStage::density_of(const GroomBuffers& groom, const Appearance& one,
-                                               std::size_t number) const {
+                                                     std::size_t number) const {
   const std::size_t strands = std::min(strands_of(groom, one), draw::DensityGrid::kDensityStrandsMax);
   if (!programs_.density.is_supported() || number >= draw::DensityGrid::kDensityGridsMax || strands == 0 ||
       one.detail.quadratic <= 0)
     return std::nullopt;
   const float width_m = groom.strand_width_m() * draw::kCopies * static_cast<float>(groom.strand_count()) /
                         static_cast<float>(strands) * one.detail.quadratic;
-  return draw::density_grid(draw::moved_box(groom.strand_box(), groom.root_box(), one.character->lattice), number, width_m);
+  return draw::density_grid(draw::moved_box(groom.strand_box(), groom.root_box(), one.character->lattice), number,
+                            width_m);
 }
 
 // Follows the light through the placed strands. Runs before the drawing.
@@ -311,8 +307,8 @@ void GlStage::add_densities(const std::vector<std::vector<Appearance>>& by_groom
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
     std::size_t points = 0;
     for (const Appearance& one : by_groom[g])
-      points = std::max(
-          points, grooms_[g]->point_count(std::min(strands_of(*grooms_[g], one), draw::DensityGrid::kDensityStrandsMax)));
+      points = std::max(points, grooms_[g]->point_count(
+                                    std::min(strands_of(*grooms_[g], one), draw::DensityGrid::kDensityStrandsMax)));
     if (points > 0) programs_.density.add(*grooms_[g], points, first, by_groom[g].size());
     first += by_groom[g].size();
   }
@@ -398,8 +394,8 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   statistics_.cards += groom.far_card_count() * (shown.size() - skipped);
 }
 
-void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look, int width,
-                   int height, bool target_is_srgb, const Sampling& sampling) {
+void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look,
+                   int width, int height, bool target_is_srgb, const Sampling& sampling) {
   if (width < 1 || height < 1) return;
   View view{};
   view.camera = mended(wanted);
@@ -420,8 +416,9 @@ void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw:
   records_texture_.fill(records_.records());
   for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
   if (!characters.empty()) {
-    statistics_.character_bytes = draw::CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
-                                  records_.node_rows() * draw::kLatticeRow * sizeof(Eigen::Vector4f) / characters.size();
+    statistics_.character_bytes =
+        draw::CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
+        records_.node_rows() * draw::kLatticeRow * sizeof(Eigen::Vector4f) / characters.size();
   }
 
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})

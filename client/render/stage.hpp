@@ -54,8 +54,8 @@ class Stage {
 
   // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a
   // pixel. Leaves out characters whose pose is not finite or over 10 km away.
-  virtual void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look, int width,
-                    int height, bool target_is_srgb, const Sampling& sampling) = 0;
+  virtual void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look,
+                    int width, int height, bool target_is_srgb, const Sampling& sampling) = 0;
   // The next three are of the last draw(); the characters' lattices are those that it was given.
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
   [[nodiscard]] virtual draw::DepthRange depth_range() const = 0;

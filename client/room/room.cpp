@@ -92,8 +92,7 @@ std::uint32_t Room::add(const wire::GroomHash& groom, CharacterOptions&& options
   own.appearance = options.appearance;
   if (const auto known = grooms_.find(groom); known != grooms_.end() && known->second.file)
     conversation_->offer_groom(groom, known->second.file);
-  conversation_->send(
-      wire::AddCharacter{number, groom, options.level, {}, std::move(options.tag), options.appearance});
+  conversation_->send(wire::AddCharacter{number, groom, options.level, {}, std::move(options.tag), options.appearance});
   return number;
 }
 
@@ -171,8 +170,7 @@ void Room::report_importance(std::vector<wire::MemberImportance> members) {
   std::erase_if(members, [this](const wire::MemberImportance& each) { return !members_.contains(each.member); });
   std::vector<std::pair<wire::GroomHash, float>> heights;
   for (const wire::MemberImportance& each : members)
-    heights.emplace_back(members_.at(each.member)->groom_hash,
-                         each.screen_height * (each.in_view ? 1 : kUnseenShare));
+    heights.emplace_back(members_.at(each.member)->groom_hash, each.screen_height * (each.in_view ? 1 : kUnseenShare));
   queue_.set_heights(heights);
   members.resize(std::min<std::size_t>(members.size(), wire::kMembersPerMessageMax));
   if (!members.empty()) conversation_->report_importance(members);
@@ -356,8 +354,8 @@ void Room::take(const link::GroomFetched& fetched) {
   }
   give_groom(fetched.hash);
   if (!known.error.empty())
-    events_.emplace_back(Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0,
-                               fetched.hash});
+    events_.emplace_back(
+        Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
 }
 
 void Room::fetch(std::int64_t now_ns) {

@@ -47,8 +47,8 @@ struct WindChanged {
 struct Fault {
   std::string detail;                                  // one line for people
   wire::ErrorReason reason = wire::ErrorReason::none;  // none: the server refused a groom, and says why in another one
-  std::uint32_t character = 0;  // this client's own; 0: none
-  wire::GroomHash groom{};      // zero: none
+  std::uint32_t character = 0;                         // this client's own; 0: none
+  wire::GroomHash groom{};                             // zero: none
 };
 using Event = std::variant<StateChanged, Joined, Left, Changed, WindChanged, Fault>;
 // One line for people.

@@ -1,5 +1,5 @@
-// A crowd of heads in one room, from one program: they look around in rows, and the server gives each the detail that its
-// size on this screen is worth. Prints what it costs.
+// A crowd of heads in one room, from one program: they look around in rows, and the server gives each the detail that
+// its size on this screen is worth. Prints what it costs.
 //   crowd [ADDRESS [HEADS]]
 #include <chrono>
 #include <cmath>

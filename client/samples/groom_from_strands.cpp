@@ -1,5 +1,5 @@
-// Makes a hairstyle of this program's own strands, a fringe of short straight hair, and writes its file, which a room or
-// hairnet-view takes.
+// Makes a hairstyle of this program's own strands, a fringe of short straight hair, and writes its file, which a room
+// or hairnet-view takes.
 //   groom_from_strands [FILE.groom]
 #include <cmath>
 #include <cstdio>

@@ -216,7 +216,8 @@ void add_limits(List& list, Config& c) {
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
   list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600,
                "seconds without a Hello, then the session ends");
-  list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "seconds without a message, then a session ends whose client promises no signs of life (others: 10 s)");
+  list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400,
+               "seconds without a message, then a session ends whose client promises no signs of life (others: 10 s)");
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
                "seconds in which a client may resume after its connection broke");
   list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "core/world/simulation.hpp"
 #include "core/world/world.hpp"
 #include "server/room/room.hpp"
-#include "core/world/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

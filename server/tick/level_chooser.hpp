@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/world/simulation.hpp"
 #include "core/world/world.hpp"
 #include "schema/wire/recording.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/budget.hpp"
 #include "server/tick/budget_guard.hpp"
-#include "core/world/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

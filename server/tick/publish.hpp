@@ -10,10 +10,10 @@
 #include "core/assert.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/parallel_for.hpp"
+#include "core/world/simulation.hpp"
 #include "schema/codec/frame.hpp"
 #include "schema/wire/recording.hpp"
 #include "server/room/room.hpp"
-#include "core/world/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

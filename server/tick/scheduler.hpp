@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/world/simulation.hpp"
 #include "schema/wire/recording.hpp"
 #include "server/exchange/command.hpp"
 #include "server/room/interest.hpp"
@@ -15,7 +16,6 @@
 #include "server/tick/level_chooser.hpp"
 #include "server/tick/publish.hpp"
 #include "server/tick/recorder.hpp"
-#include "core/world/simulation.hpp"
 #include "server/tick/tick_clock.hpp"
 #include "server/tick/tick_counters.hpp"
 

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <functional>
 
+#include "client/draw/groom_geometry.hpp"
 #include "client/render/egl_context.hpp"
 #include "client/render/gl_objects.hpp"
-#include "client/draw/groom_geometry.hpp"
 #include "client/render/lattice_pass.hpp"
 #include "client/render/picture.hpp"
 #include "client/render/picture_target.hpp"
@@ -132,8 +132,7 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
     for (const std::size_t coefficient_count : {kModeCountMax, kModeCountMax / 2, kModeCountMax / 16}) {
       const auto ms = [&](draw::NodeSum sum, bool sleeps) { return ms_of(count, coefficient_count, sum, sleeps); };
       std::printf("%3zu of %3zu coefficients %18.3f %17.3f %7.3f\n", count, coefficient_count,
-                  ms(draw::NodeSum::gpu, false), ms(draw::NodeSum::processor, false),
-                  ms(draw::NodeSum::gpu, true));
+                  ms(draw::NodeSum::gpu, false), ms(draw::NodeSum::processor, false), ms(draw::NodeSum::gpu, true));
     }
   }
   std::printf("on the GPU: %.1f MB of the basis\n", 1e-6 * static_cast<double>(pass->basis_bytes()));

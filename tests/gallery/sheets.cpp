@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/files/write_file.hpp"
 #include "client/draw/groom_geometry.hpp"
+#include "client/files/write_file.hpp"
 
 namespace hairnet::gallery {
 namespace {

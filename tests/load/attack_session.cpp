@@ -37,6 +37,7 @@ void AttackSession::begin(std::int64_t now_ns) {
   hello.role = attack_.role;
   hello.session = session_;
   hello.secret = secret_;
+  hello.signs_of_life = attack_.promises_signs_of_life;
   send(std::move(hello), now_ns);
 }
 

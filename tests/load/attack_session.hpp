@@ -15,6 +15,7 @@ struct SessionAttack {
   wire::Role role = wire::Role::participant;
   std::uint32_t characters = 0;
   Stay stay = Stay::stays;
+  bool promises_signs_of_life = false;
   double pose_hz = 0;                // of each character
   bool moves = true;                 // whether its poses differ
   double observe_hz = 0;             // Observe of the nearest members

@@ -100,7 +100,9 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "4 sessions of 512 characters resume as fast as they can",
       "offers of 64 MiB and a byte every 4.5 s, 400 tiny offers a second, the newcomer's groom offered and never sent, "
       "rubbish behind long builds",
-      "2000 silent sockets, and 600 pages whose answers nobody reads",
+      "2000 silent sockets, 600 pages whose answers nobody reads, and 64 sessions of 16 characters that promise signs "
+      "of "
+      "life and give none",
       "24 persons connect, say hello and leave, as often as the server accepts them",
       "256 connections send a packet without its last byte before their hello: of 4 MiB, and of 16 KiB",
       "40 observers read 1 kB/s while characters come and go 420 times a second",
@@ -141,6 +143,10 @@ std::vector<std::unique_ptr<Attacker>> make_attackers(Attack attack, const Attac
       cast.add<AttackSocket>(2000, SocketAttack{repeated("", 0)});
       cast.next_person();
       cast.add<AttackSocket>(600, SocketAttack{repeated("GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n", 64), false, 5});
+      cast.next_person();
+      session.characters = 16;
+      session.promises_signs_of_life = true;
+      cast.add<AttackSession>(64, session);
       break;
     case Attack::hellos:
       session.stay = Stay::leaves;

@@ -6,6 +6,7 @@
 
 #include "client/assets/made/made.hpp"
 #include "client/link/link.hpp"
+#include "schema/wire/groom_file.hpp"
 #include "tests/whole/lossy_relay.hpp"
 #include "tests/whole/whole_test.hpp"
 
@@ -122,7 +123,10 @@ class Turning {
   Turning(link::LinkOptions options, const Groom& groom) : link_(std::move(options)) {
     const auto welcome = link_.connect();
     EXPECT_TRUE(welcome) << welcome.error();
-    link_.add_character(1, link_.upload(groom), LevelIndex::low);
+    const auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom));
+    const wire::GroomHash hash = wire::hash_groom(*file);
+    link_.offer_groom(hash, file);
+    link_.send(wire::AddCharacter{1, hash, LevelIndex::low});
   }
   // One thirtieth of a second.
   void pass() {

@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "schema/channel/silence.hpp"
 #include "tests/whole/directory_scenario.hpp"
 #include "tests/whole/owner_check.hpp"
 #include "tests/whole/player.hpp"
@@ -485,8 +486,8 @@ void FleetTrial::leave() {
     for (const auto& player : *some)
       timeline_.after(moment(0, 500 * kMs), [this, &player] { player->leave(chance(0.5)); });
   const server::SessionLimits& limits = hosts_[0]->config().sessions;
-  run_until(timeline_.now_ns() + kSecond_ns + limits.idle_timeout_ns + limits.drain_timeout_ns + resume_grace_ns_ +
-            room_grace_ns_ + 4 * kSecond_ns);
+  run_until(timeline_.now_ns() + kSecond_ns + std::max(limits.idle_timeout_ns, channel::kSilence_ns) +
+            limits.drain_timeout_ns + resume_grace_ns_ + room_grace_ns_ + 4 * kSecond_ns);
 }
 
 void FleetTrial::check_nothing_left() {

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "schema/channel/silence.hpp"
 #include "tests/whole/bad_client.hpp"
 #include "tests/whole/player.hpp"
 #include "tests/whole/settled.hpp"
@@ -448,8 +449,8 @@ void Scenario::leave() {
     timeline_.after(moment(0, 500 * kMs), [this, &player] { player->leave(chance(0.5)); });
   }
   const server::SessionLimits& limits = config_.sessions;
-  timeline_.run(timeline_.now_ns() + kSecond_ns + limits.idle_timeout_ns + limits.drain_timeout_ns +
-                limits.resume_grace_ns + config_.room_grace_ns + 2 * kSecond_ns);
+  timeline_.run(timeline_.now_ns() + kSecond_ns + std::max(limits.idle_timeout_ns, channel::kSilence_ns) +
+                limits.drain_timeout_ns + limits.resume_grace_ns + config_.room_grace_ns + 2 * kSecond_ns);
 }
 
 Outcome Scenario::run() {

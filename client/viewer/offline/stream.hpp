@@ -5,8 +5,8 @@
 
 #include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/characters/options.hpp"
-#include "client/viewer/sources/moment.hpp"
 #include "client/viewer/sources/live_room.hpp"
+#include "client/viewer/sources/moment.hpp"
 #include "client/viewer/sources/stream_statistics.hpp"
 #include "core/result.hpp"
 

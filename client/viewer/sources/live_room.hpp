@@ -28,8 +28,8 @@ struct SeenCharacter {
 };
 
 // The room of a server as the viewer shows it: moves this client's own characters by their clips, and keeps the moments
-// that pictures need. Own heads are shown where they are now (late latched), with the newest lattice that is played out;
-// poses and lattices of others belong to one time. One thread beside the link's.
+// that pictures need. Own heads are shown where they are now (late latched), with the newest lattice that is played
+// out; poses and lattices of others belong to one time. One thread beside the link's.
 //
 // All clips begin together at time 0: heads rest upright until every lattice has arrived.
 class LiveRoom : public HairSource, private room::FrameObserver {

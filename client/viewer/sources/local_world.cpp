@@ -34,8 +34,8 @@ std::uint64_t LocalWorld::add(LocalCharacter character) {
   simulated.id = next_id_++;
   simulated.played = played_->add([this, &simulated](double from_s, double to_s) {
     const bool is_tick = to_s > from_s;
-    const bool jumps = is_tick && (std::exchange(simulated.teleport_pending, false) ||
-                                   simulated.timeline.teleports(from_s, to_s));
+    const bool jumps =
+        is_tick && (std::exchange(simulated.teleport_pending, false) || simulated.timeline.teleports(from_s, to_s));
     return local::TickPose{pose_of(simulated, to_s), jumps};
   });
   if (simulated.def.material)

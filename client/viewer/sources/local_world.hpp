@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "client/local/played_world.hpp"
 #include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
-#include "client/local/played_world.hpp"
 
 namespace hairnet::viewer {
 

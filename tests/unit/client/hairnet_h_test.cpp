@@ -1,10 +1,15 @@
 #include "client/hairnet.h"
 
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "schema/wire/messages.hpp"
@@ -43,11 +48,14 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   const std::vector<std::uint32_t> counts(50, 8);
   for (int s = 0; s < 50; ++s) {
     for (int p = 0; p < 8; ++p)
-      points.insert(points.end(), {0.07f * std::sin(0.1f * static_cast<float>(s)), 0.1f - 0.02f * static_cast<float>(p), 0.06f});
+      points.insert(points.end(),
+                    {0.07f * std::sin(0.1f * static_cast<float>(s)), 0.1f - 0.02f * static_cast<float>(p), 0.06f});
   }
   hairnet_groom* groom = nullptr;
   char why[128] = "";
-  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why), HAIRNET_OK) << why;
+  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why),
+            HAIRNET_OK)
+      << why;
   EXPECT_STREQ(hairnet_groom_name(groom), "row");
   EXPECT_EQ(hairnet_groom_strand_count(groom), 50u);
   EXPECT_EQ(hairnet_groom_point_count(groom), 400u);
@@ -66,7 +74,8 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   hairnet_groom_free(groom);
 
   points[5] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why),
+            HAIRNET_INVALID);
   EXPECT_THAT(why, HasSubstr("point 1"));
   EXPECT_EQ(hairnet_groom_load("not a groom", 11, &groom, why, sizeof why), HAIRNET_MALFORMED);
   EXPECT_STRNE(why, "");
@@ -96,6 +105,52 @@ TEST(HairnetH, wrong_options_are_named) {
   options.address_only = 1;
   EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_UNREACHABLE);
   EXPECT_STRNE(why, "");
+}
+
+// A server that says one thing to the first client, and hears nothing.
+class OneWord {
+ public:
+  explicit OneWord(hairnet::wire::Message word) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(listen(listener_, 1), 0);
+    getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    address_ = "127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+    thread_ = std::thread([this, packet = hairnet::wire::encode_packet({1, std::move(word)})] {
+      const int client = accept(listener_, nullptr, nullptr);
+      EXPECT_EQ(send(client, packet.data(), packet.size(), 0), static_cast<ssize_t>(packet.size()));
+      char rest[4096];
+      while (recv(client, rest, sizeof rest, 0) > 0) {
+      }
+      close(client);
+    });
+  }
+  ~OneWord() {
+    thread_.join();
+    close(listener_);
+  }
+  OneWord(const OneWord&) = delete;
+  OneWord& operator=(const OneWord&) = delete;
+  [[nodiscard]] const char* address() const { return address_.c_str(); }
+
+ private:
+  int listener_;
+  std::string address_;
+  std::thread thread_;
+};
+
+TEST(HairnetH, a_server_that_refuses_is_told_from_one_that_is_not_there) {
+  const OneWord server(hairnet::wire::Goodbye{hairnet::wire::GoodbyeReason::token_refused, "the token has expired"});
+  hairnet_options options = HAIRNET_OPTIONS;
+  options.server = server.address();
+  options.address_only = 1;
+  hairnet_room* room = nullptr;
+  char why[128] = "";
+  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_REFUSED);
+  EXPECT_THAT(why, HasSubstr("the token has expired"));
 }
 
 // The server's end of a room whose bytes the test carries.
@@ -167,7 +222,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   EXPECT_EQ(shown.has_pose, 1u);
   EXPECT_EQ(shown.pose[4], 2);
   EXPECT_EQ(shown.moves, 0u);
-  EXPECT_EQ(shown.appearance.hair_root, 0xadadafu) << "of number 31, 7 of 8";
+  EXPECT_EQ(shown.appearance.hair_root, 0x7c422cu) << "auburn, the seventh of eight colours";
 
   const std::size_t count = hairnet_groom_point_count(groom);
   std::vector<float> points(3 * count), tangents(3 * count);
@@ -276,7 +331,12 @@ TEST(HairnetHWorld, a_build_that_is_not_wanted_any_more_is_cancelled) {
 TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
   hairnet_groom* groom = make_bob();
   hairnet_geometry* geometry = nullptr;
-  ASSERT_EQ(hairnet_geometry_make(groom, &geometry), HAIRNET_OK);
+  EXPECT_EQ(hairnet_geometry_make(groom, 1, &geometry), HAIRNET_NOT_THERE) << "of a hundred strands";
+  ASSERT_EQ(hairnet_geometry_make(groom, 0, &geometry), HAIRNET_OK);
+  hairnet_geometry_numbers numbers;
+  hairnet_get_geometry_numbers(geometry, &numbers);
+  EXPECT_EQ(numbers.strand_count, 100u);
+  EXPECT_GT(numbers.radius_m, 0.1f);
   const void* bytes = nullptr;
   std::size_t size = 0;
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_POINTS, 0, &bytes, &size), HAIRNET_OK);
@@ -293,7 +353,8 @@ TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
     const auto* indices = static_cast<const std::uint32_t*>(bytes);
     for (std::size_t i = 0; i < size / 4; ++i) ASSERT_LT(indices[i], 2 * points);
   }
-  EXPECT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, static_cast<std::uint32_t>(lists), &bytes, &size), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, static_cast<std::uint32_t>(lists), &bytes, &size),
+            HAIRNET_NOT_THERE);
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_BODY_VERTICES, 0, &bytes, &size), HAIRNET_OK);
   EXPECT_EQ(size % 32, 0u);
   hairnet_geometry_free(geometry);

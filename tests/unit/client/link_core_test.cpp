@@ -260,18 +260,6 @@ TEST(LinkCore, leaving_before_there_is_a_session_ends_at_once) {
   EXPECT_FALSE(d.take());
 }
 
-TEST(LinkCore, a_sign_of_life_goes_out_when_there_is_nothing_else) {
-  LinkCoreDriver d;
-  d.connect();
-  d.pass(14'999 * kMs);
-  EXPECT_FALSE(d.take());
-  d.pass_to_deadline();
-  EXPECT_TRUE(d.expect<wire::PoseBatch>().poses.empty());
-  const std::int64_t before = d.now_ns;
-  d.pass_to_deadline();
-  EXPECT_EQ(d.now_ns - before, 15'000 * kMs);
-}
-
 TEST(LinkCore, poses_go_out_after_any_number_of_signs_of_life) {
   LinkCoreDriver d;
   d.connect();

@@ -63,11 +63,13 @@ class RoomTest : public ::testing::Test {
   void send_others_groom() {
     d.send(wire::GroomData{wire::hash_groom(*others_file), others_file->size(), 0, *others_file});
   }
-  // Bases of both grooms, then frames.
-  void send_basis(const wire::GroomHash& groom) {
+  static std::vector<std::uint8_t> basis_file() {
     const wire::HairBasis hair = link::small_basis();
-    const std::vector<std::uint8_t> file = wire::encode_basis(hair.geometry, hair.basis, hair.skin);
-    d.send(wire::GroomBasis{groom, wire::hash_groom(file)});
+    return wire::encode_basis(hair.geometry, hair.basis, hair.skin);
+  }
+  void announce_basis(const wire::GroomHash& groom) { d.send(wire::GroomBasis{groom, wire::hash_groom(basis_file())}); }
+  void send_basis() {
+    const std::vector<std::uint8_t> file = basis_file();
     d.send(wire::GroomData{wire::hash_groom(file), file.size(), 0, file});
   }
   void send_frame(std::uint64_t tick, std::uint32_t member, double x) {
@@ -118,8 +120,9 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   EXPECT_FALSE(joined[0].member->pose);
 
   send_others_groom();
+  announce_basis(wire::hash_groom(*others_file));
   send_frame(1, kOther, 0.5);  // asks for the basis
-  send_basis(wire::hash_groom(*others_file));
+  send_basis();
   for (std::uint64_t tick = 2; tick < 30; ++tick) {
     send_frame(tick, kOther, 0.5);
     advance(33);
@@ -130,7 +133,7 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   EXPECT_EQ(*member.groom_file, *others_file);
   ASSERT_TRUE(member.pose);
   EXPECT_NEAR(member.pose->head().position.x(), 0.5, 1e-3);
-  EXPECT_NE(member.sample.lattice().geometry, nullptr);
+  ASSERT_NE(member.sample.lattice().geometry, nullptr);
   EXPECT_NEAR(member.sample.coefficients[0], 0.01f, 1e-3f);
   EXPECT_NE(member.skin, nullptr);
 
@@ -139,6 +142,7 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   EXPECT_THAT(room->members(), IsEmpty());
   EXPECT_EQ(events<Left>().size(), 1u);
   // Nobody has it any more: who comes with it next is fetched anew.
+  sent<wire::GroomRequest>();
   tell_of_other(kOther + 1);
   for (int i = 0; i < 10; ++i) advance(100);
   EXPECT_EQ(sent<wire::GroomRequest>().size(), 1u);
@@ -197,7 +201,8 @@ TEST_F(RoomTest, many_poses_of_one_call_are_one_packet_and_wrong_ones_are_droppe
   const auto mine = file_of(groom_named("mine"));
   const std::uint32_t a = *room->add_character(mine), b = *room->add_character(mine);
   join();
-  for (const std::uint32_t own : {a, b}) d.send(wire::CharacterAdded{own, wire::hash_groom(*mine), LevelIndex::high, 30 + own});
+  for (const std::uint32_t own : {a, b})
+    d.send(wire::CharacterAdded{own, wire::hash_groom(*mine), LevelIndex::high, 30 + own});
   advance();
   d.take_all();
   EXPECT_TRUE(room->push(std::vector<OwnPose>{{a, pose_at(1), false}, {b, pose_at(2), true}}));

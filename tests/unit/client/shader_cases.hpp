@@ -20,7 +20,6 @@
 namespace hairnet::render {
 using namespace draw;
 
-
 struct Nodes {
   LevelGeometry geometry;
   std::vector<Vec3f> displacements;

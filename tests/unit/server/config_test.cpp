@@ -78,7 +78,8 @@ TEST(Config, its_time_outs_are_the_documented_ones) {
   const auto seconds = [](std::int64_t ns) { return std::to_string(ns / 1'000'000'000) + " s"; };
   const std::map<std::string, std::string> expected{
       {"handshake", seconds(config.sessions.handshake_timeout_ns)},
-      {"idle, no message from a client that has not promised `signs_of_life`", seconds(config.sessions.idle_timeout_ns)},
+      {"idle, no message from a client that has not promised `signs_of_life`",
+       seconds(config.sessions.idle_timeout_ns)},
       {"upload, less than " + std::to_string(static_cast<int>(config.grooms.upload_bytes_per_s_min) / 1024) +
            " KiB a second",
        seconds(config.grooms.upload_timeout_ns)},

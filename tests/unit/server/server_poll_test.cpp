@@ -7,9 +7,9 @@
 #include <iterator>
 
 #include "core/levels/build.hpp"
+#include "core/world/simulation.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/recording.hpp"
-#include "core/world/simulation.hpp"
 #include "tests/unit/server/build_quickly.hpp"
 #include "tests/unit/server/poll_fixture.hpp"
 

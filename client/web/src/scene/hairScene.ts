@@ -10,7 +10,7 @@ import {
   type Vector3,
   type WebGLRenderer,
 } from "three";
-import { kCopies, kDensityGridsMax, kStrayM } from "../generated/constants";
+import { kBallMarginM, kBallShare, kCopies, kDensityGridsMax, kStrayM } from "../generated/constants";
 import { kRoughness } from "../hair/appearance";
 import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
@@ -326,7 +326,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         continue;
       }
       const size = Math.abs(placed.size);
-      const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * size;
+      const ballRadiusM = kBallShare * (groom?.radiusM ?? 0.5) + kBallMarginM;
+      const radius = ballRadiusM * size;
       const seen = seenBy(views, placed.pose, radius, size);
       const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, size);
       const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
@@ -340,7 +341,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         detail: groom?.hasFarCards ? detail : { ...detail, cards: 0 },
         list: groom?.listFor(detail.toleranceM) ?? 0,
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
-        ballRadiusM: 1.3 * (groom?.radiusM ?? 0.5) + 0.1,
+        ballRadiusM,
         screenHeight: seen.screenHeight,
         // Nodes that the processor has summed up anyway cost nothing more.
         lattice: (this.#nodeSum === "gpu" && member.lattice?.coarse) || member.lattice,

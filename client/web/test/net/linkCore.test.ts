@@ -287,7 +287,7 @@ describe("link: frames", () => {
     driver.sent();
     driver.pass(5 * kSecond);
     driver.tell(batch(1));
-    expect(driver.sent()).toEqual([]);
+    expect(driver.sent().filter(({ type }) => type !== "poseBatch")).toEqual([]);
   });
 
   it("carries a jump over from a frame that cannot be decoded", () => {
@@ -409,13 +409,13 @@ describe("link: spoilt packets", () => {
 });
 
 describe("link: staying alive, importance, poses", () => {
-  it("lets the server know that it is still there", () => {
+  it("gives a sign of life in every quarter of the time for them", () => {
     const driver = new LinkCoreDriver();
     driver.join();
-    driver.pass(14 * kSecond);
+    driver.pass(2 * kSecond);
     expect(driver.sent()).toEqual([]);
-    expect(driver.core.nextDeadlineNs - driver.nowNs).toBe(1 * kSecond);
-    driver.pass(1 * kSecond);
+    expect(driver.core.nextDeadlineNs - driver.nowNs).toBe(0.5 * kSecond);
+    driver.pass(0.5 * kSecond);
     expect(driver.sent()).toEqual([{ type: "poseBatch", poses: [] }]);
   });
 

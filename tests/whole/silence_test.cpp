@@ -1,0 +1,113 @@
+#include <signal.h>
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "client/link/link.hpp"
+#include "tests/whole/whole_test.hpp"
+
+namespace hairnet::whole {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr std::array kTransports{"tcp", "tls", "ws", "wss", "webtransport"};
+
+// A server, and a client over each transport. Who is stopped by a signal says nothing any more, and its system goes on
+// to acknowledge what it is sent: nobody can tell from the socket.
+class SilenceTest : public WholeTest {
+ protected:
+  void SetUp() override {
+    WholeTest::SetUp();
+    Process certificate({HAIRNET_SOURCE_DIR "/deploy/certificate", "--out", path("tls"), "127.0.0.1"},
+                        path("certificate"));
+    ASSERT_EQ(certificate.wait(), 0) << certificate.err();
+    server_ = start_server({"--tls-certificate", path("tls/chain.pem"), "--tls-key", path("tls/key.pem")});
+  }
+  [[nodiscard]] std::string address_of(const std::string& transport) const {
+    const std::string place = "127.0.0.1:" + std::to_string(port());
+    return transport == "webtransport" ? place : transport + "://" + place;
+  }
+  // Whether it comes true before a while is over that is longer than any promise.
+  static bool wait_for(const std::function<bool()>& condition) {
+    const auto end = steady_clock::now() + std::chrono::seconds(60);
+    while (!condition()) {
+      if (steady_clock::now() > end) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return true;
+  }
+  std::unique_ptr<Process> server_;
+};
+
+TEST_F(SilenceTest, of_a_server_is_noticed_over_every_transport_and_its_return_too) {
+  std::vector<std::unique_ptr<link::Link>> links;
+  for (const std::string transport : kTransports) {
+    link::LinkOptions options;
+    options.server = *link::parse_address(address_of(transport));
+    options.tls.insecure = true;
+    options.transport =
+        transport == "webtransport" ? link::TransportChoice::webtransport : link::TransportChoice::address;
+    links.push_back(std::make_unique<link::Link>(options));
+    const auto welcome = links.back()->connect();
+    ASSERT_TRUE(welcome) << transport << ": " << welcome.error();
+    EXPECT_EQ(links.back()->transport(), transport);
+  }
+  std::array<int, kTransports.size()> lost{}, back{};
+  const auto look = [&] {
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      for (const link::Event& event : links[i]->poll()) {
+        lost[i] += std::holds_alternative<link::Reconnecting>(event);
+        const auto* connected = std::get_if<link::Connected>(&event);
+        back[i] += connected != nullptr && connected->again;
+        EXPECT_FALSE(std::holds_alternative<link::Disconnected>(event)) << kTransports[i];
+      }
+    }
+  };
+  const auto all = [](const auto& counts) { return std::ranges::all_of(counts, [](int count) { return count > 0; }); };
+  const auto quiet_end = steady_clock::now() + std::chrono::seconds(6);
+  wait_for([&] { return look(), steady_clock::now() > quiet_end; });
+  EXPECT_EQ(lost, (std::array<int, kTransports.size()>{})) << "where nothing happens, signs of life are enough";
+  server_->send(SIGSTOP);
+  EXPECT_TRUE(wait_for([&] { return look(), all(lost); }));
+  server_->send(SIGCONT);
+  EXPECT_TRUE(wait_for([&] { return look(), all(back); }));
+  links.clear();
+  drain(*server_);
+}
+
+TEST_F(SilenceTest, of_a_client_is_noticed_over_every_transport) {
+  link::LinkOptions options;
+  options.server = *link::parse_address(address_of("tcp"));
+  options.transport = link::TransportChoice::address;
+  link::Link observer(options);
+  ASSERT_TRUE(observer.connect());
+  std::size_t joined = 0, left = 0;
+  const auto look = [&] {
+    for (const link::Event& event : observer.poll()) {
+      joined += std::holds_alternative<wire::MemberJoined>(event);
+      left += std::holds_alternative<wire::MemberLeft>(event);
+    }
+  };
+  std::vector<std::unique_ptr<Process>> views;
+  for (const std::string transport : kTransports)
+    views.push_back(start("hairnet-view",
+                          {"--connect", address_of(transport), "--insecure", "--transport",
+                           transport == "webtransport" ? "webtransport" : "address", "--no-draw", "--duration",
+                           "forever", "--character", "groom=made:bob,strands=50,level=rigid"},
+                          "view_" + transport));
+  EXPECT_TRUE(wait_for([&] { return look(), joined == kTransports.size(); })) << joined;
+  const auto quiet_end = steady_clock::now() + std::chrono::seconds(3);
+  wait_for([&] { return look(), steady_clock::now() > quiet_end; });
+  EXPECT_EQ(left, 0u);
+  for (const auto& view : views) view->send(SIGSTOP);
+  EXPECT_TRUE(wait_for([&] { return look(), left == kTransports.size(); })) << left;
+  for (const auto& view : views) view->send(SIGKILL);
+  observer.close();
+  drain(*server_);
+}
+
+}  // namespace
+}  // namespace hairnet::whole
