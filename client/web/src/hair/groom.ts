@@ -124,6 +124,8 @@ export interface Body {
  * body under it.
  */
 export interface Groom {
+  /** the bytes of its file */
+  readonly file: Uint8Array;
   readonly name: string;
   readonly groupNames: readonly string[];
   /** 3 each: strand by strand, root first; then those of threads, cards and cloths. All of them follow the lattice. */

@@ -36,7 +36,7 @@ export function decodeGroom(file: Uint8Array): g.Groom {
   const version = root.version();
   if (version < 1 || version > kGroomVersion)
     throw invalid(`groom file of version ${version}, not 1 to ${kGroomVersion}`);
-  const groom = readGroom(root);
+  const groom = readGroom(root, file);
   validateGroom(groom);
   return groom;
 }
@@ -45,7 +45,7 @@ function invalid(why: string): HairnetError {
   return new HairnetError("invalid", why);
 }
 
-function readGroom(from: fb.Groom): g.Groom {
+function readGroom(from: fb.Groom, file: Uint8Array): g.Groom {
   const strands = readStrands(from);
   const nextPoints = pointCounter(strands.begin.length > 0 ? strands.begin[strands.begin.length - 1] : 0);
   const owners = {
@@ -54,6 +54,7 @@ function readGroom(from: fb.Groom): g.Groom {
     cloths: readCloths(from, nextPoints),
   };
   return {
+    file,
     name: textOf(from.name(kUtf8), "groom's name"),
     groupNames: readGroupNames(from),
     points:

@@ -17,8 +17,7 @@ import {
 } from "three";
 import { kDensityStrandsMax, kFollowHairsMax, kPointRow } from "../generated/constants";
 import type { DrawDetail } from "./drawDetail";
-import type { GroomGeometry } from "./geometry/groomGeometry";
-import type { MeshArrays } from "./geometry/meshBuilder";
+import type { GroomGeometry, MeshArrays } from "./geometry/groomGeometry";
 import { SkinTexture } from "./skinTexture";
 import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 

@@ -298,7 +298,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       entry.drawing?.dispose();
       entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skinTexture);
     };
-    this.#builder.build(groom, show).then(show, (fault: Error) => {
+    this.#builder.build(groom.file, show).then(show, (fault: Error) => {
       if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
     });
   }

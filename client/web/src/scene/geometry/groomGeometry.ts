@@ -1,4 +1,18 @@
-import type { MeshArrays } from "./meshBuilder";
+/** Vertices as the shaders of client/shaders read them: location 0 rest, 1 direction, 2 sides, 3 ends, 4 ... extra. */
+export interface MeshArrays {
+  /** 4 a vertex: head space, m; delta */
+  readonly rest: Float32Array;
+  /** 4 IEEE halves a vertex: a direction; d delta / ds, 1/m, or a value of the part */
+  readonly direction: Uint16Array;
+  /** 4 a vertex, of 255: transmittance from +x -x +y -y */
+  readonly sides: Uint8Array;
+  /** 4 a vertex, of 255: from +z -z, and two values of the part */
+  readonly ends: Uint8Array;
+  /** `extraSize` a vertex */
+  readonly extra: Float32Array;
+  readonly extraSize: number;
+  readonly triangles: Uint32Array;
+}
 
 /** The drawn points of the strands, for one tolerance. Strands are in the order of drawing. */
 export interface SimplifiedStrands {
@@ -30,7 +44,7 @@ export interface StrandGeometry {
 
 /**
  * The data of a groom for the shaders (client/shaders), at rest in head space; made once for all its characters. Plain
- * arrays, so that a worker can make it; client/draw/groom_geometry.hpp is the same in C++.
+ * arrays, so that a worker can hand it over; client/draw/groom_geometry.hpp makes it.
  */
 export interface GroomGeometry {
   readonly strands: StrandGeometry;
