@@ -27,7 +27,8 @@
  *
  * Errors: a function that can fail returns a hairnet_error, HAIRNET_OK (0) when it did not. Where it takes `why`, one line for
  * people is written there, cut to `why_size` bytes with its final 0; `why` may be NULL. A call that fails changes nothing.
- * Nothing throws; a failed assertion ends the program, and is a fault of Hairnet.
+ * Nothing throws. A lack of memory in a function that returns no error ends the program, as does a failed assertion, which is a
+ * fault of Hairnet. Pointers may be NULL only where it is said.
  *
  * Ownership: what a function returns by `hairnet_x**` is the caller's, to be freed by hairnet_x_free(), which takes NULL. Grooms,
  * levels and bases are immutable and counted: freeing one that a room still uses is right. Pointers inside structs are the
@@ -90,14 +91,14 @@ HAIRNET_API const char* hairnet_error_text(hairnet_error error);
 HAIRNET_API hairnet_error hairnet_groom_load(const void* bytes, size_t size, hairnet_groom** groom, char* why,
                                              size_t why_size);
 /*
- * Makes a groom from polylines in head space, root first. The body of the default person is below them. `points`: x y z of each;
+ * Makes a groom from polylines in head space, root first. `name` NULL: "strands". The body of the default person is below them. `points`: x y z of each;
  * `counts`: points of each strand, 2 to 256; `radius_m`: of one hair, for drawing, 0 for 40 micrometres; `hairs`: that one strand
- * stands for, 0 so that all are 100 000. At most 200 000 strands and 8 000 000 points, within 10 m.
+ * stands for, at most 10 000 000 in all, or 0 so that all are 100 000. At most 200 000 strands and 8 000 000 points, within 10 m.
  */
 HAIRNET_API hairnet_error hairnet_groom_from_strands(const char* name, const float* points, const uint32_t* counts,
                                                      size_t strand_count, float radius_m, float hairs,
                                                      hairnet_groom** groom, char* why, size_t why_size);
-/* Makes one of the built-in hairstyles: "long_curly", "ponytail" and others, which hairnet-groom lists; 10 to 100 000 strands. */
+/* Makes one of the built-in hairstyles: "long_curly", "ponytail" and others, which hairnet-groom lists. `strands`: 0 for its own number. */
 HAIRNET_API hairnet_error hairnet_groom_make(const char* hairstyle, uint32_t strands, hairnet_groom** groom, char* why,
                                              size_t why_size);
 /* Writes its file. *size: the buffer's, and then the file's; HAIRNET_TOO_SMALL tells the size that is needed. */
@@ -121,21 +122,24 @@ typedef struct hairnet_options {
   const char* ca_file;      /* PEM, to check the server's certificate; NULL: the system's */
   uint32_t is_observer;     /* 1: has no characters of its own */
   uint32_t address_only;    /* 1: does not try WebTransport */
-  uint32_t keep_broken;     /* 1: a lost connection closes the room, instead of reconnecting */
+  uint32_t no_reconnect;    /* 1: a lost connection closes the room */
   uint32_t own_only;        /* 1: shows its own characters, and nobody else */
-  double connect_timeout_s; /* from the first attempt to the welcome */
+  double connect_timeout_s; /* of an attempt until the welcome; 3 more where WebTransport is tried first */
   double give_up_after_s;   /* of reconnecting; 0: never */
   float error_m;            /* of hair, wanted where a head fills the screen; 0: the least there is */
   uint32_t bytes_per_s;     /* of frames, at most; 0: any number */
 } hairnet_options;
 #define HAIRNET_OPTIONS {sizeof(hairnet_options), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 5, 0, 0.001f, 0}
 
-/* Joins a room over sockets of the library, which has a thread for them. Waits for the server's welcome. */
+/*
+ * Joins a room over sockets of the library, which has a thread for them. Waits for the server's welcome. HAIRNET_UNREACHABLE: nobody
+ * answers, or nobody who speaks Hairnet's protocol; HAIRNET_REFUSED: the server's own reason is in `why`.
+ */
 HAIRNET_API hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* why,
                                           size_t why_size);
 /*
- * Joins a room over sockets of the caller: see "bytes in and out". `now_ns` is of a clock of the caller's that never goes back;
- * all times of this room are. Does not wait.
+ * Joins a room over sockets of the caller: see "bytes in and out". `now_ns` is of a clock of the caller's that never goes back, 0 to
+ * 2^61; all times of this room are. Does not wait, and does not look at the options server, ca_file and address_only.
  */
 HAIRNET_API hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairnet_room** room, char* why,
                                        size_t why_size);
@@ -161,14 +165,14 @@ typedef enum hairnet_event_kind {
 } hairnet_event_kind;
 typedef struct hairnet_event {
   hairnet_event_kind kind;
-  hairnet_room_state state;
-  uint32_t member;     /* its number in the room */
+  hairnet_room_state state; /* of HAIRNET_EVENT_STATE */
+  uint32_t member;          /* its number in the room, then: an own one leaves and joins with another when its room moves */
   uint32_t character;  /* the caller's own; 0: none */
   uint32_t is_refused; /* closed, and the same request would be refused again */
   double wait_s;
   const char* text; /* one line; "" without one. Until the next call of this function. */
 } hairnet_event;
-/* The next event that hairnet_advance() met, in order; 0: there is none. Call it until then, or events pile up. */
+/* The next event that hairnet_advance() met, in order; 0: there is none. Of more than 10 000 that wait the oldest are lost. */
 HAIRNET_API int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event);
 
 typedef struct hairnet_counters {
@@ -181,7 +185,7 @@ typedef struct hairnet_counters {
 /* Since the room was made. Reads. */
 HAIRNET_API void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters);
 
-/* ---- bytes in and out: a room of hairnet_open() --------------------------------------------------------------------------- */
+/* ---- bytes in and out: only for a room of hairnet_open() ------------------------------------------------------------------ */
 
 /*
  * After whatever happens, and at hairnet_next_deadline() at the latest: hairnet_poll(); then, if hairnet_wants_connection(), open one
@@ -244,7 +248,10 @@ HAIRNET_API hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t 
  */
 HAIRNET_API hairnet_error hairnet_push_pose(hairnet_room* room, uint32_t own, const double pose[HAIRNET_POSE_NUMBERS],
                                             int32_t teleport);
-/* The same for many at once, in one packet. `poses`: one after the other. The first that is invalid decides the result. */
+/*
+ * The same for many at once, which saves packets. `poses`: one after the other; `teleports` may be NULL. HAIRNET_INVALID: at least one
+ * pose is not valid; HAIRNET_NOT_THERE: one is of no own character. Those are dropped, and the others sent.
+ */
 HAIRNET_API hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const double* poses,
                                              const uint8_t* teleports, size_t count);
 HAIRNET_API hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level level);
@@ -322,7 +329,7 @@ typedef struct hairnet_shown {
   size_t tag_size;
   const char* error;         /* one line; "" without one */
   double delay_s;            /* from sampling its poses to showing them here */
-  const float* coefficients; /* of its modes, m; see hairnet_shown_modes() */
+  const float* coefficients; /* of its groom's modes, m, the largest first; none at rest and in a world */
   size_t coefficient_count;
 } hairnet_shown;
 /* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
@@ -334,7 +341,7 @@ HAIRNET_API hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t
 /*
  * The points of its hair now, in world space: x y z for each point of its groom, in the groom's order. `tangents`: the same for the
  * hair's directions (not of unit length); may be NULL. Strands do not grow longer than at rest and stay out of the skin. Costs 1 to
- * 3 ms for 100 000 points.
+ * 3 ms for 100 000 points, and some 50 the first time for a groom and its lattice.
  */
 HAIRNET_API hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points,
                                                float* tangents, size_t point_count);
@@ -376,7 +383,7 @@ typedef struct hairnet_geometry_numbers {
   uint32_t far_card_count;
   float strand_width_m;   /* at the root, when all strands are drawn with two follow hairs each */
   float waviness;         /* 0: straight over a few centimetres; 1: curls */
-  float radius_m;         /* of a ball about the head joint that contains body and hair */
+  float radius_m;         /* of a ball about the head joint that contains body and hair at rest; swinging: 1.3 of it and 0.1 m */
 } hairnet_geometry_numbers;
 HAIRNET_API void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers);
 /* The number of lists of indices, and how far from its points each draws a strand, m (NULL: not asked). */
@@ -403,7 +410,7 @@ HAIRNET_API void hairnet_levels_free(hairnet_levels* levels);
 /* A world of `tick_rate_hz` (10 to 240; 60 is right for one head on a screen). Its time begins at 0. */
 HAIRNET_API hairnet_error hairnet_world_make(double tick_rate_hz, hairnet_world** world);
 HAIRNET_API void hairnet_world_free(hairnet_world* world);
-/* Adds a character. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL. */
+/* Adds a character, of at most 65 536. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL. */
 HAIRNET_API hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom,
                                             const hairnet_levels* levels, const hairnet_character_options* options,
                                             const double pose[HAIRNET_POSE_NUMBERS], uint32_t* own);

@@ -12,6 +12,7 @@ constexpr std::uint32_t kStrandPointsMin = 2, kStrandPointsMax = 256;
 
 hairnet_error keep(Result<Groom>&& groom, hairnet_error error, hairnet_groom** out, char* why, std::size_t why_size) {
   if (!groom) return refuse(error, groom.error(), why, why_size);
+  if (const std::string fault = validate(*groom); !fault.empty()) return refuse(error, fault, why, why_size);
   auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
   const wire::GroomHash hash = wire::hash_groom(*file);
   *out = new hairnet_groom{std::make_shared<const Groom>(std::move(*groom)), std::move(file), hash};
@@ -48,7 +49,6 @@ using namespace hairnet;
 hairnet_error hairnet_groom_load(const void* bytes, size_t size, hairnet_groom** groom, char* why, size_t why_size) {
   return c::guarded(
       [&] {
-        if (bytes == nullptr || groom == nullptr) return c::refuse(HAIRNET_INVALID, "no bytes", why, why_size);
         if (size > c::kGroomFileBytesMax)
           return c::refuse(HAIRNET_MALFORMED, "a groom file has at most 64 MiB", why, why_size);
         const auto* begin = static_cast<const std::uint8_t*>(bytes);
@@ -67,8 +67,6 @@ hairnet_error hairnet_groom_from_strands(const char* name, const float* points, 
                                          char* why, size_t why_size) {
   return c::guarded(
       [&] {
-        if (points == nullptr || counts == nullptr || groom == nullptr)
-          return c::refuse(HAIRNET_INVALID, "no strands", why, why_size);
         if (!(radius_m >= 0 && radius_m <= 0.01f) || !(hairs >= 0 && hairs <= 100'000))
           return c::refuse(HAIRNET_INVALID, "a radius is at most 0.01 m, and a strand at most 100 000 hairs", why,
                            why_size);
@@ -94,7 +92,6 @@ hairnet_error hairnet_groom_make(const char* hairstyle, uint32_t strands, hairne
                                  size_t why_size) {
   return c::guarded(
       [&] {
-        if (hairstyle == nullptr || groom == nullptr) return c::refuse(HAIRNET_INVALID, "no hairstyle", why, why_size);
         HairstyleOptions options;
         options.strand_count = strands;
         return c::keep(make_hairstyle(hairstyle, options), HAIRNET_INVALID, groom, why, why_size);

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "client/c/handles.hpp"
 #include "client/c/sockets.hpp"
@@ -14,11 +13,12 @@ Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
   core.room = text_or_empty(options.room);
   core.token = text_or_empty(options.token);
   core.role = options.is_observer != 0 ? wire::Role::observer : wire::Role::participant;
-  core.reconnect = options.keep_broken == 0;
+  core.reconnect = options.no_reconnect == 0;
   core.connect_timeout_s = options.connect_timeout_s;
   core.give_up_after_s = options.give_up_after_s;
   if (!core.room.empty() && !wire::is_room_name(core.room))
     return Refusal("room: a name has at most 64 letters, digits, dots, hyphens and underscores");
+  if (core.token.size() > wire::kTokenBytesMax) return Refusal("token: longer than 4096 bytes");
   if (!(options.connect_timeout_s > 0 && options.connect_timeout_s <= 3600))
     return Refusal("connect_timeout_s is not in 0 to 3600");
   if (!(options.give_up_after_s >= 0 && options.give_up_after_s <= 1e9))
@@ -83,19 +83,20 @@ void write(const room::StateChanged& from, hairnet_event& event, std::string& te
   event.wait_s = from.wait_s;
   text = from.detail;
 }
-void write_member(hairnet_event_kind kind, const room::Member& member, hairnet_event& event) {
+template <class MemberEvent>
+void write_member(hairnet_event_kind kind, const MemberEvent& from, hairnet_event& event) {
   event.kind = kind;
-  event.member = member.number;
-  event.character = member.own;
+  event.member = from.number;
+  event.character = from.member->own;
 }
 void write(const room::Joined& from, hairnet_event& event, std::string&) {
-  write_member(HAIRNET_EVENT_JOINED, *from.member, event);
+  write_member(HAIRNET_EVENT_JOINED, from, event);
 }
 void write(const room::Left& from, hairnet_event& event, std::string&) {
-  write_member(HAIRNET_EVENT_LEFT, *from.member, event);
+  write_member(HAIRNET_EVENT_LEFT, from, event);
 }
 void write(const room::Changed& from, hairnet_event& event, std::string&) {
-  write_member(HAIRNET_EVENT_CHANGED, *from.member, event);
+  write_member(HAIRNET_EVENT_CHANGED, from, event);
 }
 void write(const room::WindChanged&, hairnet_event& event, std::string&) {
   event.kind = HAIRNET_EVENT_WIND;
@@ -122,8 +123,10 @@ hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** roo
         if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), why, why_size);
         auto made = std::make_unique<hairnet_room>();
         const hairnet_error error = c::connect(*all, *core, *observe, made->room, why, why_size);
-        if (error == HAIRNET_OK) *room = made.release();
-        return error;
+        if (error != HAIRNET_OK) return error;
+        made->room->advance();  // takes the welcome
+        *room = made.release();
+        return hairnet_error{HAIRNET_OK};
       },
       why, why_size);
 }
@@ -255,13 +258,13 @@ int32_t hairnet_wants_close(const hairnet_room* room) {
 }
 
 int32_t hairnet_replace_connection(hairnet_room* room, const char* why, int64_t now_ns) {
+  room->conversation->set_now(now_ns);
   return room->core->replace_connection(c::text_or_empty(why), now_ns);
 }
 
 hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* groom,
                                     const hairnet_character_options* options, uint32_t* own) {
   return c::guarded([&] {
-    if (groom == nullptr) return hairnet_error{HAIRNET_INVALID};
     const std::optional<hairnet_character_options> all = c::full(options);
     if (!all) return hairnet_error{HAIRNET_INVALID};
     const Result<std::uint32_t> number = room->room->add_character(
@@ -288,13 +291,13 @@ hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const 
                                  size_t count) {
   return c::guarded([&] {
     std::vector<room::OwnPose> pushed(count);
-    hairnet_error result = HAIRNET_OK;
+    bool are_there = true;
     for (std::size_t i = 0; i < count; ++i) {
       pushed[i] = {own[i], c::pose_of(poses + i * HAIRNET_POSE_NUMBERS), teleports != nullptr && teleports[i] != 0};
-      if (result == HAIRNET_OK && c::own_room(room, own[i]) == nullptr) result = HAIRNET_NOT_THERE;
+      are_there = are_there && c::own_room(room, own[i]) != nullptr;
     }
-    if (!room->room->push(pushed)) result = HAIRNET_INVALID;
-    return result;
+    if (!room->room->push(pushed)) return hairnet_error{HAIRNET_INVALID};
+    return hairnet_error{are_there ? HAIRNET_OK : HAIRNET_NOT_THERE};
   });
 }
 
@@ -332,8 +335,7 @@ void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind) {
 void hairnet_report_importance(hairnet_room* room, const hairnet_importance* members, size_t count) {
   std::vector<wire::MemberImportance> all;
   for (std::size_t i = 0; i < count; ++i) {
-    if (std::isfinite(members[i].screen_height))
-      all.push_back({members[i].member, members[i].screen_height, members[i].in_view != 0});
+    all.push_back({members[i].member, members[i].screen_height, members[i].in_view != 0});
   }
   room->room->report_importance(std::move(all));
 }
@@ -345,6 +347,7 @@ void hairnet_fetch_first(hairnet_room* room, uint32_t member, int32_t only) {
 hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, uint32_t member, const char* subject,
                                uint32_t seconds, const char* reason) {
   return c::guarded([&] {
+    if (static_cast<unsigned>(action) > HAIRNET_UNLOCK) return hairnet_error{HAIRNET_INVALID};
     wire::Moderate order{static_cast<wire::ModerateAction>(action), 0, c::text_or_empty(subject), seconds,
                          c::text_or_empty(reason)};
     if (member != 0) {

@@ -26,6 +26,10 @@ void write_vectors(std::span<const Vec3f> from, float* out) {
   for (const Vec3f& vector : from) out = std::ranges::copy(vector, out).out;
 }
 
+// As the header says.
+static_assert(sizeof(draw::StrandVertex) == 12 && sizeof(draw::CardVertex) == 48);
+static_assert(sizeof(draw::FabricVertex) == 52 && sizeof(draw::BodyVertex) == 32);
+
 template <class T>
 void give(const std::vector<T>& values, const void** bytes, std::size_t* size) {
   *bytes = values.data();

@@ -21,7 +21,9 @@ hairnet_error connect(const hairnet_options& options, const link::LinkCoreOption
     bool is_refused = false;
     for (const link::Event& event : connection->poll()) {
       const auto* end = std::get_if<link::Disconnected>(&event);
-      is_refused = is_refused || (end != nullptr && end->reason != wire::GoodbyeReason::none);
+      // What says something else than this protocol is no server of ours.
+      is_refused = is_refused || (end != nullptr && end->reason != wire::GoodbyeReason::none &&
+                                  end->reason != wire::GoodbyeReason::protocol_error);
     }
     return refuse(is_refused ? HAIRNET_REFUSED : HAIRNET_UNREACHABLE, welcome.error(), why, why_size);
   }

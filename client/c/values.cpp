@@ -13,6 +13,7 @@ constexpr std::size_t kNumbersPerBone = 7;
 static_assert(HAIRNET_POSE_NUMBERS == kNumbersPerBone * kBoneCount);
 static_assert(HAIRNET_HASH_BYTES == std::tuple_size_v<wire::GroomHash>);
 static_assert(HAIRNET_RIGID == static_cast<int>(LevelIndex::rigid));
+static_assert(HAIRNET_UNLOCK == static_cast<int>(wire::ModerateAction::unlock));
 
 wire::Srgb srgb_of(std::uint32_t colour) {
   return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
@@ -69,6 +70,7 @@ std::optional<hairnet_character_options> full(const hairnet_character_options* g
   if (given->size < offsetof(hairnet_character_options, level) || given->size > sizeof options) return {};
   std::memcpy(&options, given, given->size);
   if (static_cast<unsigned>(options.level) > HAIRNET_RIGID || !checked(options.appearance)) return {};
+  if (!wire::validate_tag(text_or_empty(options.tag)).empty()) return {};
   return options;
 }
 

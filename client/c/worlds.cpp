@@ -12,6 +12,15 @@
 
 using namespace hairnet;
 
+namespace {
+
+// As a world takes it: rounded, and also by the stricter of the two measures of a rotation's length.
+bool is_pose(const Pose& pose) {
+  return wire::validate_pose(pose) == wire::PoseRefusal::none && is_valid(pose);
+}
+
+}  // namespace
+
 struct hairnet_build {
   std::shared_ptr<const Groom> groom;
   wire::GroomHash hash{};
@@ -28,7 +37,15 @@ struct hairnet_build {
       progress = fraction;
       return !is_cancelled;
     };
+#if defined(__cpp_exceptions)
+    try {
+      levels = build_levels(*groom, callbacks);
+    } catch (const std::exception&) {
+      return;  // out of memory: there are no levels
+    }
+#else
     levels = build_levels(*groom, callbacks);
+#endif
     progress = 1;
   }
   void wait() {
@@ -96,6 +113,7 @@ double hairnet_build_progress(const hairnet_build* build) {
 hairnet_error hairnet_build_finish(hairnet_build* build, hairnet_levels** levels) {
   return c::guarded([&] {
     build->wait();
+    if (!build->levels) return hairnet_error{HAIRNET_OUT_OF_MEMORY};
     *levels = new hairnet_levels{build->hash, build->levels};
     return hairnet_error{HAIRNET_OK};
   });
@@ -125,6 +143,8 @@ hairnet_error hairnet_levels_load(const hairnet_groom* groom, const void* bytes,
   return c::guarded(
       [&] {
         wire::DecodedLevels decoded = wire::decode_levels({static_cast<const std::uint8_t*>(bytes), size}, groom->hash);
+        if (groom->groom->points.empty())
+          return c::refuse(HAIRNET_MALFORMED, "a groom without points has no levels", why, why_size);
         if (decoded.fault != wire::LevelFileFault::none)
           return c::refuse(HAIRNET_MALFORMED, decoded.detail, why, why_size);
         make_level_maps(*groom->groom, *decoded.levels);
@@ -156,10 +176,9 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
                                 uint32_t* own) {
   return c::guarded([&] {
     const std::optional<hairnet_character_options> all = c::full(options);
-    const Pose start = c::pose_of(pose);
+    const Pose start = rounded_to_wire(c::pose_of(pose));
     const bool is_other = levels != nullptr && levels->groom != groom->hash;
-    if (!all || is_other || wire::validate_pose(start) != wire::PoseRefusal::none)
-      return hairnet_error{HAIRNET_INVALID};
+    if (!all || is_other || !is_pose(start)) return hairnet_error{HAIRNET_INVALID};
     auto character = std::make_unique<hairnet_world::Character>();
     character->pose = start;
     character->member = std::make_shared<room::Member>();
@@ -172,6 +191,7 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
     const std::uint32_t number = world->world.add([at = character.get()](double from_s, double to_s) {
       return local::TickPose{at->pose, to_s > from_s && std::exchange(at->teleport, false)};
     });
+    if (number == 0) return hairnet_error{HAIRNET_INVALID};
     member.number = member.own = member.owners_character = number;
     world->characters[number] = std::move(character);
     world->world.set_level(number, static_cast<LevelIndex>(all->level));
@@ -204,8 +224,8 @@ hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own, const 
                                       int32_t teleport) {
   hairnet_world::Character* character = world->find(own);
   if (character == nullptr) return HAIRNET_NOT_THERE;
-  const Pose next = c::pose_of(pose);
-  if (wire::validate_pose(next) != wire::PoseRefusal::none) return HAIRNET_INVALID;
+  const Pose next = rounded_to_wire(c::pose_of(pose));
+  if (!is_pose(next)) return HAIRNET_INVALID;
   character->pose = next;
   character->teleport = character->teleport || teleport != 0;
   return HAIRNET_OK;

@@ -74,9 +74,9 @@ Vec3f unit_or_up(const Vec3f& v) {
 }
 
 std::optional<Groom> coarse_groom(const Groom& groom) {
-  constexpr std::size_t kStrands = 500;  // fewer, though drawn wider, would not cover a head
-  constexpr std::size_t kStrandsMin = 2000;
-  if (groom.strand_count() < kStrandsMin) return {};
+  constexpr std::size_t kCoarseStrands = 500;  // fewer, though drawn wider, would not cover a head
+  constexpr std::size_t kCoarseFrom = 2000;
+  if (groom.strand_count() < kCoarseFrom) return {};
   Groom coarse;
   coarse.name = groom.name;
   coarse.group_names = groom.group_names;
@@ -84,7 +84,7 @@ std::optional<Groom> coarse_groom(const Groom& groom) {
   coarse.root_blends = groom.root_blends;
   coarse.far_cards = groom.far_cards;
   coarse.body = groom.body;
-  const std::size_t step = groom.strand_count() / kStrands;
+  const std::size_t step = groom.strand_count() / kCoarseStrands;
   for (std::size_t s = 0; s < groom.strand_count(); s += step)
     coarse.add_strand(groom.strand_points(s), groom.strands[s]);
   return coarse;

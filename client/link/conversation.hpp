@@ -10,8 +10,8 @@
 
 namespace hairnet::link {
 
-// A client's conversation with a server, whoever drives it: a Link with a thread and sockets of its own, or a LinkCore
-// whose caller moves the bytes (CoreConversation). One thread.
+// A client's conversation with a server. A Link drives it with a thread and sockets of its own, or the caller of a
+// LinkCore moves the bytes (CoreConversation). One thread.
 class Conversation {
  public:
   Conversation() = default;

@@ -299,6 +299,7 @@ std::vector<std::uint32_t> Members::drop_unconfirmed() {
     if (!member.confirmed && !member.own) left.push_back(number);
   }
   std::erase_if(members_, [](const auto& m) { return !m.second.confirmed; });
+  std::ranges::sort(left);  // the same order with every standard library
   return left;
 }
 

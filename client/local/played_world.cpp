@@ -20,6 +20,7 @@ WorldDef PlayedWorld::world_def(const Def& def) {
   world.tick_s = 1 / def.tick_rate_hz;
   world.environment.wind = WindField(def.wind);
   world.now_ns = def.clock_ns;
+  world.character_count_max = kCharactersMax;
   return world;
 }
 
@@ -30,15 +31,16 @@ PlayedWorld::PlayedWorld(const Def& def)
 
 PlayedWorld::Id PlayedWorld::add(PoseAt pose) {
   auto simulated = std::make_unique<Simulated>();
-  simulated->id = next_id_++;
+  simulated->id = next_id_;
   simulated->pose = std::move(pose);
   CharacterDef def;
   const double now_s = tick_time_s(tick_);
   def.pose = rounded_to_wire(simulated->pose(now_s, now_s).pose);
   simulated->character = world_.add(def);
+  if (!simulated->character) return 0;
   show(*simulated);
-  simulated_.push_back(std::move(simulated));
-  return simulated_.back()->id;
+  simulated_.push_back(std::move(simulated));  // in the order of their numbers
+  return next_id_++;
 }
 
 void PlayedWorld::remove(Id id) {
@@ -176,8 +178,8 @@ LatticeView PlayedWorld::lattice(Id id) const {
 }
 
 PlayedWorld::Simulated& PlayedWorld::at(Id id) {
-  const auto found = std::ranges::find(simulated_, id, [](const auto& simulated) { return simulated->id; });
-  HAIRNET_ASSERT(found != simulated_.end());
+  const auto found = std::ranges::lower_bound(simulated_, id, {}, [](const auto& simulated) { return simulated->id; });
+  HAIRNET_ASSERT(found != simulated_.end() && (*found)->id == id);
   return **found;
 }
 

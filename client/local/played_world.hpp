@@ -23,6 +23,7 @@ struct TickPose {
 class PlayedWorld {
  public:
   static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
+  static constexpr std::uint32_t kCharactersMax = 65'536;
   using Id = std::uint32_t;  // from 1
   // Where the character is at `to_s`, and whether it jumps after `from_s`. Called once for each tick, and with two
   // equal times for what is shown; times of the world.
@@ -35,12 +36,12 @@ class PlayedWorld {
   };
   explicit PlayedWorld(const Def& def);  // asserts that the rate is in its range and the wind is valid
 
-  // Its hair is rigid until it has levels.
+  // Its hair is rigid until it has levels. Returns 0 when there are kCharactersMax.
   Id add(PoseAt pose);
   void remove(Id id);
   // A set may lack levels (Level::rest is empty): hair stays as it is when such a one is asked for.
   void give_levels(Id id, std::shared_ptr<const LevelSet> levels);
-  // Nothing is learnt here: who asks for that gets low, as from a server.
+  // Nothing is learnt here: learnt hair is stepped at level low, as by a server before it has learnt.
   void set_level(Id id, LevelIndex level);
   void set_material(Id id, const MaterialScale& scale);  // asserts that it is valid
   void set_wind(const Wind& wind);                       // asserts that it is valid

@@ -277,8 +277,8 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
       records_.add(one.number, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
                    {point_rows_, rows}, density ? &*density : nullptr);
       if (density) ++densities_;
-      drawn_characters_.push_back(
-          {one.character->id, one.character->pose.head(), one.character->lattice, draw::ball_radius_m(groom->radius_m()), one.head_px});
+      drawn_characters_.push_back({one.character->id, one.character->pose.head(), one.character->lattice,
+                                   draw::ball_radius_m(groom->radius_m()), one.head_px});
       point_rows_ += rows;
     }
   }

@@ -12,8 +12,8 @@
 namespace hairnet::room {
 
 // The grooms to fetch, one after the other: the first one is whole soon, where all at once would be whole at the end.
-// The first request waits until heights were told twice, since by then an application has placed its camera; where none
-// are told it waits 0.6 s and for four calls. No I/O; one thread.
+// The first request waits until heights were set twice, since by then an application has placed its camera; where none
+// are set it waits 0.6 s and for four calls. No I/O; one thread.
 class GroomQueue {
  public:
   void add(const wire::GroomHash& groom) {

@@ -1,6 +1,8 @@
 #include "client/room/room.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -24,10 +26,11 @@ Room::Room(std::unique_ptr<link::Conversation> conversation, const wire::Observe
 
 void Room::advance() {
   const std::int64_t now_ns = conversation_->now_ns();
-  arrivals_.on_awake(now_ns);
   for (const link::Event& event : conversation_->poll()) {
-    std::visit([this](const auto& e) { take(e); }, event);
+    // What comes after close() is of a conversation that nobody follows any more.
+    if (state_ != State::closed) std::visit([this](const auto& e) { take(e); }, event);
   }
+  arrivals_.on_awake(now_ns);
   fetch(now_ns);
   for (const auto& [number, member] : members_) sample(*member, now_ns);
   shown_.clear();
@@ -35,7 +38,15 @@ void Room::advance() {
 }
 
 std::vector<Event> Room::take_events() {
-  return std::exchange(events_, {});
+  std::vector<Event> taken(std::make_move_iterator(events_.begin()), std::make_move_iterator(events_.end()));
+  events_.clear();
+  return taken;
+}
+
+void Room::tell(Event event) {
+  constexpr std::size_t kEventsMax = 10'000;
+  if (events_.size() == kEventsMax) events_.pop_front();
+  events_.push_back(std::move(event));
 }
 
 void Room::sample(Member& member, std::int64_t now_ns) {
@@ -127,7 +138,7 @@ Result<void> Room::set_appearance(std::uint32_t own, std::string tag, std::optio
   if (!changed.member) return {};
   changed.member->tag = changed.tag;
   changed.member->appearance = changed.appearance;
-  if (changed.is_here) events_.emplace_back(Changed{changed.member});
+  if (changed.is_here) tell(Changed{changed.member->number, changed.member});
   return {};
 }
 
@@ -138,7 +149,10 @@ Result<void> Room::push(std::span<const OwnPose> poses) {
   for (const OwnPose& each : poses) {
     const auto found = own_.find(each.own);
     if (found == own_.end()) continue;
-    if (const wire::PoseRefusal refusal = wire::validate_pose(each.pose); refusal != wire::PoseRefusal::none) {
+    // The server sees it rounded.
+    wire::PoseRefusal refusal = wire::validate_pose(each.pose);
+    if (refusal == wire::PoseRefusal::none) refusal = wire::validate_pose(rounded_to_wire(each.pose));
+    if (refusal != wire::PoseRefusal::none) {
       std::string why = "character " + std::to_string(each.own) + ": " + std::string(wire::to_string(refusal));
       if (Refusal refused = dropped(std::move(why)); result) result = std::move(refused);
       continue;
@@ -167,12 +181,16 @@ Refusal Room::dropped(std::string why) {
 }
 
 void Room::report_importance(std::vector<wire::MemberImportance> members) {
-  std::erase_if(members, [this](const wire::MemberImportance& each) { return !members_.contains(each.member); });
+  std::erase_if(members, [this](const wire::MemberImportance& each) {
+    inputs_dropped_ += !std::isfinite(each.screen_height);
+    return !std::isfinite(each.screen_height) || !members_.contains(each.member);
+  });
+  for (wire::MemberImportance& each : members)
+    each.screen_height = std::clamp(each.screen_height, 0.0f, wire::kScreenHeightMax);
   std::vector<std::pair<wire::GroomHash, float>> heights;
   for (const wire::MemberImportance& each : members)
     heights.emplace_back(members_.at(each.member)->groom_hash, each.screen_height * (each.in_view ? 1 : kUnseenShare));
   queue_.set_heights(heights);
-  members.resize(std::min<std::size_t>(members.size(), wire::kMembersPerMessageMax));
   if (!members.empty()) conversation_->report_importance(members);
 }
 
@@ -182,14 +200,16 @@ void Room::fetch_first(std::optional<std::uint32_t> member, bool only_this) {
 }
 
 void Room::close() {
+  if (state_ == State::closed) return;
   conversation_->close();
   while (!members_.empty()) drop(members_.begin()->first);
+  shown_.clear();
   set_state(State::closed, "");
 }
 
 void Room::set_state(State state, std::string detail, double wait_s, bool is_refused) {
   state_ = state;
-  events_.emplace_back(StateChanged{state, std::move(detail), wait_s, is_refused});
+  tell(StateChanged{state, std::move(detail), wait_s, is_refused});
 }
 
 void Room::take(const link::Connected& connected) {
@@ -208,7 +228,7 @@ void Room::take(const link::Reconnecting& lost) {
 
 void Room::take(const link::Disconnected& end) {
   while (!members_.empty()) drop(members_.begin()->first);
-  if (state_ != State::closed) set_state(State::closed, end.detail, 0, link::is_final(end.reason));
+  set_state(State::closed, end.detail, 0, link::is_final(end.reason));
 }
 
 void Room::take(const wire::MemberJoined& joined) {
@@ -227,7 +247,7 @@ void Room::take(const wire::MemberChanged& changed) {
   if (found == members_.end()) return;
   found->second->tag = changed.tag;
   found->second->appearance = changed.appearance;
-  events_.emplace_back(Changed{found->second});
+  tell(Changed{changed.member, found->second});
 }
 
 // A new server gives it another number, which may have belonged to another own character; its hair continues.
@@ -255,12 +275,12 @@ void Room::take(const wire::CharacterRemoved& removed) {
 
 void Room::take(const wire::RoomWind& wind) {
   wind_ = wind.wind;
-  events_.emplace_back(WindChanged{wind.wind, wind.session});
+  tell(WindChanged{wind.wind, wind.session});
 }
 
 void Room::take(const wire::GroomStatus& status) {
   if (status.state == wire::GroomState::refused)
-    events_.emplace_back(Fault{"the server refuses a groom", wire::ErrorReason::none, 0, status.hash});
+    tell(Fault{"the server refuses a groom", wire::ErrorReason::none, 0, status.hash});
 }
 
 void Room::take(const link::FrameBatch& batch) {
@@ -291,7 +311,7 @@ void Room::take(const wire::Error& error) {
   std::string line = std::string("the server refuses: ") + wire::to_string(error.reason);
   if (error.character != 0) line += ", character " + std::to_string(error.character);
   if (!error.detail.empty()) line += " (" + error.detail + ")";
-  events_.emplace_back(Fault{std::move(line), error.reason, error.character, error.groom});
+  tell(Fault{std::move(line), error.reason, error.character, error.groom});
 }
 
 void Room::meet(const std::shared_ptr<Member>& member) {
@@ -302,7 +322,7 @@ void Room::meet(const std::shared_ptr<Member>& member) {
   member->groom_file = known->second.file;
   member->error = known->second.error;
   if (is_new && observes_others_) queue_.add(member->groom_hash);
-  events_.emplace_back(Joined{member});
+  tell(Joined{member->number, member});
 }
 
 // Nothing where there is none of that number.
@@ -314,7 +334,7 @@ void Room::drop(std::uint32_t number) {
   const auto own = own_.find(member->own);
   if (own != own_.end()) own->second.is_here = false;
   forget_unused(member->groom_hash);
-  events_.emplace_back(Left{member});
+  tell(Left{number, member});
 }
 
 bool Room::is_used(const wire::GroomHash& groom) const {
@@ -354,8 +374,7 @@ void Room::take(const link::GroomFetched& fetched) {
   }
   give_groom(fetched.hash);
   if (!known.error.empty())
-    events_.emplace_back(
-        Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
+    tell(Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
 }
 
 void Room::fetch(std::int64_t now_ns) {
@@ -385,16 +404,16 @@ std::string describe(const Event& event) {
       }
       return "";
     }
-    std::string operator()(const Joined& e) const { return named(*e.member) + " has joined"; }
-    std::string operator()(const Left& e) const { return named(*e.member) + " has left"; }
-    std::string operator()(const Changed& e) const { return named(*e.member) + " has changed"; }
+    std::string operator()(const Joined& e) const { return named(e.number, *e.member) + " has joined"; }
+    std::string operator()(const Left& e) const { return named(e.number, *e.member) + " has left"; }
+    std::string operator()(const Changed& e) const { return named(e.number, *e.member) + " has changed"; }
     std::string operator()(const WindChanged& e) const {
       return "the wind is " + std::to_string(e.wind.mean_m_per_s.norm()) + " m/s";
     }
     std::string operator()(const Fault& e) const { return e.detail; }
-    static std::string named(const Member& member) {
-      const std::string number = "member " + std::to_string(member.number);
-      return member.tag.empty() ? number : number + " '" + shown_text(member.tag, wire::kTagBytesMax, '\'') + "'";
+    static std::string named(std::uint32_t number, const Member& member) {
+      const std::string name = "member " + std::to_string(number);
+      return member.tag.empty() ? name : name + " '" + shown_text(member.tag, wire::kTagBytesMax, '\'') + "'";
     }
   };
   return std::visit(Describe{}, event);

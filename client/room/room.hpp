@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,14 +30,18 @@ struct StateChanged {
   double wait_s = 0;        // before the next attempt
   bool is_refused = false;  // closed, and the same request would be refused again
 };
+// `number`: what the member's was then. An own character leaves and joins with another one when its room moves.
 struct Joined {
+  std::uint32_t number = 0;
   std::shared_ptr<const Member> member;
 };
 struct Left {
+  std::uint32_t number = 0;
   std::shared_ptr<const Member> member;
 };
 // The owner has changed its tag or its appearance.
 struct Changed {
+  std::uint32_t number = 0;
   std::shared_ptr<const Member> member;
 };
 struct WindChanged {
@@ -86,6 +91,7 @@ class Room {
 
   // Takes what has arrived, and moves every member to this moment of the conversation's clock.
   void advance();
+  // The events since the last call. A caller that never takes them loses the oldest of more than 10 000.
   [[nodiscard]] std::vector<Event> take_events();
   // By number, at the last advance().
   [[nodiscard]] const std::map<std::uint32_t, std::shared_ptr<const Member>>& members() const { return shown_; }
@@ -94,7 +100,7 @@ class Room {
   [[nodiscard]] wire::GroomHash groom_of(std::uint32_t own) const;  // zero: no such character
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::uint64_t session() const { return session_; }  // this client's; 0: none yet
-  [[nodiscard]] const Wind& wind() const { return wind_; }  // of the room; still air before the server has told it
+  [[nodiscard]] const Wind& wind() const { return wind_; }          // of the room; still air before it is known
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
   [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
@@ -122,7 +128,8 @@ class Room {
   // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a Fault follows.
   void moderate(const wire::Moderate& action) { conversation_->send(action); }
 
-  // How large members are on this screen, for the server's choice of detail and the order of downloads.
+  // How large members are on this screen, for the server's choice of detail and the order of downloads. Heights that
+  // are not finite are dropped and counted; others are clamped to what a message may say.
   void report_importance(std::vector<wire::MemberImportance> members);
   // This member's groom is asked for before all others; none: no one's is.
   void fetch_first(std::optional<std::uint32_t> member, bool only_this = false);
@@ -169,6 +176,7 @@ class Room {
   void give_groom(const wire::GroomHash& hash);
   void fetch(std::int64_t now_ns);
   void sample(Member& member, std::int64_t now_ns);
+  void tell(Event event);
   void set_state(State state, std::string detail, double wait_s = 0, bool is_refused = false);
   Refusal dropped(std::string why);
 
@@ -188,7 +196,7 @@ class Room {
   bool fetches_only_first_ = false;
   Arrivals arrivals_;
   FrameObserver* observer_ = nullptr;
-  std::vector<Event> events_;
+  std::deque<Event> events_;
   std::uint64_t inputs_dropped_ = 0;
 };
 

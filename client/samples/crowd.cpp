@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
     }
     crowd.push(poses);
     crowd.advance();
+    for (const room::Event& event : crowd.take_events()) std::fprintf(stderr, "%s\n", describe(event).c_str());
     std::vector<wire::MemberImportance> sizes;
     for (const auto& [number, member] : crowd.members())
       if (member->pose) sizes.push_back({number, static_cast<float>(0.3 / (2 - member->pose->head().position.z()))});

@@ -21,11 +21,12 @@ int main(int argc, char** argv) {
   const std::uint32_t me = *lobby.add_character(groom, {.tag = "Nora"});
   const Motion motion = *make_motion("nod");
 
-  std::optional<draw::HairPoints> hair;  // made anew when the lattice or the skin arrives
+  std::optional<draw::HairPoints> hair;  // made again when the lattice or the skin arrives
   std::vector<Vec3f> points(groom->points.size());
   for (int picture = 0; picture < 300 && lobby.state() != room::State::closed; ++picture) {
     lobby.push(me, motion.sample(picture / 60.0));
     lobby.advance();
+    for (const room::Event& event : lobby.take_events()) std::fprintf(stderr, "%s\n", describe(event).c_str());
     if (const auto head = lobby.member_of(me)) {
       const link::Playout::Sample& sample = head->sample;
       const auto geometry = sample.geometry();

@@ -347,10 +347,10 @@ FarCards make_far_cards(const Groom& groom, std::size_t count) {
 }
 
 std::size_t far_card_count_for(const Groom& groom) {
-  constexpr std::size_t kMax = 400, kStrandsEach = 6, kFew = 24;
-  static_assert(kFew <= kMax && kMax <= GroomLimits().far_card_count_max);
+  constexpr std::size_t kCardsMax = 400, kStrandsEach = 6, kFew = 24;
+  static_assert(kFew <= kCardsMax && kCardsMax <= GroomLimits().far_card_count_max);
   const std::size_t lines = groom.strand_count() + groom.cards.size();
-  return std::clamp(lines / kStrandsEach, std::min(lines, kFew), kMax);
+  return std::clamp(lines / kStrandsEach, std::min(lines, kFew), kCardsMax);
 }
 
 }  // namespace hairnet

@@ -54,7 +54,8 @@ struct SimulationInputs {
     Pose pose;
   };
 
-  std::vector<CharacterKey> removed;  // applied first; then as they follow here; then the step
+  // The step comes after all of them, which are applied in this order.
+  std::vector<CharacterKey> removed;
   std::vector<Add> added;
   std::vector<Level> levels;
   std::vector<Material> materials;

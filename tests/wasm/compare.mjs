@@ -1,11 +1,9 @@
-// Runs the module on the cases that hairnet-wasm-cases has written, and compares its results with the native ones.
-//   node compare.mjs MODULE.wasm FOLDER
+// Runs same_bits.wasm on the cases that hairnet-wasm-cases has written, and compares its results with the native ones.
+//   node compare.mjs same_bits.wasm FOLDER
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { start } from "../../client/wasm/glue.mjs";
-
-// How much numbers of lines that begin with "~" may differ: some roundings of a double.
-const NEAR = 1e-9;
+import { compare } from "./lines.mjs";
 
 const [path, folder] = process.argv.slice(2);
 const module = await start(readFileSync(path));
@@ -15,14 +13,4 @@ new Uint8Array(module.memory.buffer).set(cases, at);
 const text = module.same_bits(at, cases.length);
 const bytes = new Uint8Array(module.memory.buffer, text);
 const got = Buffer.from(bytes.subarray(0, bytes.indexOf(0))).toString().trimEnd().split("\n");
-const wanted = readFileSync(join(folder, "expected"), "utf8").trimEnd().split("\n");
-
-const isNear = (a, b) => {
-  const left = a.split(" "), right = b.split(" ");
-  return left.length === right.length &&
-    left.every((word, i) => word === right[i] || Math.abs(word - right[i]) <= NEAR);
-};
-const wrong = wanted.filter((line, i) => line !== got[i] && !(line[0] === "~" && got[i] && isNear(line, got[i])));
-wrong.forEach((line) => console.log(`differs: ${line.slice(0, 200)}`));
-console.log(`${wanted.length} results, ${wrong.length} differ`);
-process.exit(wrong.length === 0 && got.length === wanted.length ? 0 : 1);
+compare(got, readFileSync(join(folder, "expected"), "utf8"));

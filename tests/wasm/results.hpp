@@ -8,8 +8,8 @@
 
 namespace hairnet::same_bits {
 
-// What functions give, a line each. A line is a name and a hash, which must be equal everywhere; or "~", a name and
-// numbers, which the sine of a C library makes a little different.
+// What functions give, a line each. A line is a name and a hash, which must be equal everywhere; or "~" with a bound, a
+// name and numbers, which the sines and exponentials of a C library make a little different.
 class Results {
  public:
   void begin_case(std::string_view kind, std::string_view name) {
@@ -26,10 +26,11 @@ class Results {
                   static_cast<unsigned long>(hash & 0xffffffff));
     lines_ += case_ + std::string(what) + text;
   }
-  void near(std::string_view what, std::span<const double> values) {
-    lines_ += "~ " + case_ + std::string(what);
+  void near(double bound, std::string_view what, std::span<const double> values) {
+    char text[32];
+    std::snprintf(text, sizeof text, "~%g ", bound);
+    lines_ += text + case_ + std::string(what);
     for (const double value : values) {
-      char text[32];
       std::snprintf(text, sizeof text, " %.12g", value);
       lines_ += text;
     }

@@ -106,7 +106,7 @@ void SessionClient::write(Results& results) const {
   results.equal("times shown", times_);
   results.equal("coefficients shown", coefficients_);
   results.equal("nodes shown", displacements_);
-  results.near("heads shown", poses_);
+  results.near(1e-9, "heads shown", poses_);
 }
 
 }  // namespace hairnet::same_bits

@@ -18,6 +18,7 @@
 #include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/client/small_basis.hpp"
+#include "tests/wasm/header_session.hpp"
 #include "tests/wasm/same_bits.hpp"
 #include "tests/wasm/session.hpp"
 
@@ -152,7 +153,13 @@ class Recorder {
   bool is_welcomed_ = false, is_added_ = false;
 };
 
-Bytes all_cases() {
+// Of three members who join, leave the line and come back.
+Bytes session_case() {
+  const Groom bob = make_hairstyle("bob", {.strand_count = 300}).value();
+  return written(Recorder(wire::encode_groom(bob)).record());
+}
+
+Bytes all_cases(const Bytes& session) {
   Writer to;
   Groom plait = make_hairstyle("plait", {.strand_count = 200}).value();
   plait.far_cards = make_far_cards(plait, 6);
@@ -164,7 +171,7 @@ Bytes all_cases() {
   put_case(to, "learnt", "random", wire::encode_learnt(support::random_learnt_hair(5)));
   const Groom bob = make_hairstyle("bob", {.strand_count = 300}).value();
   const Bytes file = wire::encode_groom(bob);
-  put_case(to, "session", "three members", written(Recorder(file).record()));
+  put_case(to, "session", "three members", session);
   put_case(to, "groom", "bob", file);
   put_case(to, "levels", "bob", wire::encode_levels(wire::hash_groom(file), *build_levels(bob)));
   return to.bytes();
@@ -181,10 +188,12 @@ int write_all(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, error);
   // A module has no fused multiply-add: neither has SSE4.
   hwy::SetSupportedTargetsForTest(HWY_SSE4);
-  const Bytes cases = all_cases();
-  const std::string expected = results_of(cases);
+  const Bytes session = session_case(), cases = all_cases(session);
+  const std::string expected = results_of(cases), by_header = header_results(session);
   return write(folder / "cases", std::as_bytes(std::span(cases))) &&
-                 write(folder / "expected", std::as_bytes(std::span(expected)))
+                 write(folder / "expected", std::as_bytes(std::span(expected))) &&
+                 write(folder / "session", std::as_bytes(std::span(session))) &&
+                 write(folder / "header_expected", std::as_bytes(std::span(by_header)))
              ? 0
              : 1;
 }

@@ -145,14 +145,19 @@ Result<void> LiveRoom::take(const room::Fault& fault) {
 void LiveRoom::note_refused(const room::Fault& fault) {
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     OwnCharacter& own = own_characters_[i];
-    const std::shared_ptr<const room::Member> member = member_of(i);
     const bool by_groom = fault.groom != wire::GroomHash{} && room_->groom_of(own.number) == fault.groom;
     own.refused = own.refused || by_groom || fault.character == own.number;
   }
 }
 
+Result<void> LiveRoom::take(const room::Joined& joined) {
+  const auto own = std::ranges::find(own_characters_, joined.member->own, &OwnCharacter::number);
+  if (joined.member->own != 0 && own != own_characters_.end()) own->member = joined.member;
+  return {};
+}
+
 Result<void> LiveRoom::take(const room::Left& left) {
-  statistics_.forget(left.member->number);
+  statistics_.forget(left.number);
   return {};
 }
 
@@ -256,7 +261,7 @@ std::vector<SeenCharacter> LiveRoom::others(std::size_t moment_count) const {
     one.moments.resize(moment_count);
     for (const auto& [moment, shown] : moments) one.moments[moment] = shown;
   }
-  std::ranges::sort(seen, {}, [](const SeenCharacter& each) { return each.member->number; });
+  std::ranges::stable_sort(seen, {}, [](const SeenCharacter& each) { return each.member->number; });
   return seen;
 }
 

@@ -85,6 +85,8 @@ class LiveRoom : public HairSource, private room::FrameObserver {
     OwnCharacter(const Motion& motion, double duration_s, Loop loop) : timeline(motion, duration_s, loop) {}
     MotionTimeline timeline;
     std::uint32_t number = 0;  // in the room
+    // As it was last in the room: between two servers its hair stays as it was.
+    std::shared_ptr<const room::Member> member;
     MaterialScale material;
     LevelIndex level_wanted = LevelIndex::high;
     HeadGrab grab;
@@ -96,6 +98,7 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   static link::LinkOptions link_options(const ViewOptions& options);
   Result<void> take_events();
   Result<void> take(const room::StateChanged& changed);
+  Result<void> take(const room::Joined& joined);
   Result<void> take(const room::Left& left);
   Result<void> take(const room::WindChanged& changed);
   Result<void> take(const room::Fault& fault);
@@ -105,7 +108,7 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   Result<void> refuse_or_note(const std::string& line);
   void note_refused(const room::Fault& fault);
   [[nodiscard]] std::shared_ptr<const room::Member> member_of(std::size_t own) const {
-    return room_->member_of(own_characters_[own].number);
+    return own_characters_[own].member;
   }
   void begin_when_ready(std::int64_t now_ns);
   [[nodiscard]] Pose pose_of(std::size_t own, double time_s) const;

@@ -21,18 +21,18 @@ void LocalWorld::begin() {
   def.wind = def_.wind;
   def.clock_ns = def_.clock_ns;
   played_ = std::make_unique<local::PlayedWorld>(def);
-  played_->on_tick([this](double end_s, const StepReport& report, double step_ms) {
-    ticks_.push_back({++tick_, end_s, report, step_ms});
-    if (on_tick_) on_tick_();
+  ticks_->number = 0;
+  played_->on_tick([ticks = ticks_.get()](double end_s, const StepReport& report, double step_ms) {
+    ticks->last.push_back({++ticks->number, end_s, report, step_ms});
+    if (ticks->call) ticks->call();
   });
-  tick_ = 0;
 }
 
 std::uint64_t LocalWorld::add(LocalCharacter character) {
   simulated_.push_back(std::make_unique<SimulatedCharacter>(std::move(character), def_.duration_s, def_.loop));
   SimulatedCharacter& simulated = *simulated_.back();
   simulated.id = next_id_++;
-  simulated.played = played_->add([this, &simulated](double from_s, double to_s) {
+  simulated.played = played_->add([&simulated](double from_s, double to_s) {
     const bool is_tick = to_s > from_s;
     const bool jumps =
         is_tick && (std::exchange(simulated.teleport_pending, false) || simulated.timeline.teleports(from_s, to_s));
@@ -71,14 +71,14 @@ std::vector<std::shared_ptr<const Groom>> LocalWorld::grooms_without_levels() co
   return grooms;
 }
 
-Pose LocalWorld::pose_of(const SimulatedCharacter& simulated, double time_s) const {
+Pose LocalWorld::pose_of(const SimulatedCharacter& simulated, double time_s) {
   Place place = simulated.def.place;
   if (simulated.aside) place.x_m += kAside_m;
   return simulated.grab.apply(placed(place, simulated.timeline.at(time_s)), simulated.def.groom->body);
 }
 
 void LocalWorld::advance_to(double time_s) {
-  ticks_.clear();
+  ticks_->last.clear();
   played_->advance_to(time_s);
   show();
 }

@@ -57,7 +57,7 @@ class LocalWorld : public HairSource {
 
   // Called after every tick: ticks().back() and lattice() belong to it. It must not change the world.
   using OnTick = std::function<void()>;
-  void on_tick(OnTick call) { on_tick_ = std::move(call); }
+  void on_tick(OnTick call) { ticks_->call = std::move(call); }
 
   // `time_s` is shown time, which is simulated time. It never decreases.
   void advance_to(double time_s);
@@ -70,7 +70,7 @@ class LocalWorld : public HairSource {
   void set_speed(double speed) { speed_ = speed; }  // simulated seconds a second
   [[nodiscard]] double speed() const { return speed_; }
   // The ticks of the last advance.
-  [[nodiscard]] std::span<const LocalTick> ticks() const { return ticks_; }
+  [[nodiscard]] std::span<const LocalTick> ticks() const { return ticks_->last; }
   [[nodiscard]] const World& world() const { return played_->world(); }
   // The lattice after the last tick; none when rigid or without such a character.
   [[nodiscard]] std::optional<LatticeView> lattice(std::uint64_t id) const;
@@ -102,16 +102,21 @@ class LocalWorld : public HairSource {
   };
   void begin();
   SimulatedCharacter* find(std::uint64_t id);
-  [[nodiscard]] Pose pose_of(const SimulatedCharacter& simulated, double time_s) const;
+  [[nodiscard]] static Pose pose_of(const SimulatedCharacter& simulated, double time_s);
   void show();
 
   Def def_;
   std::unique_ptr<local::PlayedWorld> played_;
   std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
   std::vector<ViewedCharacter> viewed_;
-  std::vector<LocalTick> ticks_;
-  OnTick on_tick_;
-  std::uint64_t tick_ = 0, next_id_ = 1;
+  // What ticks write to, wherever this object is moved.
+  struct Ticks {
+    std::vector<LocalTick> last;  // of the last advance
+    OnTick call;
+    std::uint64_t number = 0;
+  };
+  std::unique_ptr<Ticks> ticks_ = std::make_unique<Ticks>();
+  std::uint64_t next_id_ = 1;
   double speed_ = 1;
   bool paused_ = false;
   std::optional<std::int64_t> last_ns_;

@@ -72,7 +72,7 @@ class RoomTest : public ::testing::Test {
     const std::vector<std::uint8_t> file = basis_file();
     d.send(wire::GroomData{wire::hash_groom(file), file.size(), 0, file});
   }
-  void send_frame(std::uint64_t tick, std::uint32_t member, double x) {
+  std::vector<std::uint8_t> frame_packet(std::uint64_t tick, std::uint32_t member, double x) {
     const std::vector<float> coefficients(12, 0.01f);
     const std::vector<std::uint8_t> bytes = content(x, coefficients);
     wire::FrameBatch batch;
@@ -83,7 +83,10 @@ class RoomTest : public ::testing::Test {
     frame.level = LevelIndex::low;
     frame.content = bytes;
     batch.frames.push_back(frame);
-    d.send(batch);
+    return d.packet(batch);
+  }
+  void send_frame(std::uint64_t tick, std::uint32_t member, double x) {
+    d.core.on_bytes(frame_packet(tick, member, x), d.now_ns);
   }
   template <class T>
   std::vector<T> events() {
@@ -141,7 +144,7 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   advance(33);
   EXPECT_THAT(room->members(), IsEmpty());
   EXPECT_EQ(events<Left>().size(), 1u);
-  // Nobody has it any more: who comes with it next is fetched anew.
+  // Nobody has it any more: it is fetched again for the next who has it.
   sent<wire::GroomRequest>();
   tell_of_other(kOther + 1);
   for (int i = 0; i < 10; ++i) advance(100);
@@ -186,6 +189,12 @@ TEST_F(RoomTest, shows_an_own_character_where_it_was_pushed_last_also_after_a_ch
   advance(10);
   EXPECT_EQ(room->state(), State::connected);
   EXPECT_EQ(room->member_of(me), member);
+  std::vector<std::uint32_t> numbers;
+  for (const Event& event : room->take_events()) {
+    if (const auto* joined = std::get_if<Joined>(&event)) numbers.push_back(joined->number);
+    if (const auto* left = std::get_if<Left>(&event)) numbers.push_back(100 + left->number);
+  }
+  EXPECT_THAT(numbers, ::testing::ElementsAre(31, 131, 3));
   EXPECT_EQ(member->number, 3u);
   EXPECT_EQ(member->session, 6u);
   EXPECT_EQ(room->members().size(), 1u);
@@ -257,6 +266,63 @@ TEST_F(RoomTest, asks_again_for_a_hairstyle_that_nobody_could_give) {
   EXPECT_THAT(events<Fault>(), IsEmpty());
   for (int i = 0; i < 20; ++i) advance(100);
   EXPECT_EQ(sent<wire::GroomRequest>().size(), 1u);
+}
+
+TEST_F(RoomTest, is_empty_and_stays_closed_after_close) {
+  join();
+  tell_of_other();
+  advance();
+  events<Joined>();
+  tell_of_other(kOther + 1);  // on its way meanwhile
+  room->close();
+  EXPECT_THAT(room->members(), IsEmpty());
+  advance();
+  room->close();
+  EXPECT_EQ(room->state(), State::closed);
+  EXPECT_THAT(room->members(), IsEmpty());
+  EXPECT_EQ(events<StateChanged>().size(), 1u);
+}
+
+TEST_F(RoomTest, a_caller_that_was_busy_gets_its_frames_as_if_it_had_not_been) {
+  join();
+  tell_of_other();
+  announce_basis(wire::hash_groom(*others_file));
+  send_frame(1, kOther, 0.5);
+  send_basis();
+  std::uint64_t tick = 2;
+  for (; tick < 40; ++tick) {
+    send_frame(tick, kOther, 0.5);
+    advance(33);
+  }
+  const auto delay_ms = [&] { return 1e-6 * static_cast<double>(room->members().at(kOther)->playout.delay_ns()); };
+  const double before_ms = delay_ms();
+  // Half a second in which nothing is read; then all of it is.
+  std::vector<std::vector<std::uint8_t>> packets;
+  for (int i = 0; i < 15; ++i, ++tick) {
+    d.now_ns += 33 * kMs;
+    packets.push_back(frame_packet(tick, kOther, 0.5));
+  }
+  for (const std::vector<std::uint8_t>& packet : packets) d.core.on_bytes(packet, d.now_ns);
+  for (int i = 0; i < 30; ++i, ++tick) {
+    advance(33);
+    send_frame(tick, kOther, 0.5);
+  }
+  EXPECT_NEAR(delay_ms(), before_ms, 40);
+}
+
+TEST_F(RoomTest, heights_on_the_screen_that_no_message_may_say_spoil_no_report) {
+  join();
+  tell_of_other();
+  tell_of_other(kOther + 1);
+  advance();
+  d.take_all();
+  room->report_importance({{kOther, -0.1f, true}, {kOther + 1, std::numeric_limits<float>::quiet_NaN(), true}});
+  advance(300);
+  const auto reports = sent<wire::ReportImportance>();
+  ASSERT_EQ(reports.size(), 1u);
+  ASSERT_EQ(reports[0].members.size(), 1u);
+  EXPECT_EQ(reports[0].members[0].screen_height, 0);
+  EXPECT_EQ(room->inputs_dropped(), 1u);
 }
 
 TEST_F(RoomTest, the_end_is_told_with_its_reason_and_whether_to_try_again) {

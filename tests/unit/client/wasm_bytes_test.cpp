@@ -86,7 +86,7 @@ TEST(WasmInflate, takes_and_refuses_the_damaged_streams_that_zlib_does) {
     const std::size_t count = 1 + random() % 400;
     const Bytes bytes = some_bytes(random, count, std::array{3u, 20u, 255u}[random() % 3]);
     Bytes stream = bytes::deflated(bytes, random() % 2 == 0 ? PackEffort::most : PackEffort::quick);
-    for (unsigned changes = 1 + random() % 3; changes > 0; --changes) {
+    for (auto changes = 1 + random() % 3; changes > 0; --changes) {
       // Mostly in the first bytes, which say what the codes are.
       const std::size_t at = random() % (random() % 2 == 0 ? stream.size() : std::min<std::size_t>(stream.size(), 60));
       stream[at] = static_cast<std::uint8_t>(random() % 2 == 0 ? stream[at] ^ 1u << random() % 8 : random());
@@ -123,7 +123,7 @@ TEST(WasmDeflate, writes_what_zlib_reads) {
       Bytes got(count);
       ASSERT_EQ(bytes::inflate_into(stream, got), InflateError::none) << count << " of " << spread;
       ASSERT_EQ(got, bytes);
-      EXPECT_LE(stream.size(), bytes.size() * 1.01 + 160);
+      EXPECT_LE(stream.size(), bytes.size() + bytes.size() / 100 + 160);
     }
   }
 }

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <limits>
 
+#include "schema/bytes/content_hash.hpp"
 #include "schema/wire/groom_numbers.hpp"
 #include "schema/wire/packing.hpp"
 #include "tests/support/learnt.hpp"

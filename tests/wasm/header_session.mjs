@@ -1,0 +1,83 @@
+// Takes the steps of a session by the functions of hairnet.wasm, and compares what they give with the native library's.
+//   node header_session.mjs hairnet.wasm FOLDER
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { start } from "../../client/wasm/glue.mjs";
+import { compare, lineOf } from "./lines.mjs";
+
+const [path, folder] = process.argv.slice(2);
+const module = await start(readFileSync(path));
+const memory = () => module.memory.buffer;
+const uint32At = (at) => new DataView(memory()).getUint32(at, true);
+const bytesAt = (at, size) => Buffer.from(new Uint8Array(memory(), at, size)); // a copy
+const textAt = (at) => {
+  const all = new Uint8Array(memory(), at);
+  return Buffer.from(all.subarray(0, all.indexOf(0))).toString();
+};
+const copied = (bytes) => {
+  const at = module.malloc(bytes.length);
+  new Uint8Array(memory()).set(bytes, at);
+  return at;
+};
+
+// Struct Step of session.hpp, as its writer writes it.
+function* steps(bytes) {
+  for (let at = 0; at < bytes.length; ) {
+    const size = bytes.readUInt32LE(at + 9);
+    yield { kind: bytes[at], now: bytes.readBigInt64LE(at + 1), bytes: bytes.subarray(at + 13, at + 13 + size) };
+    at += 13 + size;
+  }
+}
+const [PACKET, ADD, POSE, LOSE] = [1, 2, 3, 4];
+
+const all = [...steps(readFileSync(join(folder, "session")))];
+const slot = module.malloc(64), event = module.malloc(64), nodesAt = module.malloc(1 << 16);
+module.hairnet_open(0, all[0].now, slot, 0, 0);
+const room = uint32At(slot);
+let groom = 0, events = "";
+const sent = [], nodes = [];
+for (const { kind, now, bytes } of all) {
+  module.hairnet_poll(room, now);
+  if (module.hairnet_wants_connection(room, 0, 0)) {
+    module.hairnet_on_opening(room, now);
+    module.hairnet_on_open(room, 0, now);
+  }
+  const at = copied(bytes);
+  if (kind === PACKET) module.hairnet_on_bytes(room, at, bytes.length, now);
+  if (kind === ADD) {
+    module.hairnet_groom_load(at, bytes.length, slot, 0, 0);
+    groom = uint32At(slot);
+    module.hairnet_add_character(room, groom, 0, 0);
+  }
+  if (kind === POSE) module.hairnet_push_pose(room, 1, at, 0);
+  module.free(at);
+  if (kind === LOSE) {
+    const why = copied(Buffer.from("the cable\0"));
+    module.hairnet_on_closed(room, why, now);
+    module.free(why);
+  }
+  module.hairnet_advance(room);
+  while (module.hairnet_next_event(room, event))
+    events += `${uint32At(event)} ${uint32At(event + 8)} ${textAt(uint32At(event + 32))}\n`;
+  for (let packet = 0; (packet = module.hairnet_take_packet(room, now, slot, 0)); ) sent.push(bytesAt(packet, uint32At(slot)));
+  const scene = module.hairnet_room_scene(room);
+  for (let i = 0; i < module.hairnet_shown_count(scene); ++i) {
+    new DataView(memory()).setUint32(slot, 1 << 12, true);
+    if (module.hairnet_shown_nodes(scene, i, nodesAt, slot, 0, 0, 0) === 0) nodes.push(bytesAt(nodesAt, 12 * uint32At(slot)));
+  }
+}
+const pointCount = module.hairnet_groom_point_count(groom);
+const pointsAt = module.malloc(12 * pointCount);
+const error = module.hairnet_shown_points(module.hairnet_room_scene(room), 0, pointsAt, 0, pointCount);
+const sum = new Float32Array(memory(), pointsAt, 3 * pointCount).reduce((a, b) => a + b, 0);
+module.hairnet_groom_free(groom);
+module.hairnet_room_free(room);
+
+const got = [
+  lineOf("hairnet.h session: packets sent", 1, Buffer.concat(sent)),
+  lineOf("hairnet.h session: events", 1, Buffer.from(events)),
+  lineOf("hairnet.h session: nodes shown", 4, Buffer.concat(nodes)),
+  lineOf("hairnet.h session: error of points", 4, Buffer.from(new Int32Array([error]).buffer)),
+  `~0.01 hairnet.h session: sum of points ${sum}`,
+];
+compare(got, readFileSync(join(folder, "header_expected"), "utf8"));
