@@ -1,5 +1,5 @@
 /** What a module of client/wasm exports: its memory, malloc, free, and the functions of client/hairnet.h. */
-export type ModuleExports = Readonly<Record<string, (...numbers: number[]) => number>> & {
+export type ModuleExports = Readonly<Record<string, (...values: (number | bigint)[]) => number | bigint>> & {
   readonly memory: WebAssembly.Memory;
 };
 

@@ -1,80 +1,156 @@
 import { start, type ModuleExports } from "../../../wasm/glue.mjs";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError, type ErrorCode } from "../hair/hairnetError";
 
-const kWhyBytes = 256;
+const kWhyBytes = 512;
+const kResultBytes = 1024;
+/** `hairnet_error` of client/hairnet.h, from 1. */
+const kCodes: readonly ErrorCode[] = [
+  "invalid",
+  "malformed",
+  "unreachable",
+  "refused",
+  "invalid",
+  "too_large",
+  "unsupported",
+];
 
 /**
- * The C++ client in its own memory. `call` reaches the functions of client/hairnet.h, which the module exports. Views of
- * the memory are good until the next call.
+ * The C++ client in its own memory. `call` reaches the functions of client/hairnet.h, which the module exports; 64-bit
+ * numbers are `bigint`. Views of the memory are good until the next call. After a failed assertion, and after a lack of
+ * memory, every call throws a `HairnetError`: the instance is of no more use.
  */
 export class Instance {
   readonly #exports: ModuleExports;
-  /** for results of functions: numbers and pointers */
+  /** for results of functions */
   readonly #results: number;
   readonly #why: number;
+  readonly #names = new Map<string, number>();
+  #failure = "";
 
   static async of(module: WebAssembly.Module): Promise<Instance> {
-    return new Instance(await start(module, (line) => console.error(line)));
+    let instance: Instance | null = null;
+    const exports = await start(module, (line) => {
+      if (instance) instance.#failure = line;
+    });
+    instance = new Instance(exports);
+    return instance;
   }
 
   private constructor(exports: ModuleExports) {
     this.#exports = exports;
-    this.#results = exports.malloc(64);
+    this.#results = exports.malloc(kResultBytes);
     this.#why = exports.malloc(kWhyBytes);
   }
 
-  call(name: string, ...numbers: number[]): number {
-    return this.#exports[name](...numbers);
+  call(name: string, ...values: (number | bigint)[]): number {
+    return Number(this.callWide(name, ...values));
+  }
+
+  /** The same of a function that returns a 64-bit number. */
+  callWide(name: string, ...values: (number | bigint)[]): bigint {
+    try {
+      return this.#exports[name](...values) as bigint;
+    } catch (error) {
+      throw new HairnetError("unsupported", `the hair module has ended: ${this.#failure || String(error)}`);
+    }
+  }
+
+  /**
+   * Calls a function whose last arguments are `why` and its size. Throws that line as a `HairnetError`, behind `prefix`,
+   * where it does not return HAIRNET_OK.
+   */
+  check(prefix: string, name: string, ...values: (number | bigint)[]): void {
+    const error = this.call(name, ...values, this.#why, kWhyBytes);
+    if (error === 0) return;
+    const line = this.text(this.#why) || this.text(this.call("hairnet_error_text", error));
+    throw new HairnetError(kCodes[error - 1], prefix + line);
   }
 
   /** Calls a function whose last argument is a pointer to what it makes, and returns that. */
-  make(name: string, ...numbers: number[]): number {
-    const error = this.call(name, ...numbers, this.#results);
-    if (error !== 0) throw new HairnetError("invalid", this.#textOf(this.call("hairnet_error_text", error)));
+  make(name: string, ...values: (number | bigint)[]): number {
+    const error = this.call(name, ...values, this.#results);
+    if (error !== 0) throw new HairnetError(kCodes[error - 1], this.text(this.call("hairnet_error_text", error)));
     return this.u32(this.#results);
   }
 
   /** The same of one that says in a line what is wrong with a file's bytes. */
   makeOf(name: string, file: Uint8Array): number {
-    const at = this.put(file);
-    const error = this.call(name, at, file.length, this.#results, this.#why, kWhyBytes);
-    this.call("free", at);
-    if (error !== 0) throw new HairnetError("malformed", this.#textOf(this.#why));
-    return this.u32(this.#results);
+    return this.with(file, (at) => {
+      this.check("", name, at, file.length, this.#results);
+      return this.u32(this.#results);
+    });
   }
 
   /** The bytes that a function tells by two pointers at its end; null: it has none. Copied. */
-  bytes(name: string, ...numbers: number[]): Uint8Array | null {
-    const error = this.call(name, ...numbers, this.#results, this.#results + 4);
+  bytes(name: string, ...values: (number | bigint)[]): Uint8Array | null {
+    const error = this.call(name, ...values, this.#results, this.#results + 4);
     if (error !== 0) return null;
-    const at = this.u32(this.#results);
-    return this.#memory.slice(at, at + this.u32(this.#results + 4));
+    return this.copy(this.u32(this.#results), this.u32(this.#results + 4));
   }
 
-  /** What `call` writes to the place that it is given, of at most 64 bytes. */
+  /** A view of what `call` writes to the place that it is given, of at most 1024 bytes; good until the next call. */
   struct(byteCount: number, call: (at: number) => void): DataView {
     call(this.#results);
-    return new DataView(this.#memory.slice(this.#results, this.#results + byteCount).buffer);
+    return new DataView(this.#exports.memory.buffer, this.#results, byteCount);
+  }
+
+  /** Calls with the place of these bytes in the memory, which is freed afterwards. */
+  with<T>(bytes: Uint8Array, call: (at: number) => T): T {
+    const at = this.put(bytes);
+    try {
+      return call(at);
+    } finally {
+      this.call("free", at);
+    }
   }
 
   /** To be freed by `call("free", …)`. */
   put(bytes: Uint8Array): number {
-    const at = this.#exports.malloc(bytes.length);
+    const at = this.allocate(bytes.length);
+    new Uint8Array(this.#exports.memory.buffer).set(bytes, at);
+    return at;
+  }
+
+  /** A text with its final 0, kept for ever: for a few names. */
+  name(text: string): number {
+    let at = this.#names.get(text);
+    if (at === undefined) this.#names.set(text, (at = this.put(new TextEncoder().encode(`${text}\0`))));
+    return at;
+  }
+
+  allocate(byteCount: number): number {
+    const at = this.call("malloc", Math.max(byteCount, 1));
     if (at === 0) throw new HairnetError("unsupported", "out of memory");
-    this.#memory.set(bytes, at);
     return at;
   }
 
   u32(at: number): number {
-    return new DataView(this.#exports.memory.buffer).getUint32(at, true);
+    return this.view().getUint32(at, true);
   }
 
-  get #memory(): Uint8Array {
-    return new Uint8Array(this.#exports.memory.buffer);
+  view(): DataView {
+    return new DataView(this.#exports.memory.buffer);
   }
 
-  #textOf(at: number): string {
-    const bytes = this.#memory;
+  copy(at: number, byteCount: number): Uint8Array {
+    return new Uint8Array(this.#exports.memory.buffer).slice(at, at + byteCount);
+  }
+
+  /** Until the next call. */
+  floats(at: number, count: number): Float32Array {
+    return new Float32Array(this.#exports.memory.buffer, at, count);
+  }
+  words(at: number, count: number): Uint32Array {
+    return new Uint32Array(this.#exports.memory.buffer, at, count);
+  }
+  doubles(at: number, count: number): Float64Array {
+    return new Float64Array(this.#exports.memory.buffer, at, count);
+  }
+
+  /** Of bytes up to a 0. */
+  text(at: number): string {
+    if (at === 0) return "";
+    const bytes = new Uint8Array(this.#exports.memory.buffer);
     return new TextDecoder().decode(bytes.slice(at, bytes.indexOf(0, at)));
   }
 }
