@@ -6,17 +6,14 @@ import {
   kRecordTexels,
   kTipTexel,
 } from "../generated/constants";
-import type { Pose } from "../hair/pose";
-import { kBoneCount, kNumbersPerBone } from "../hair/pose";
+import type { Lattice } from "../hair/movedLattice";
+import { kBoneCount, kNumbersPerBone, type Pose } from "../hair/pose";
 import type { DensityGrid } from "./densityGrid";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
 
 /** A lattice that moves hair, and its place in `LatticePass`. */
-export interface PlacedLattice {
-  readonly origin: ArrayLike<number>;
-  readonly spacing: ArrayLike<number>;
-  readonly dims: ArrayLike<number>;
+export interface PlacedLattice extends Lattice {
   readonly firstNode: number;
   /** number of its basis in the picture, from 1; 0: its nodes are uploaded; -1: they are there already */
   readonly basis: number;

@@ -16,10 +16,7 @@ import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
 import { HairnetError } from "../hair/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
-import type { Groom } from "../hair/groom";
 import { poseFault } from "../hair/pose";
-import type { Skin } from "../hair/skin";
-import { SkinPush } from "../hair/skinPush";
 import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale, type DrawDetail } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
@@ -67,8 +64,6 @@ export interface HairStatistics extends DrawCounts {
 }
 
 const kImportanceEveryMs = 250;
-/** of grooms without a material, whose hair is normal (core/groom/material.hpp) */
-const kNormalThicknessM = 0.006;
 
 /** The events of `HairScene.addEventListener`, by name. */
 export interface HairSceneEventMap {
@@ -265,7 +260,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
       const groom = this.#grooms.get(member.groomKey);
       if (groom) groom.isWorn = true;
-      if (groom && member.groom && member.skin) keepOut(groom, member.skin, member.groom);
+      if (groom && member.skin) groom.skin.fill(member.skin);
     }
     for (const [number, character] of this.characters) if (!here.has(number)) this.#removeCharacter(character);
     for (const [key, groom] of this.#grooms) {
@@ -289,14 +284,14 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
-    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [], skin: null, skinTexture: new SkinTexture() };
+    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [], skin: new SkinTexture() };
     this.#grooms.set(key, entry);
     const show = (geometry: GroomGeometry): void => {
       // The groom may have been removed meanwhile, or removed and added again.
       if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
       const adapt = this.#options.onMaterial ?? (() => {});
       entry.drawing?.dispose();
-      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skinTexture);
+      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skin);
     };
     this.#builder.build(groom.file, show).then(show, (fault: Error) => {
       if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
@@ -343,8 +338,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
         ballRadiusM,
         screenHeight: seen.screenHeight,
-        // Nodes that the processor has summed up anyway cost nothing more.
-        lattice: (this.#nodeSum === "gpu" && member.lattice?.coarse) || member.lattice,
+        lattice: member.lattice,
       };
       this.#shown.push(one);
       if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
@@ -483,24 +477,16 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 }
 
-/** Its hair is kept out of the skin from now on. */
-function keepOut(entry: GroomEntry, skin: Skin, groom: Groom): void {
-  if (entry.skin === skin) return;
-  entry.skin = skin;
-  entry.skinTexture.fill(new SkinPush(skin, groom.material?.thicknessM ?? kNormalThicknessM));
-}
-
-function disposeGroom({ drawing, skinTexture }: GroomEntry): void {
+function disposeGroom({ drawing, skin }: GroomEntry): void {
   drawing?.dispose();
-  skinTexture.dispose();
+  skin.dispose();
 }
 
 interface GroomEntry {
   /** null: still being made; at first of few strands */
   drawing: GroomDrawing | null;
-  /** that `skinTexture` has */
-  skin: Skin | null;
-  readonly skinTexture: SkinTexture;
+  /** to keep its hair out of */
+  readonly skin: SkinTexture;
   /** a current member has it */
   isWorn: boolean;
   /** characters that are drawn with it */

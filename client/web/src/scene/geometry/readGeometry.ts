@@ -1,6 +1,6 @@
 import { kPointRow } from "../../generated/constants";
 import type { Instance } from "../../module/instance";
-import type { GroomGeometry, MeshArrays, StrandGeometry } from "./groomGeometry";
+import type { AttributeArray, Attributes, GroomGeometry, MeshArrays } from "./groomGeometry";
 
 /** `hairnet_part` of client/hairnet.h. */
 enum Part {
@@ -20,21 +20,19 @@ enum Part {
   bodyIndices,
 }
 
-/** Bytes of a vertex, and where its attributes begin. `extra` follows the others. */
-interface VertexLayout {
-  readonly size: number;
-  readonly restNumbers: number;
-  readonly extra: "floats" | "bytes";
-  readonly extraSize: number;
-}
-const kCard: VertexLayout = { size: 48, restNumbers: 4, extra: "floats", extraSize: 4 };
-const kFabric: VertexLayout = { size: 52, restNumbers: 4, extra: "floats", extraSize: 5 };
-const kBody: VertexLayout = { size: 32, restNumbers: 3, extra: "bytes", extraSize: 4 };
-const kStrandVertexBytes = 12;
+/** The attributes of a vertex by their names in the shaders, one after the other: a type and how many of it. */
+type Layout = Readonly<Record<string, readonly [type: keyof typeof kTypes, size: number]>>;
+const kTypes = { float: Float32Array, half: Uint16Array, byte: Uint8Array };
+const kLight: Layout = { sides: ["byte", 4], ends: ["byte", 4] };
+const kStrand: Layout = { ...kLight, strand: ["float", 1] };
+const kOfHair: Layout = { rest: ["float", 4], direction: ["half", 4], ...kLight };
+const kCard: Layout = { ...kOfHair, side: ["float", 4] };
+const kFabric: Layout = { ...kOfHair, albedo: ["float", 4], cord: ["float", 1] };
+const kBody: Layout = { rest: ["float", 3], normal: ["half", 4], ...kLight, shares: ["byte", 4] };
 
 /**
- * The geometry of the groom in a file, as C++ makes it (client/draw). `isCoarse`: the body and about 500 strands alone;
- * null when the whole takes no longer than a moment. Throws `HairnetError` when the file is damaged.
+ * The geometry of a groom of the module, as C++ makes it (client/draw). `isCoarse`: the body and about 500 strands
+ * alone; null when the whole takes no longer than a moment.
  */
 export function readGeometry(instance: Instance, groom: number, isCoarse: boolean): GroomGeometry | null {
   let geometry: number;
@@ -44,17 +42,36 @@ export function readGeometry(instance: Instance, groom: number, isCoarse: boolea
     if (isCoarse) return null;
     throw error;
   }
-  const bytesOf = (part: Part, list = 0) => instance.bytes("hairnet_geometry_part", geometry, part, list)!;
-  const meshOf = (vertices: Part, indices: Part, layout: VertexLayout) =>
-    meshArrays(bytesOf(vertices), bytesOf(indices), layout);
+  const bytesOf = (part: Part, list = 0) => instance.bytes("hairnet_geometry_part", geometry, part, list)!.buffer as ArrayBuffer;
+  const floatsOf = (part: Part) => new Float32Array(bytesOf(part));
+  const wordsOf = (part: Part, list?: number) => new Uint32Array(bytesOf(part, list));
+  const meshOf = (vertices: Part, indices: Part, layout: Layout): MeshArrays => ({
+    attributes: attributesOf(bytesOf(vertices), layout),
+    triangles: wordsOf(indices),
+  });
+  const listCount = instance.call("hairnet_geometry_lists", geometry, 0, 0);
+  const tolerances = instance.struct(4 * listCount, (at) =>
+    instance.call("hairnet_geometry_lists", geometry, at, listCount),
+  );
+  const tolerancesM = Array.from({ length: listCount }, (_, list) => tolerances.getFloat32(4 * list, true));
   const numbers = instance.struct(20, (at) => instance.call("hairnet_get_geometry_numbers", geometry, at));
   const made: GroomGeometry = {
-    strands: strandGeometry(instance, geometry, bytesOf),
     strandCount: numbers.getUint32(0, true),
     farCardCount: numbers.getUint32(4, true),
     strandWidthM: numbers.getFloat32(8, true),
     waviness: numbers.getFloat32(12, true),
     radiusM: numbers.getFloat32(16, true),
+    strands: {
+      rest: wholeRows(floatsOf(Part.strandPoints), 4),
+      arc: wholeRows(floatsOf(Part.strandArcs), 2),
+      pointEnd: wordsOf(Part.strandEnds),
+      attributes: attributesOf(bytesOf(Part.strandVertices), kStrand),
+      lists: tolerancesM.map((toleranceM, list) => ({
+        toleranceM,
+        triangles: wordsOf(Part.strandIndices, list),
+        end: wordsOf(Part.strandIndexEnds, list),
+      })),
+    },
     cards: meshOf(Part.cardVertices, Part.cardIndices, kCard),
     farCards: meshOf(Part.farCardVertices, Part.farCardIndices, kCard),
     fabric: meshOf(Part.fabricVertices, Part.fabricIndices, kFabric),
@@ -64,70 +81,31 @@ export function readGeometry(instance: Instance, groom: number, isCoarse: boolea
   return made;
 }
 
-function strandGeometry(
-  instance: Instance,
-  geometry: number,
-  bytesOf: (part: Part, list?: number) => Uint8Array,
-): StrandGeometry {
-  const rest = new Float32Array(bytesOf(Part.strandPoints).buffer);
-  const arc = new Float32Array(bytesOf(Part.strandArcs).buffer);
-  const vertices = bytesOf(Part.strandVertices);
-  const count = vertices.length / kStrandVertexBytes;
-  const words = new Uint32Array(vertices.buffer);
-  const sides = new Uint32Array(count);
-  const ends = new Uint32Array(count);
-  const strand = new Uint32Array(count);
-  for (let v = 0; v < count; ++v) {
-    sides[v] = words[3 * v];
-    ends[v] = words[3 * v + 1];
-    strand[v] = words[3 * v + 2];
-  }
-  const listCount = instance.call("hairnet_geometry_lists", geometry, 0, 0);
-  const tolerances = instance.struct(4 * listCount, (at) =>
-    instance.call("hairnet_geometry_lists", geometry, at, listCount),
-  );
-  return {
-    rest: wholeRows(rest, 4),
-    arc: wholeRows(arc, 2),
-    pointEnd: new Uint32Array(bytesOf(Part.strandEnds).buffer),
-    sides: new Uint8Array(sides.buffer),
-    ends: new Uint8Array(ends.buffer),
-    strand: new Float32Array(strand.buffer),
-    lists: Array.from({ length: listCount }, (_, list) => ({
-      toleranceM: tolerances.getFloat32(4 * list, true),
-      triangles: new Uint32Array(bytesOf(Part.strandIndices, list).buffer),
-      end: new Uint32Array(bytesOf(Part.strandIndexEnds, list).buffer),
-    })),
-  };
-}
-
 /** `numbers` a point; the last row is filled with zeros. */
-function wholeRows(points: Float32Array, numbers: number): Float32Array {
+function wholeRows(points: Float32Array, numbers: number): Float32Array<ArrayBuffer> {
   const row = numbers * kPointRow;
   const filled = new Float32Array(Math.ceil(points.length / row) * row);
   filled.set(points);
   return filled;
 }
 
-function meshArrays(vertices: Uint8Array, indices: Uint8Array, layout: VertexLayout): MeshArrays {
-  const { size, restNumbers, extra, extraSize } = layout;
-  const count = vertices.length / size;
-  const view = new DataView(vertices.buffer);
-  const rest = new Float32Array(4 * count);
-  const direction = new Uint16Array(4 * count);
-  const sides = new Uint8Array(4 * count);
-  const ends = new Uint8Array(4 * count);
-  const extras = new Float32Array(extraSize * count);
-  for (let v = 0; v < count; ++v) {
-    let at = size * v;
-    for (let i = 0; i < restNumbers; ++i, at += 4) rest[4 * v + i] = view.getFloat32(at, true);
-    for (let i = 0; i < 4; ++i, at += 2) direction[4 * v + i] = view.getUint16(at, true);
-    sides.set(vertices.subarray(at, at + 4), 4 * v);
-    ends.set(vertices.subarray(at + 4, at + 8), 4 * v);
-    at += 8;
-    for (let i = 0; i < extraSize; ++i)
-      extras[extraSize * v + i] = extra === "floats" ? view.getFloat32(at + 4 * i, true) : vertices[at + i] / 255;
+/** An array for each attribute of the vertices: WebGL's buffers, as three.js has them, have numbers of one type. */
+function attributesOf(vertices: ArrayBuffer, layout: Layout): Attributes {
+  const vertexBytes = Object.values(layout).reduce(
+    (sum, [type, size]) => sum + size * kTypes[type].BYTES_PER_ELEMENT,
+    0,
+  );
+  const count = vertices.byteLength / vertexBytes;
+  const made: Record<string, AttributeArray> = {};
+  let first = 0;
+  for (const [name, [type, size]] of Object.entries(layout)) {
+    const from = new kTypes[type](vertices);
+    const array = new kTypes[type](size * count);
+    const stride = vertexBytes / from.BYTES_PER_ELEMENT;
+    const begin = first / from.BYTES_PER_ELEMENT;
+    for (let v = 0; v < count; ++v) for (let i = 0; i < size; ++i) array[size * v + i] = from[stride * v + begin + i];
+    made[name] = { array, size };
+    first += size * from.BYTES_PER_ELEMENT;
   }
-  const triangles = new Uint32Array(indices.buffer);
-  return { rest, direction, sides, ends, extra: extras, extraSize, triangles };
+  return made;
 }
