@@ -146,9 +146,15 @@ function copied(lattice: MovedLattice | null, into: MovedLattice | null): MovedL
 }
 
 /** The hair's displacement by linear FFD at a place at rest; beyond the lattice it is that of its border. */
-export function displacementAt(lattice: MovedLattice | null, x: number, y: number, z: number, out: Float64Array): void {
+export function displacementAt(
+  lattice: MovedLattice | null,
+  x: number,
+  y: number,
+  z: number,
+  out: Float64Array,
+): Float64Array {
   out.fill(0);
-  if (!lattice) return;
+  if (!lattice) return out;
   const { grid } = lattice;
   const { origin, spacing, dims } = lattice.lattice;
   const gx = Math.min(Math.max((x - origin[0]) / spacing[0], 0), dims[0] - 1);
@@ -167,4 +173,5 @@ export function displacementAt(lattice: MovedLattice | null, x: number, y: numbe
     out[1] += share * grid[node + 1];
     out[2] += share * grid[node + 2];
   }
+  return out;
 }

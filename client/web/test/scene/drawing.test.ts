@@ -13,7 +13,6 @@ import {
 } from "three";
 import { kNumbersPerBone, kPoseNumbers, rigidPose, type Pose } from "../../src/hair/pose";
 import { detailFor } from "../../src/scene/drawDetail";
-import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { kCoefficientTexel, kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
@@ -23,7 +22,7 @@ import { CharacterRecords, writeRecord, type CharacterRecord } from "../../src/s
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
-import { madeGroom } from "../support/madeGroom";
+import { geometryOf, strandsFile } from "../support/grooms";
 
 const record: CharacterRecord = {
   pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
@@ -104,14 +103,13 @@ describe("records", () => {
   });
 });
 
-describe("draw calls", () => {
+describe("draw calls", async () => {
+  const made = await geometryOf(await strandsFile());
   const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
   const group = new Group();
   const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
-  const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) =>
-    materials.push(material),
-  );
+  const drawing = new GroomDrawing(made, group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
     const detail = detailFor(px, 1, drawing.strandCount, drawing.waviness);
     return { detail: { ...detail, cards: 0 }, list: drawing.listFor(detail.toleranceM) };
@@ -166,7 +164,6 @@ describe("draw calls", () => {
   });
 
   test("with details of their own, too, all are drawn: those of one list together", () => {
-    const made = makeGroomGeometry(madeGroom());
     const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
     const hall = new Group();
     const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});

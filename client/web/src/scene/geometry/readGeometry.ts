@@ -42,7 +42,8 @@ export function readGeometry(instance: Instance, groom: number, isCoarse: boolea
     if (isCoarse) return null;
     throw error;
   }
-  const bytesOf = (part: Part, list = 0) => instance.bytes("hairnet_geometry_part", geometry, part, list)!.buffer as ArrayBuffer;
+  const bytesOf = (part: Part, list = 0) =>
+    instance.bytes("hairnet_geometry_part", geometry, part, list)!.buffer as ArrayBuffer;
   const floatsOf = (part: Part) => new Float32Array(bytesOf(part));
   const wordsOf = (part: Part, list?: number) => new Uint32Array(bytesOf(part, list));
   const meshOf = (vertices: Part, indices: Part, layout: Layout): MeshArrays => ({
