@@ -32,10 +32,7 @@ export class Rehearsal {
     this.#hair = new HairScene({ sample: () => [this.#member()] }, renderer, options);
     this.#hair.lightFollowsHair = false;
     this.#hair.scale.setScalar(kScale);
-    Groom.load(Uint8Array.from(atob(kGroom), (letter) => letter.charCodeAt(0))).then(
-      (groom) => (this.#groom = groom),
-      () => (this.#isOver = true), // as the first hairstyle will say
-    );
+    void this.#load();
   }
 
   /** Call it before pictures. Draws the whole scene to the canvas, once. */
@@ -55,6 +52,14 @@ export class Rehearsal {
   dispose(): void {
     this.#isOver = true;
     this.#hair.dispose();
+  }
+
+  async #load(): Promise<void> {
+    try {
+      this.#groom = await Groom.load(Uint8Array.from(atob(kGroom), (letter) => letter.charCodeAt(0)));
+    } catch {
+      this.#isOver = true; // the first hairstyle will say why
+    }
   }
 
   #member() {

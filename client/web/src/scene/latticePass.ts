@@ -4,7 +4,7 @@ import { nodeCount, type Basis, type Lattice, type MovedLattice, type MovedModes
 import type { PlacedLattice } from "./characterRecords";
 import { FloatTexture } from "./floatTexture";
 import type { NodeSum } from "./nodeSum";
-import { bitsTarget, drawAside, Pass } from "./pass";
+import { bitsTarget, drawAside, Pass, readBits } from "./pass";
 
 /** The records, from `first` to `last`, whose lattices have one source. */
 interface Source {
@@ -144,10 +144,7 @@ export class LatticePass {
 
   /** The nodes from a row on, 4 numbers each, as the GPU has them. For tests. */
   read(renderer: WebGLRenderer, row: number, nodes: number): Float32Array {
-    const rows = Math.ceil(nodes / kLatticeRow);
-    const bits = new Uint32Array(4 * kLatticeRow * rows);
-    renderer.readRenderTargetPixels(this.#nodes, 0, row, kLatticeRow, rows, bits);
-    return new Float32Array(bits.buffer);
+    return readBits(renderer, this.#nodes, row, nodes);
   }
 
   dispose(): void {

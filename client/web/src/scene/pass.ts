@@ -72,6 +72,19 @@ export function drawAside(renderer: WebGLRenderer, draw: () => void): void {
   xr.enabled = isXr;
 }
 
+/** What the bits of such a target mean, of so many texels from the beginning of a row on. For tests. */
+export function readBits(
+  renderer: WebGLRenderer,
+  target: WebGLRenderTarget,
+  row: number,
+  texels: number,
+): Float32Array {
+  const rows = Math.ceil(texels / target.width);
+  const bits = new Uint32Array(4 * target.width * rows);
+  renderer.readRenderTargetPixels(target, 0, row, target.width, rows, bits);
+  return new Float32Array(bits.buffer, 0, 4 * texels);
+}
+
 /** Rows of the bits of four floats: a device may be unable to draw floats. */
 export function bitsTarget(width: number): WebGLRenderTarget {
   return new WebGLRenderTarget(width, 1, {

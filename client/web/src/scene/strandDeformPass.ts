@@ -1,7 +1,7 @@
 import type { IUniform, Texture, WebGLRenderer } from "three";
 import { kPointRow, kRowsMax } from "../generated/constants";
 import type { Drawn, GroomDrawing } from "./groomDrawing";
-import { bitsTarget, drawAside, Pass } from "./pass";
+import { bitsTarget, drawAside, Pass, readBits } from "./pass";
 import { SkinTexture } from "./skinTexture";
 
 /** Characters with one groom: their records from `first` on. */
@@ -68,6 +68,11 @@ export class StrandDeformPass {
         this.#place.draw(renderer, 6, characters);
       }
     });
+  }
+
+  /** The points from row 0 on, 4 numbers each, as the GPU has them. For tests. */
+  read(renderer: WebGLRenderer, points: number): Float32Array {
+    return readBits(renderer, this.#placed, 0, points);
   }
 
   dispose(): void {
