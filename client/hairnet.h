@@ -198,13 +198,10 @@ typedef struct hairnet_counters {
   uint64_t bytes_sent, bytes_received, frames_received, frames_dropped, frames_undecodable, poses_dropped;
   uint64_t inputs_dropped; /* poses, winds, materials and tags of this program that were refused */
   uint64_t reconnects, resumes, redirects, silent_servers;
+  /* Of hairstyles that are on their way, and of those that have arrived since none was: what is here, and the files' sizes. */
+  uint64_t downloaded_bytes, download_byte_count;
 } hairnet_counters;
-#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-/* Bytes of other members' grooms that are on their way, and of those that have arrived since none was. Reads. */
-typedef struct hairnet_downloads {
-  uint64_t bytes, byte_count; /* that are here; of the files whose size is known */
-} hairnet_downloads;
-HAIRNET_API void hairnet_get_downloads(const hairnet_room* room, hairnet_downloads* downloads);
+#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 /* Since the room was made. Reads. */
 HAIRNET_API void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters);
 
@@ -405,7 +402,7 @@ typedef struct hairnet_skin {
   size_t grid_count, node_count;
   float thickness_m;    /* of the hair */
 } hairnet_skin;
-/* Until the groom is freed. HAIRNET_NOT_THERE: none is known, or not yet. */
+/* HAIRNET_NOT_THERE: none is known, or not yet. */
 HAIRNET_API hairnet_error hairnet_shown_skin(const hairnet_scene* scene, size_t index, hairnet_skin* skin);
 
 /*

@@ -47,7 +47,7 @@ for (const { kind, now, bytes } of all) {
   if (kind === ADD) {
     module.hairnet_groom_load(at, bytes.length, slot, 0, 0);
     groom = uint32At(slot);
-    module.hairnet_add_character(room, groom, 0, 0);
+    module.hairnet_add_character(room, groom, 0, 0, 0, 0);
   }
   if (kind === POSE) module.hairnet_push_pose(room, 1, at, 0);
   module.free(at);
@@ -58,12 +58,14 @@ for (const { kind, now, bytes } of all) {
   }
   module.hairnet_advance(room);
   while (module.hairnet_next_event(room, event))
-    events += `${uint32At(event)} ${uint32At(event + 8)} ${textAt(uint32At(event + 32))}\n`;
+    events += `${uint32At(event)} ${uint32At(event + 8)} ${textAt(uint32At(event + 40))}\n`;
   for (let packet = 0; (packet = module.hairnet_take_packet(room, now, slot, 0)); ) sent.push(bytesAt(packet, uint32At(slot)));
   const scene = module.hairnet_room_scene(room);
   for (let i = 0; i < module.hairnet_shown_count(scene); ++i) {
-    new DataView(memory()).setUint32(slot, 1 << 12, true);
-    if (module.hairnet_shown_nodes(scene, i, nodesAt, slot, 0, 0, 0) === 0) nodes.push(bytesAt(nodesAt, 12 * uint32At(slot)));
+    if (module.hairnet_shown_lattice(scene, i, slot) !== 0) continue;
+    const count = [24, 28, 32].reduce((product, at) => product * uint32At(slot + at), 1);
+    module.hairnet_shown_nodes(scene, i, nodesAt, count);
+    nodes.push(bytesAt(nodesAt, 12 * count));
   }
 }
 const pointCount = module.hairnet_groom_point_count(groom);
