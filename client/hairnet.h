@@ -336,6 +336,14 @@ HAIRNET_API const hairnet_scene* hairnet_room_scene(const hairnet_room* room);
 
 /* ---- pictures ------------------------------------------------------------------------------------------------------------ */
 
+/* The lattice that moves a character's hair: nodes at origin + (i, j, k) spacing, i fastest, then j. Head space, m. */
+typedef struct hairnet_lattice {
+  float origin[3], spacing[3];
+  uint32_t counts[3];
+  uint32_t basis;      /* that the nodes are the sum of: a number that characters of one groom share; 0: none */
+  uint32_t mode_count; /* of that basis */
+} hairnet_lattice;
+
 /* A character as it is shown now. */
 typedef struct hairnet_shown {
   uint32_t member;           /* its number in the room or the world */
@@ -355,6 +363,7 @@ typedef struct hairnet_shown {
   double delay_s;            /* from sampling its poses to showing them here */
   const float* coefficients; /* of its groom's modes, m, the largest first; none at rest and in a world */
   size_t coefficient_count;
+  hairnet_lattice lattice; /* if its hair `moves` */
 } hairnet_shown;
 /* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
 HAIRNET_API size_t hairnet_shown_count(const hairnet_scene* scene);
@@ -369,16 +378,6 @@ HAIRNET_API hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t
  */
 HAIRNET_API hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points,
                                                float* tangents, size_t point_count);
-/* The lattice that moves its hair: nodes at origin + (i, j, k) spacing, i fastest, then j. Head space, m. */
-typedef struct hairnet_lattice {
-  float origin[3], spacing[3];
-  uint32_t counts[3];
-  /* That the nodes are the sum of, in this scene: characters of one groom share it. 0: of none. */
-  uint32_t basis;
-  uint32_t mode_count;
-} hairnet_lattice;
-/* HAIRNET_NOT_THERE: its hair is at rest. */
-HAIRNET_API hairnet_error hairnet_shown_lattice(const hairnet_scene* scene, size_t index, hairnet_lattice* lattice);
 /* The displacements of its lattice's nodes from rest, head space, m: x y z. */
 HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes,
                                               size_t node_count);

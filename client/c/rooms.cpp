@@ -282,7 +282,7 @@ hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* gro
       [&] {
         const Result<room::CharacterOptions> wanted = c::character_options_of(options);
         if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
-        const Result<std::uint32_t> number = room->room->add_character(groom->file, *wanted);
+        const Result<std::uint32_t> number = room->room->add_character(groom->file, *wanted, groom->groom);
         if (number && own != nullptr) *own = *number;
         return c::done_or_why(number, why, why_size);
       },

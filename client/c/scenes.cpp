@@ -17,6 +17,20 @@ const hairnet_scene::Shown* moved_at(const hairnet_scene* scene, std::size_t ind
   return one == nullptr || one->lattice.geometry == nullptr ? nullptr : one;
 }
 
+void write_lattice(const hairnet_scene& scene, const MovedLattice& moved, hairnet_lattice& out) {
+  const Lattice& lattice = moved.geometry->lattice;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    out.origin[axis] = lattice.origin[static_cast<Eigen::Index>(axis)];
+    out.spacing[axis] = lattice.spacing[static_cast<Eigen::Index>(axis)];
+    out.counts[axis] = static_cast<std::uint32_t>(lattice.dims[axis]);
+  }
+  if (!moved.basis) return;
+  const auto [number, is_new] = scene.bases.try_emplace(moved.basis, scene.last_basis + 1);
+  scene.last_basis += is_new;
+  out.basis = number->second;
+  out.mode_count = static_cast<std::uint32_t>(moved.basis->mode_count());
+}
+
 draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Shown& shown) {
   const room::Member& member = *shown.member;
   const std::pair key(member.groom.get(), shown.lattice.geometry);
@@ -84,7 +98,11 @@ hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t index, hairne
   shown->delay_s = 1e-9 * static_cast<double>(member.playout.delay_ns());
   shown->coefficients = one->lattice.coefficients.data();
   shown->coefficient_count = one->lattice.coefficients.size();
-  return HAIRNET_OK;
+  if (!shown->moves) return HAIRNET_OK;
+  return c::guarded([&] {
+    c::write_lattice(*scene, one->lattice, shown->lattice);
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t index, hairnet_groom** groom) {
@@ -107,27 +125,6 @@ hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, flo
     c::points_of(*scene, *one).place(*one->member->pose, one->lattice, placed, directions);
     c::write_vectors(placed, points);
     if (tangents != nullptr) c::write_vectors(directions, tangents);
-    return hairnet_error{HAIRNET_OK};
-  });
-}
-
-hairnet_error hairnet_shown_lattice(const hairnet_scene* scene, size_t index, hairnet_lattice* lattice) {
-  const hairnet_scene::Shown* one = c::moved_at(scene, index);
-  if (one == nullptr) return HAIRNET_NOT_THERE;
-  return c::guarded([&] {
-    const Lattice& of = one->lattice.geometry->lattice;
-    *lattice = {};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lattice->origin[axis] = of.origin[static_cast<Eigen::Index>(axis)];
-      lattice->spacing[axis] = of.spacing[static_cast<Eigen::Index>(axis)];
-      lattice->counts[axis] = static_cast<std::uint32_t>(of.dims[axis]);
-    }
-    if (const std::shared_ptr<const Basis>& basis = one->lattice.basis) {
-      const auto [number, is_new] = scene->bases.try_emplace(basis, scene->last_basis + 1);
-      scene->last_basis += is_new;
-      lattice->basis = number->second;
-      lattice->mode_count = static_cast<std::uint32_t>(basis->mode_count());
-    }
     return hairnet_error{HAIRNET_OK};
   });
 }

@@ -70,9 +70,10 @@ std::string header_results(std::span<const std::uint8_t> bytes) {
     }
     const hairnet_scene* scene = hairnet_room_scene(room);
     for (std::size_t i = 0; i < hairnet_shown_count(scene); ++i) {
-      hairnet_lattice lattice;
-      if (hairnet_shown_lattice(scene, i, &lattice) != HAIRNET_OK) continue;
-      const std::size_t count = std::size_t{lattice.counts[0]} * lattice.counts[1] * lattice.counts[2];
+      hairnet_shown shown;
+      if (hairnet_get_shown(scene, i, &shown) != HAIRNET_OK || shown.moves == 0) continue;
+      const auto& [x, y, z] = shown.lattice.counts;
+      const std::size_t count = std::size_t{x} * y * z;
       nodes.resize(nodes.size() + 3 * count);
       hairnet_shown_nodes(scene, i, nodes.data() + nodes.size() - 3 * count, count);
     }

@@ -31,7 +31,7 @@ function* steps(bytes) {
 const [PACKET, ADD, POSE, LOSE] = [1, 2, 3, 4];
 
 const all = [...steps(readFileSync(join(folder, "session")))];
-const slot = module.malloc(64), event = module.malloc(64), nodesAt = module.malloc(1 << 16);
+const slot = module.malloc(64), event = module.malloc(64), shown = module.malloc(416), nodesAt = module.malloc(1 << 16);
 module.hairnet_open(0, all[0].now, slot, 0, 0);
 const room = uint32At(slot);
 let groom = 0, events = "";
@@ -62,8 +62,9 @@ for (const { kind, now, bytes } of all) {
   for (let packet = 0; (packet = module.hairnet_take_packet(room, now, slot, 0)); ) sent.push(bytesAt(packet, uint32At(slot)));
   const scene = module.hairnet_room_scene(room);
   for (let i = 0; i < module.hairnet_shown_count(scene); ++i) {
-    if (module.hairnet_shown_lattice(scene, i, slot) !== 0) continue;
-    const count = [24, 28, 32].reduce((product, at) => product * uint32At(slot + at), 1);
+    module.hairnet_get_shown(scene, i, shown);
+    if (uint32At(shown + 32) === 0) continue;
+    const count = [392, 396, 400].reduce((product, at) => product * uint32At(shown + at), 1);
     module.hairnet_shown_nodes(scene, i, nodesAt, count);
     nodes.push(bytesAt(nodesAt, 12 * count));
   }
