@@ -43,7 +43,7 @@ async function readFile(): Promise<Bytes> {
     return bytes;
   } catch (error) {
     const why = error instanceof Error ? error.message : String(error);
-    const cure = 'vite\'s server needs optimizeDeps: { exclude: ["hairnet-client"] }; or import "hairnet-client/inline"';
+    const cure = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; or import "hairnet-client/inline"`;
     throw new HairnetError("unreachable", `${url.href}: ${why}; hairnet.wasm belongs there (${cure})`);
   }
 }
