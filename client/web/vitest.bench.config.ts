@@ -1,7 +1,9 @@
 import { defineConfig } from "vitest/config";
+import { wasmFile } from "./scripts/wasmFile";
 
 // Prints times, one after the other, on an otherwise idle machine.
 export default defineConfig({
+  plugins: [wasmFile()],
   test: {
     include: ["test/**/*.bench.ts"],
     testTimeout: 300_000,

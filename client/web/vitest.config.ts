@@ -1,6 +1,8 @@
 import { defineConfig } from "vitest/config";
+import { wasmFile } from "./scripts/wasmFile";
 
 export default defineConfig({
+  plugins: [wasmFile()],
   server: { fs: { allow: [".", "../shaders"] } }, // shaders are imported as text
   test: {
     include: ["test/**/*.test.ts"],

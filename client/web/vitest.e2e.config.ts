@@ -1,7 +1,9 @@
 import { defineConfig } from "vitest/config";
+import { wasmFile } from "./scripts/wasmFile";
 
 // Browsers against real servers. While one file waits, another one draws in software.
 export default defineConfig({
+  plugins: [wasmFile()],
   server: { fs: { allow: [".", "../shaders"] } },
   test: {
     include: ["e2e/**/*.e2e.ts"],

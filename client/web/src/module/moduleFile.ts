@@ -1,13 +1,21 @@
 import { HairnetError } from "../hair/hairnetError";
 
-/** Beside the module of this package that imports it. */
-const kUrl = new URL("./hairnet.wasm", import.meta.url);
+type Bytes = Uint8Array<ArrayBuffer>;
 
+let read: () => Bytes | Promise<Bytes> = readFile;
 let compiled: Promise<WebAssembly.Module> | null = null;
 
-/** The C++ client, compiled once for all threads. Rejects with a one-line `HairnetError`. */
+/** Says where the bytes of the C++ client come from, if not from the file beside this package's. Call it before all else. */
+export function setModule(reader: () => Bytes | Promise<Bytes>): void {
+  read = reader;
+}
+
+/** The C++ client, compiled once for all threads. Rejects with a one-line `HairnetError`; then it may be tried again. */
 export function hairModule(): Promise<WebAssembly.Module> {
-  compiled ??= compile();
+  compiled ??= compile().catch((error: unknown) => {
+    compiled = null;
+    throw error;
+  });
   return compiled;
 }
 
@@ -25,13 +33,28 @@ async function compile(): Promise<WebAssembly.Module> {
   }
 }
 
-async function read(): Promise<BufferSource> {
-  if (kUrl.protocol === "file:") {
-    const files = "node:fs/promises";
-    return (await import(/* @vite-ignore */ files)).readFile(kUrl);
+/** Of the file beside this package's. */
+async function readFile(): Promise<Bytes> {
+  const url = new URL("./hairnet.wasm", import.meta.url);
+  try {
+    const bytes = url.protocol === "file:" ? await readLocal(url) : await download(url);
+    // A web server may answer with a page of its own.
+    if (String(bytes.subarray(0, 4)) !== "0,97,115,109") throw new Error("this is no WebAssembly");
+    return bytes;
+  } catch (error) {
+    const why = error instanceof Error ? error.message : String(error);
+    const cure = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; or import "hairnet-client/inline"`;
+    throw new HairnetError("unreachable", `${url.href}: ${why}; hairnet.wasm belongs there (${cure})`);
   }
-  const response = await fetch(kUrl).catch((error: unknown) => ({ ok: false as const, status: String(error) }));
-  if (!response.ok)
-    throw new HairnetError("unreachable", `${kUrl.href}: ${response.status}; hairnet.wasm belongs beside the package`);
-  return response.arrayBuffer();
+}
+
+async function readLocal(url: URL): Promise<Bytes> {
+  const files = "node:fs/promises";
+  return new Uint8Array(await (await import(/* @vite-ignore */ files)).readFile(url));
+}
+
+async function download(url: URL): Promise<Bytes> {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`status ${response.status}`);
+  return new Uint8Array(await response.arrayBuffer());
 }
