@@ -198,13 +198,10 @@ typedef struct hairnet_counters {
   uint64_t bytes_sent, bytes_received, frames_received, frames_dropped, frames_undecodable, poses_dropped;
   uint64_t inputs_dropped; /* poses, winds, materials and tags of this program that were refused */
   uint64_t reconnects, resumes, redirects, silent_servers;
+  /* Of hairstyles that are on their way, and of those that have arrived since none was: what is here, and the files' sizes. */
+  uint64_t downloaded_bytes, download_byte_count;
 } hairnet_counters;
-#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-/* Bytes of other members' grooms that are on their way, and of those that have arrived since none was. Reads. */
-typedef struct hairnet_downloads {
-  uint64_t bytes, byte_count; /* that are here; of the files whose size is known */
-} hairnet_downloads;
-HAIRNET_API void hairnet_get_downloads(const hairnet_room* room, hairnet_downloads* downloads);
+#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 /* Since the room was made. Reads. */
 HAIRNET_API void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters);
 
@@ -339,6 +336,14 @@ HAIRNET_API const hairnet_scene* hairnet_room_scene(const hairnet_room* room);
 
 /* ---- pictures ------------------------------------------------------------------------------------------------------------ */
 
+/* The lattice that moves a character's hair: nodes at origin + (i, j, k) spacing, i fastest, then j. Head space, m. */
+typedef struct hairnet_lattice {
+  float origin[3], spacing[3];
+  uint32_t counts[3];
+  uint32_t basis;      /* that the nodes are the sum of: a number that characters of one groom share; 0: none */
+  uint32_t mode_count; /* of that basis */
+} hairnet_lattice;
+
 /* A character as it is shown now. */
 typedef struct hairnet_shown {
   uint32_t member;           /* its number in the room or the world */
@@ -358,6 +363,7 @@ typedef struct hairnet_shown {
   double delay_s;            /* from sampling its poses to showing them here */
   const float* coefficients; /* of its groom's modes, m, the largest first; none at rest and in a world */
   size_t coefficient_count;
+  hairnet_lattice lattice; /* if its hair `moves` */
 } hairnet_shown;
 /* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
 HAIRNET_API size_t hairnet_shown_count(const hairnet_scene* scene);
@@ -372,16 +378,6 @@ HAIRNET_API hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t
  */
 HAIRNET_API hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points,
                                                float* tangents, size_t point_count);
-/* The lattice that moves its hair: nodes at origin + (i, j, k) spacing, i fastest, then j. Head space, m. */
-typedef struct hairnet_lattice {
-  float origin[3], spacing[3];
-  uint32_t counts[3];
-  /* That the nodes are the sum of, in this scene: characters of one groom share it. 0: of none. */
-  uint32_t basis;
-  uint32_t mode_count;
-} hairnet_lattice;
-/* HAIRNET_NOT_THERE: its hair is at rest. */
-HAIRNET_API hairnet_error hairnet_shown_lattice(const hairnet_scene* scene, size_t index, hairnet_lattice* lattice);
 /* The displacements of its lattice's nodes from rest, head space, m: x y z. */
 HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes,
                                               size_t node_count);
@@ -405,7 +401,7 @@ typedef struct hairnet_skin {
   size_t grid_count, node_count;
   float thickness_m;    /* of the hair */
 } hairnet_skin;
-/* Until the groom is freed. HAIRNET_NOT_THERE: none is known, or not yet. */
+/* HAIRNET_NOT_THERE: none is known, or not yet. */
 HAIRNET_API hairnet_error hairnet_shown_skin(const hairnet_scene* scene, size_t index, hairnet_skin* skin);
 
 /*

@@ -84,7 +84,7 @@ struct hairnet_world {
       member.skin = now.model ? now.model->skin : nullptr;
       scene.shown.push_back({character->member, now.lattice, now.geometry});
     }
-    c::forget_unused_points(scene);
+    c::forget_unused(scene);
   }
 
   local::PlayedWorld world;
@@ -175,10 +175,10 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
                                 const hairnet_character_options* options, const double pose[HAIRNET_POSE_NUMBERS],
                                 uint32_t* own) {
   return c::guarded([&] {
-    const std::optional<hairnet_character_options> all = c::full(options);
+    const Result<room::CharacterOptions> wanted = c::character_options_of(options);
     const Pose start = rounded_to_wire(c::pose_of(pose));
     const bool is_other = levels != nullptr && levels->groom != groom->hash;
-    if (!all || is_other || !is_pose(start)) return hairnet_error{HAIRNET_INVALID};
+    if (!wanted || is_other || !is_pose(start)) return hairnet_error{HAIRNET_INVALID};
     auto character = std::make_unique<hairnet_world::Character>();
     character->pose = start;
     character->member = std::make_shared<room::Member>();
@@ -186,15 +186,15 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
     member.groom = groom->groom;
     member.groom_file = groom->file;
     member.groom_hash = groom->hash;
-    member.tag = c::text_or_empty(all->tag);
-    member.appearance = *c::checked(all->appearance);
+    member.tag = wanted->tag;
+    member.appearance = wanted->appearance;
     const std::uint32_t number = world->world.add([at = character.get()](double from_s, double to_s) {
       return local::TickPose{at->pose, to_s > from_s && std::exchange(at->teleport, false)};
     });
     if (number == 0) return hairnet_error{HAIRNET_INVALID};
     member.number = member.own = member.owners_character = number;
     world->characters[number] = std::move(character);
-    world->world.set_level(number, static_cast<LevelIndex>(all->level));
+    world->world.set_level(number, wanted->level);
     if (levels != nullptr) world->world.give_levels(number, levels->levels);
     world->show();
     if (own != nullptr) *own = number;
@@ -238,31 +238,38 @@ hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairne
   return HAIRNET_OK;
 }
 
-hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material) {
-  if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material, char* why,
+                                         size_t why_size) {
+  if (world->find(own) == nullptr) return c::no_such_character(why, why_size);
   const MaterialScale scale = c::scale_of(*material);
-  if (!validate(scale).empty()) return HAIRNET_INVALID;
+  if (const std::string error = validate(scale); !error.empty())
+    return c::refuse(HAIRNET_INVALID, error, why, why_size);
   world->world.set_material(own, scale);
   return HAIRNET_OK;
 }
 
-hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag,
-                                           const hairnet_appearance* appearance) {
-  return c::guarded([&] {
-    hairnet_world::Character* character = world->find(own);
-    if (character == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
-    const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
-    std::string name = c::text_or_empty(tag);
-    if (!wanted || !wire::validate_tag(name).empty()) return hairnet_error{HAIRNET_INVALID};
-    character->member->tag = std::move(name);
-    character->member->appearance = *wanted;
-    return hairnet_error{HAIRNET_OK};
-  });
+hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag, size_t tag_size,
+                                           const hairnet_appearance* appearance, char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        hairnet_world::Character* character = world->find(own);
+        if (character == nullptr) return c::no_such_character(why, why_size);
+        const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
+        std::string name = c::tag_of(tag, tag_size);
+        if (const std::string error = wire::validate_tag(name); !error.empty())
+          return c::refuse(HAIRNET_INVALID, error, why, why_size);
+        character->member->tag = std::move(name);
+        character->member->appearance = *wanted;
+        return hairnet_error{HAIRNET_OK};
+      },
+      why, why_size);
 }
 
-hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind) {
+hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* why, size_t why_size) {
   const Wind wanted = c::wind_of(*wind);
-  if (!validate(wanted).empty()) return HAIRNET_INVALID;
+  if (const std::string error = validate(wanted); !error.empty())
+    return c::refuse(HAIRNET_INVALID, error, why, why_size);
   world->world.set_wind(wanted);
   return HAIRNET_OK;
 }

@@ -656,6 +656,7 @@ LinkCounters LinkCore::counters() const {
   LinkCounters counters = counters_;
   counters.frames_dropped = events_.frames_dropped();
   counters.poses_dropped = queue_.poses_dropped();
+  counters.downloads = fetch_.progress();
   return counters;
 }
 

@@ -60,6 +60,7 @@ struct LinkCounters {
   std::uint64_t servers_silent = 0;         // connections given up since nothing came any more
   std::uint64_t redirects = 0;              // followed, to the server that holds the room
   std::uint64_t redirect_loops = 0;         // given up, as servers sent it on and on; it asked the first one again
+  GroomFetch::Progress downloads;
 };
 
 // A frame as received, before any copy.

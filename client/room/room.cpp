@@ -67,16 +67,20 @@ wire::GroomHash Room::groom_of(std::uint32_t own) const {
   return found == own_.end() ? wire::GroomHash{} : found->second.groom;
 }
 
-Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file, CharacterOptions options) {
+Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file, CharacterOptions options,
+                                          std::shared_ptr<const Groom> decoded) {
   HAIRNET_ASSERT(groom_file);
   if (std::string error = wire::validate_tag(options.tag); !error.empty()) return dropped(std::move(error));
   const wire::GroomHash hash = wire::hash_groom(*groom_file);
   const auto known = grooms_.find(hash);
   const bool is_known = known != grooms_.end() && known->second.groom;
-  Result<Groom> groom = is_known ? Result<Groom>() : wire::decode_groom(*groom_file);
-  if (!groom) return Refusal(std::move(groom.error()));
+  if (!is_known && !decoded) {
+    Result<Groom> groom = wire::decode_groom(*groom_file);
+    if (!groom) return Refusal(std::move(groom.error()));
+    decoded = std::make_shared<const Groom>(std::move(*groom));
+  }
   KnownGroom& kept = grooms_[hash];
-  if (!is_known) kept = {std::make_shared<const Groom>(std::move(*groom)), nullptr, "", {}};
+  if (!is_known) kept = {std::move(decoded), nullptr, "", {}};
   kept.file = std::move(groom_file);
   queue_.remove(hash);
   give_groom(hash);

@@ -106,8 +106,9 @@ class Room {
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
 
   // Adds an own character with the hair of a groom file, and returns its number, from 1. It is visible after its first
-  // pose. The error is one line about the file or an option.
-  Result<std::uint32_t> add_character(link::RequestedState::Bytes groom_file, CharacterOptions options = {});
+  // pose. The error is one line about the file or an option. `decoded`: what the file has; null: it is decoded.
+  Result<std::uint32_t> add_character(link::RequestedState::Bytes groom_file, CharacterOptions options = {},
+                                      std::shared_ptr<const Groom> decoded = nullptr);
   // The same for a groom in memory, which must pass validate(). `learnt`: hair that was learnt of it; null: none.
   Result<std::uint32_t> add_character(const std::shared_ptr<const Groom>& groom, CharacterOptions options = {},
                                       const LearntHair* learnt = nullptr);

@@ -12,7 +12,7 @@ export default defineConfig({
       formats: ["es"],
     },
     rollupOptions: {
-      external: [/^three($|\/)/, "@pixiv/three-vrm", "fflate", "flatbuffers", /^@noble\/hashes/],
+      external: [/^three($|\/)/, "@pixiv/three-vrm"],
     },
   },
 });

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -191,6 +192,7 @@ class HairnetHRoom : public ::testing::Test {
   }
   std::int64_t now_ns_ = 1'000'000'000;
   hairnet_room* room_ = nullptr;
+  std::array<char, 200> why_{};
 };
 
 TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
@@ -199,8 +201,9 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   hairnet_groom* groom = make_bob();
   std::uint32_t me = 0;
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
-  options.tag = "Ada";
-  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_OK);
+  options.tag = "Ada\0b";  // tags may have any bytes
+  options.tag_size = 5;
+  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_OK);
   EXPECT_EQ(take<hairnet::wire::AddCharacter>(), 1);
   hairnet::wire::CharacterAdded added;
   added.character = me;
@@ -218,7 +221,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   EXPECT_EQ(shown.member, 31u);
   EXPECT_EQ(shown.own, me);
   EXPECT_EQ(shown.session, 5u);
-  EXPECT_STREQ(shown.tag, "Ada");
+  EXPECT_EQ(std::string(shown.tag, shown.tag_size), std::string("Ada\0b", 5));
   EXPECT_EQ(shown.has_pose, 1u);
   EXPECT_EQ(shown.pose[4], 2);
   EXPECT_EQ(shown.moves, 0u);
@@ -243,22 +246,23 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
   const hairnet_appearance rough{0, 0, 0, 2};
   options.appearance = &rough;
-  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_INVALID);
   options = HAIRNET_CHARACTER_OPTIONS;
   const int beyond = HAIRNET_RIGID + 1;  // an enumeration of C takes it
   std::memcpy(&options.level, &beyond, sizeof beyond);
-  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
-  ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me), HAIRNET_OK);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_INVALID);
+  ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me, nullptr, 0), HAIRNET_OK);
   std::vector<double> pose = pose_at(0);
   pose[3] = 2;
   EXPECT_EQ(hairnet_push_pose(room_, me, pose.data(), 0), HAIRNET_INVALID);
   EXPECT_EQ(hairnet_push_pose(room_, me + 1, pose_at(0).data(), 0), HAIRNET_NOT_THERE);
   const hairnet_material heavy{1, 1, -1, 1, 1, 0};
-  EXPECT_EQ(hairnet_set_material(room_, me, &heavy), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_set_material(room_, me, &heavy, why_.data(), why_.size()), HAIRNET_INVALID);
+  EXPECT_NE(std::string_view(why_.data()).find("density"), std::string_view::npos) << why_.data();
   hairnet_wind storm = HAIRNET_STILL_AIR;
   storm.gust_ratio = -1;
-  EXPECT_EQ(hairnet_set_wind(room_, &storm), HAIRNET_INVALID);
-  EXPECT_EQ(hairnet_moderate(room_, HAIRNET_MUTE, 77, nullptr, 0, nullptr), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_set_wind(room_, &storm, nullptr, 0), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_moderate(room_, HAIRNET_MUTE, 77, nullptr, 0, nullptr, nullptr, 0), HAIRNET_NOT_THERE);
   hairnet_counters counters = HAIRNET_COUNTERS;
   hairnet_get_counters(room_, &counters);
   EXPECT_EQ(counters.inputs_dropped, 3u);

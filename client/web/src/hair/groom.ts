@@ -53,20 +53,7 @@ export class Groom {
 
   /** The bytes of its file. */
   get file(): Uint8Array {
-    if (this.#file) return this.#file;
-    const module = client();
-    const sizeOf = (buffer: number, capacity: number) =>
-      module
-        .struct(4, (at) => {
-          module.view().setUint32(at, capacity, true);
-          module.call("hairnet_groom_file", this.handle, buffer, at);
-        })
-        .getUint32(0, true);
-    const size = sizeOf(0, 0);
-    const buffer = module.allocate(size);
-    sizeOf(buffer, size);
-    this.#file = module.copy(buffer, size);
-    module.call("free", buffer);
+    this.#file ??= client().allBytes("hairnet_groom_file", this.handle);
     return this.#file;
   }
 

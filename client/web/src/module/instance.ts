@@ -25,21 +25,20 @@ export class Instance {
   readonly #results: number;
   readonly #why: number;
   readonly #names = new Map<string, number>();
-  #failure = "";
 
   static async of(module: WebAssembly.Module): Promise<Instance> {
-    let instance: Instance | null = null;
-    const exports = await start(module, (line) => {
-      if (instance) instance.#failure = line;
-    });
-    instance = new Instance(exports);
-    return instance;
+    const lines: string[] = [];
+    return new Instance(await start(module, (line) => lines.push(line)), lines);
   }
 
-  private constructor(exports: ModuleExports) {
+  private constructor(
+    exports: ModuleExports,
+    /** that the module wrote before it ended */
+    private readonly lines: readonly string[],
+  ) {
     this.#exports = exports;
-    this.#results = exports.malloc(kResultBytes);
-    this.#why = exports.malloc(kWhyBytes);
+    this.#results = Number(exports.malloc(kResultBytes));
+    this.#why = Number(exports.malloc(kWhyBytes));
   }
 
   call(name: string, ...values: (number | bigint)[]): number {
@@ -51,7 +50,7 @@ export class Instance {
     try {
       return this.#exports[name](...values) as bigint;
     } catch (error) {
-      throw new HairnetError("unsupported", `the hair module has ended: ${this.#failure || String(error)}`);
+      throw new HairnetError("unsupported", `the hair module has ended: ${this.lines.at(-1) ?? String(error)}`);
     }
   }
 
@@ -81,6 +80,26 @@ export class Instance {
     });
   }
 
+  /** What a function writes that takes a buffer of floats, and the place of their number. */
+  allFloats(name: string, ...values: (number | bigint)[]): Float32Array<ArrayBuffer> {
+    return new Float32Array(this.#all(name, 4, values).buffer);
+  }
+  /** The same of bytes. */
+  allBytes(name: string, ...values: (number | bigint)[]): Uint8Array<ArrayBuffer> {
+    return this.#all(name, 1, values);
+  }
+  #all(name: string, size: number, values: readonly (number | bigint)[]): Uint8Array<ArrayBuffer> {
+    this.view().setUint32(this.#results, 0, true);
+    this.call(name, ...values, 0, this.#results);
+    const count = this.u32(this.#results);
+    const buffer = this.allocate(size * count);
+    this.view().setUint32(this.#results, count, true);
+    this.call(name, ...values, buffer, this.#results);
+    const all = this.copy(buffer, size * count);
+    this.call("free", buffer);
+    return all;
+  }
+
   /** The bytes that a function tells by two pointers at its end; null: it has none. Copied. */
   bytes(name: string, ...values: (number | bigint)[]): Uint8Array | null {
     const error = this.call(name, ...values, this.#results, this.#results + 4);
@@ -107,14 +126,18 @@ export class Instance {
   /** To be freed by `call("free", …)`. */
   put(bytes: Uint8Array): number {
     const at = this.allocate(bytes.length);
-    new Uint8Array(this.#exports.memory.buffer).set(bytes, at);
+    this.write(at, bytes);
     return at;
+  }
+
+  write(at: number, bytes: Uint8Array): void {
+    new Uint8Array(this.#exports.memory.buffer).set(bytes, at);
   }
 
   /** A text with its final 0, kept for ever: for a few names. */
   name(text: string): number {
-    let at = this.#names.get(text);
-    if (at === undefined) this.#names.set(text, (at = this.put(new TextEncoder().encode(`${text}\0`))));
+    const at = this.#names.get(text) ?? this.put(new TextEncoder().encode(`${text}\0`));
+    this.#names.set(text, at);
     return at;
   }
 
@@ -132,7 +155,7 @@ export class Instance {
     return new DataView(this.#exports.memory.buffer);
   }
 
-  copy(at: number, byteCount: number): Uint8Array {
+  copy(at: number, byteCount: number): Uint8Array<ArrayBuffer> {
     return new Uint8Array(this.#exports.memory.buffer).slice(at, at + byteCount);
   }
 

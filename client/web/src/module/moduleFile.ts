@@ -43,7 +43,8 @@ async function readFile(): Promise<Bytes> {
     return bytes;
   } catch (error) {
     const why = error instanceof Error ? error.message : String(error);
-    throw new HairnetError("unreachable", `${url.href}: ${why}; hairnet.wasm belongs beside the package's files`);
+    const cure = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; or import "hairnet-client/inline"`;
+    throw new HairnetError("unreachable", `${url.href}: ${why}; hairnet.wasm belongs there (${cure})`);
   }
 }
 

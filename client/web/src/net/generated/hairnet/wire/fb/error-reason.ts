@@ -1,0 +1,1 @@
+export { ErrorReason } from "../../../../../generated/enums";

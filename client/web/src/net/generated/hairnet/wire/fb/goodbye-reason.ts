@@ -1,0 +1,1 @@
+export { GoodbyeReason } from "../../../../../generated/enums";

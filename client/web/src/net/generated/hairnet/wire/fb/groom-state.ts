@@ -1,0 +1,1 @@
+export { GroomState } from "../../../../../generated/enums";

@@ -1,0 +1,1 @@
+export { LevelIndex } from "../../../../../generated/enums";

@@ -1,0 +1,1 @@
+export { ModerateAction } from "../../../../../generated/enums";

@@ -1,0 +1,1 @@
+export { ObserveMode } from "../../../../../generated/enums";
