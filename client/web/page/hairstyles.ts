@@ -1,4 +1,4 @@
-import { decodeGroom, HairnetError, type Member } from "../src/index";
+import { Groom, HairnetError, type Member } from "../src/index";
 import { foreignFileWords } from "./faultWords";
 import { isolated } from "./isolated";
 import { hairstyleName } from "./roomDetails";
@@ -53,7 +53,7 @@ export async function fileHairstyle(file: Pick<File, "name" | "arrayBuffer">): P
   if (!/\.groom$/i.test(file.name)) throw new HairnetError("invalid", foreignFileWords(file.name));
   const bytes = new Uint8Array(await file.arrayBuffer());
   try {
-    const groom = decodeGroom(bytes);
+    const groom = await Groom.load(bytes);
     return { label: hairstyleName(groom.name || file.name), get: () => Promise.resolve(bytes) };
   } catch (fault) {
     const why = fault instanceof Error ? fault.message : String(fault);

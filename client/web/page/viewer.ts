@@ -347,7 +347,7 @@ export class PageViewer implements PageHost {
     const { bytesReceived } = room.counters;
     const rate = Math.max(bytesReceived - this.#bytesBefore, 0) / 1000 / spanS;
     this.#bytesBefore = bytesReceived;
-    const delays = [...room.members.values()].map((member) => 1000 * room.delayS(member)).filter((ms) => ms > 0);
+    const delays = [...room.members.values()].map((member) => 1000 * member.delayS).filter((ms) => ms > 0);
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
     const { drawCalls, strands, cards } = hair.statistics;

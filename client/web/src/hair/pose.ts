@@ -1,4 +1,4 @@
-import { kPositionMaxM } from "../generated/limits";
+import { kPositionMaxM } from "../generated/constants";
 import { HairnetError } from "./hairnetError";
 
 /**

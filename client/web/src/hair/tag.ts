@@ -1,4 +1,4 @@
-import { kTagBytesMax } from "../generated/limits";
+import { kTagBytesMax } from "../generated/constants";
 import { HairnetError } from "./hairnetError";
 
 const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });

@@ -1,4 +1,4 @@
-import { kDatagramBytesMax } from "../generated/limits";
+import { kDatagramBytesMax } from "../generated/constants";
 import { HairnetError } from "../hair/hairnetError";
 import type { WebSocketLike } from "./socket";
 import { PacketSplitter } from "./packetSplitter";

@@ -1,1 +1,0 @@
-export { ErrorReason } from "../../../../../generated/enums";

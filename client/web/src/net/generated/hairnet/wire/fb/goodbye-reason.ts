@@ -1,1 +1,0 @@
-export { GoodbyeReason } from "../../../../../generated/enums";

@@ -1,1 +1,0 @@
-export { GroomState } from "../../../../../generated/enums";

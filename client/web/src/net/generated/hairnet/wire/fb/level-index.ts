@@ -1,1 +1,0 @@
-export { LevelIndex } from "../../../../../generated/enums";

@@ -1,1 +1,0 @@
-export { ModerateAction } from "../../../../../generated/enums";

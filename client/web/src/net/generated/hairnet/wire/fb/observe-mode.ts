@@ -1,1 +1,0 @@
-export { ObserveMode } from "../../../../../generated/enums";

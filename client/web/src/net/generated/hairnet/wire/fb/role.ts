@@ -1,1 +1,0 @@
-export { Role } from "../../../../../generated/enums";
