@@ -350,11 +350,10 @@ export class PageViewer implements PageHost {
     const delays = [...room.members.values()].map((member) => 1000 * member.delayS).filter((ms) => ms > 0);
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
-    const { drawCalls, strands, cards } = hair.statistics;
-    const shown = `${strands > 0 || cards === 0 ? `${strands} strands` : ""}${cards > 0 ? ` ${cards} far cards` : ""}`;
+    const { drawCalls, strands } = hair.statistics;
     element("figures").textContent =
       `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
-      `${shown}, quality ${this.#quality.value.toFixed(2)}, ${transportName(room.link.transport, room.link.fallbackReason)}`;
+      `${strands} strands, quality ${this.#quality.value.toFixed(2)}, ${transportName(room.link.transport, room.link.fallbackReason)}`;
   }
 
   #showJoin(): void {
