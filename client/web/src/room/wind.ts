@@ -84,7 +84,7 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
 function wholeWind(options: Partial<Wind>): Wind {
   const wind = { ...kStillAir, ...options };
   const mean: unknown = wind.meanMPerS;
-  if (!(Array.isArray(mean) || ArrayBuffer.isView(mean)) || [...(mean as number[])].length !== 3)
+  if (!(Array.isArray(mean) || ArrayBuffer.isView(mean)) || (mean as number[]).length !== 3)
     throw new HairnetError("invalid", "setWind: meanMPerS is not 3 numbers");
   if (typeof wind.seed !== "bigint") throw new HairnetError("invalid", "setWind: seed is no bigint");
   return wind;
