@@ -49,5 +49,12 @@ async function movingHair(): Promise<HairNow & { points: Float32Array; rest: Flo
   const head = new Vector3(pose[4], pose[5], pose[6]);
   for (let p = 0; p < points.length; p += 3)
     new Vector3().fromArray(points, p).sub(head).applyQuaternion(turn).toArray(points, p);
-  return { file: [...file], pose: [...pose], ...lattice, skin: readSkin(module, scene), points, rest: restOf(module, groom) };
+  return {
+    file: [...file],
+    pose: [...pose],
+    ...lattice,
+    skin: readSkin(module, scene),
+    points,
+    rest: restOf(module, groom),
+  };
 }

@@ -54,7 +54,8 @@ describe("addresses and options of connect", () => {
     const refusalOf = (errorM: unknown) =>
       connect("localhost:1", { errorM: any(errorM) }).catch((error: HairnetError) => `${error.code}: ${error.message}`);
     expect(await refusalOf("small")).toBe("invalid: connect: the option 'errorM' is a number, not small");
-    for (const bad of [-0.001, NaN, 2]) expect(await refusalOf(bad)).toMatch(/^invalid: connect: error_m is not in \[0, 1\]$/);
+    for (const bad of [-0.001, NaN, 2])
+      expect(await refusalOf(bad)).toMatch(/^invalid: connect: error_m is not in \[0, 1\]$/);
   });
 });
 

@@ -16,28 +16,32 @@ export function openSocket(url: string): WebSocket {
 export class Person {
   /** its newest connection */
   socket!: WebSocket;
-  room!: Room;
   own: OwnCharacter | null = null;
   /** its character's heads turn; else they rest */
   moves = true;
   /** what the room told, one line each */
   readonly heard: string[] = [];
-  #turns: ReturnType<typeof setInterval> | undefined;
+  readonly #turns = setInterval(() => this.#turn(), kEveryMs);
 
-  static async join(server: string, options: RoomOptions = {}): Promise<Person> {
-    const person = new Person();
-    const makeSocket = (url: string): WebSocketLike => {
-      person.socket = openSocket(url);
-      return person.socket as unknown as WebSocketLike;
-    };
-    person.room = await connect(server, { makeSocket, ...options });
-    const { room, heard } = person;
+  private constructor(readonly room: Room) {
+    const { heard } = this;
     room.on("state", ({ state, detail }) => heard.push(detail ? `${state}: ${detail}` : state));
     room.on("joined", ({ member }) => heard.push(`joined ${member.tagText}`));
     room.on("changed", ({ member }) => heard.push(`changed ${member.tagText}`));
     room.on("left", ({ member }) => heard.push(`left ${member.tagText}`));
     room.on("fault", ({ detail }) => heard.push(`fault: ${detail}`));
-    person.#turns = setInterval(() => person.#turn(), kEveryMs);
+  }
+
+  static async join(server: string, options: RoomOptions = {}): Promise<Person> {
+    let newest: WebSocket | undefined;
+    let person: Person | undefined;
+    const makeSocket = (url: string): WebSocketLike => {
+      newest = openSocket(url);
+      if (person) person.socket = newest;
+      return newest as unknown as WebSocketLike;
+    };
+    person = new Person(await connect(server, { makeSocket, ...options }));
+    if (newest) person.socket = newest;
     return person;
   }
 
