@@ -147,7 +147,10 @@ it("a room over WebTransport sends poses as datagrams, and jumps and all else in
   const [session] = FakeWebTransport.made;
   expect([room.link.transport, room.link.fallbackReason]).toEqual(["webtransport", null]);
   const me = room.addCharacter(await strandsFile(20, 6));
-  await until("it is here", () => (room.sample(0), me.member !== null));
+  await until("it is here", () => {
+    room.sample(0);
+    return me.member !== null;
+  });
   expect(session.datagramsSent).toEqual([]);
   const inOrder = session.sent.length;
   me.push(rigidPose());
