@@ -22,7 +22,8 @@ export function wasmFile({ beside = false } = {}): Plugin {
     resolveId: (id) => (id.endsWith("/hairnet.wasm?inline") ? kBase64 : null),
     load: (id) => (id === kBase64 ? `export default "${readFileSync(file, "base64")}"` : null),
     transform(code, id) {
-      if (!code.includes(kInSource)) return null;
+      // Vitest shows it this file, too.
+      if (!id.endsWith("/src/module/moduleFile.ts")) return null;
       const place = beside ? "import.meta.hairnetFolder" : "import.meta.url";
       const name = beside ? "./hairnet.wasm" : relative(dirname(id), file);
       return { code: code.replace(kInSource, `new URL(${JSON.stringify(name)}, ${place})`), map: null };
