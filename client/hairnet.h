@@ -458,10 +458,13 @@ HAIRNET_API void hairnet_levels_free(hairnet_levels* levels);
 /* A world of `tick_rate_hz` (10 to 240; 60 is right for one head on a screen). Its time begins at 0. */
 HAIRNET_API hairnet_error hairnet_world_make(double tick_rate_hz, hairnet_world** world);
 HAIRNET_API void hairnet_world_free(hairnet_world* world);
-/* Adds a character, of at most 65 536. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL. */
+/*
+ * Adds a character, of at most 65 536. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL, and
+ * `pose`, too: then it is not to be drawn before the first pushed one.
+ */
 HAIRNET_API hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom,
                                             const hairnet_levels* levels, const hairnet_character_options* options,
-                                            const double pose[HAIRNET_POSE_NUMBERS], uint32_t* own);
+                                            const double* pose, uint32_t* own);
 HAIRNET_API hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels);
 HAIRNET_API hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own);
 /* The next five are as those of a room. */
@@ -476,8 +479,9 @@ HAIRNET_API hairnet_error hairnet_world_set_appearance(hairnet_world* world, uin
 HAIRNET_API hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* why,
                                                  size_t why_size);
 /*
- * Moves the world on by `seconds`, at most 0.1: a machine that is too slow shows slow motion. A step of a head at level high takes
- * about 0.3 ms. HAIRNET_INVALID: a time that is negative or not finite.
+ * Moves the world on by `seconds`, at most 0.1: a machine that is too slow shows slow motion. Heads go evenly to the poses that were
+ * pushed since the last call, and hair is shown one tick behind them. A step of a head at level high takes about 0.3 ms.
+ * HAIRNET_INVALID: a time that is negative or not finite.
  */
 HAIRNET_API hairnet_error hairnet_world_advance(hairnet_world* world, double seconds);
 /* What it shows. It is the world's, and moves with hairnet_world_advance(). */

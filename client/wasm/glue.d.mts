@@ -6,4 +6,5 @@ export type ModuleExports = Readonly<Record<string, (...values: (number | bigint
 export function start(
   source: BufferSource | WebAssembly.Module,
   onLine?: (line: string) => void,
+  onProgress?: (share: number) => void,
 ): Promise<ModuleExports>;

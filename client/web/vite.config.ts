@@ -8,7 +8,13 @@ export default defineConfig({
     target: "es2022",
     sourcemap: true,
     lib: {
-      entry: { index: "src/index.ts", inline: "src/inline.ts", scene: "src/scene/index.ts", vrm: "src/vrm/index.ts" },
+      entry: {
+        index: "src/index.ts",
+        inline: "src/inline.ts",
+        local: "src/local/index.ts",
+        scene: "src/scene/index.ts",
+        vrm: "src/vrm/index.ts",
+      },
       formats: ["es"],
     },
     rollupOptions: {

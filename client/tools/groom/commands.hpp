@@ -44,6 +44,13 @@ struct InspectOptions {
 };
 Result<void> inspect_groom(const InspectOptions& options);
 
+struct LevelsOptions {
+  std::string groom;  // a groom file
+  std::string out;    // empty: beside it, with the extension .levels
+};
+// Builds the levels of a groom for programs that simulate it themselves.
+Result<void> write_levels(const LevelsOptions& options);
+
 struct LearnOptions {
   std::vector<std::string> grooms;   // groom files
   std::string levels;                // the folder of a server's level cache; empty: none

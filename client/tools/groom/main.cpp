@@ -21,6 +21,7 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-groom import back.tfx side.tfx tail.tfx --body head.obj --out tail.groom
   hairnet-groom import short.data --face -y --roots last --strict --out short.groom
   hairnet-groom inspect curls.groom --levels
+  hairnet-groom levels curls.groom --out curls.levels
   hairnet-groom learn curls.groom bob.groom --levels /var/cache/hairnet/levels
   hairnet-groom learn curls.groom --embed upload
   hairnet-groom list
@@ -122,6 +123,11 @@ int run(int argc, char** argv) {
   inspect_app.add_option("groom", inspect.groom, "groom file, or made:STYLE")->required();
   inspect_app.add_flag("--levels", inspect.levels, "build the levels and modes: counts, errors, times");
   add_hairstyle_flags(inspect_app, inspect.hairstyle);
+  groom::LevelsOptions levels;
+  CLI::App& levels_app =
+      *app.add_subcommand("levels", "the mechanical models of a groom file, for pages and programs without a server");
+  levels_app.add_option("groom", levels.groom, "groom file")->required();
+  levels_app.add_option("--out,-o", levels.out, "file to write (beside the groom, .levels)");
   groom::LearnOptions learn;
   const CLI::App& learn_app = add_learn(app, learn);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
@@ -134,6 +140,7 @@ int run(int argc, char** argv) {
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (make_app.parsed()) return report(groom::make_groom(make));
   if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));
+  if (levels_app.parsed()) return report(groom::write_levels(levels));
   if (learn_app.parsed()) {
     install_stop_signal_handlers();
     learn.is_stopped = stop_requested;

@@ -15,10 +15,10 @@ function succeeds(command, ...args) {
 }
 
 // The module itself says what is wrong with the bytes. Each entry gets a process, because they share the module.
-function starts(file) {
+function starts(file, call) {
   const program = `
-    const { Groom } = await import(${JSON.stringify(file)});
-    const error = await Groom.load(new Uint8Array(1)).catch((fault) => fault);
+    const entry = await import(${JSON.stringify(file)});
+    const error = await entry.${call}(new Uint8Array(1)).catch((fault) => fault);
     if (error.code !== "malformed") throw error;`;
   return succeeds(process.execPath, "--input-type=module", "--eval", program);
 }
@@ -31,7 +31,9 @@ try {
   // The package has ES modules only: `require` and resolution older than `exports` are no problems.
   const isTyped = isPacked && succeeds("npx", "--yes", "--loglevel=error", kAttw, archive, "--profile", "esm-only");
   const isUnpacked = isPacked && succeeds("tar", "-xzf", archive, "-C", folder);
-  const isStarted = isUnpacked && ["index.js", "inline.js"].every((name) => starts(join(folder, "package/dist", name)));
+  const starting = { "index.js": "Groom.load", "inline.js": "Groom.load", "local.js": "buildLevels" };
+  const isStarted =
+    isUnpacked && Object.entries(starting).every(([name, call]) => starts(join(folder, "package/dist", name), call));
   if (!isSound || !isTyped || !isStarted) process.exitCode = 1;
 } finally {
   rmSync(folder, { recursive: true });

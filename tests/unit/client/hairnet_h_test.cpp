@@ -323,7 +323,44 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   EXPECT_EQ(hairnet_world_advance(world, 0.1), HAIRNET_OK);
   EXPECT_EQ(hairnet_world_remove(world, me), HAIRNET_OK);
   EXPECT_EQ(hairnet_shown_count(scene), 0u);
+
+  // Without a pose it is not drawn; the first one is no jump.
+  std::uint32_t later = 0;
+  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, nullptr, &later), HAIRNET_OK);
+  hairnet_shown shown;
+  const auto look = [&] { return hairnet_get_shown(scene, 0, &shown); };
+  ASSERT_EQ(hairnet_world_advance(world, 0.05), HAIRNET_OK);
+  ASSERT_EQ(look(), HAIRNET_OK);
+  EXPECT_FALSE(shown.has_pose);
+  ASSERT_EQ(hairnet_world_push_pose(world, later, pose_at(0.1).data(), 0), HAIRNET_OK);
+  ASSERT_EQ(hairnet_world_advance(world, 0.05), HAIRNET_OK);
+  ASSERT_EQ(look(), HAIRNET_OK);
+  EXPECT_TRUE(shown.has_pose);
+  EXPECT_NEAR(shown.pose[4], 0.1, 1e-6);
+  for (std::size_t i = 0; i < rest.size(); i += 3) rest[i] += 0.1f;
+  EXPECT_LT(furthest(), 0.001f);
   hairnet_world_free(world);
+
+  // Pictures come when they come: the hair of a head that moves evenly follows it as evenly.
+  const auto swung = [&](const std::vector<double>& pictures_s) {
+    hairnet_world* other = nullptr;
+    EXPECT_EQ(hairnet_world_make(60, &other), HAIRNET_OK);
+    EXPECT_EQ(hairnet_world_add(other, groom, levels, nullptr, pose_at(0).data(), nullptr), HAIRNET_OK);
+    double time_s = 0;
+    for (int i = 0; i < 60; ++i) {
+      const double step_s = pictures_s[static_cast<std::size_t>(i) % pictures_s.size()];
+      time_s += step_s;
+      EXPECT_EQ(hairnet_world_push_pose(other, 1, pose_at(0, 2 * time_s).data(), 0), HAIRNET_OK);
+      EXPECT_EQ(hairnet_world_advance(other, step_s), HAIRNET_OK);
+    }
+    EXPECT_EQ(hairnet_shown_points(hairnet_world_scene(other), 0, points.data(), nullptr, count), HAIRNET_OK);
+    hairnet_world_free(other);
+    return points;
+  };
+  const std::vector<float> even = swung({1.0 / 60}), uneven = swung({0.5 / 60, 1.5 / 60});
+  float most = 0;
+  for (std::size_t i = 0; i < even.size(); ++i) most = std::max(most, std::abs(even[i] - uneven[i]));
+  EXPECT_LT(most, 0.0005f);
   hairnet_levels_free(levels);
   hairnet_groom_free(groom);
 }

@@ -1,4 +1,5 @@
 import { client, startClient } from "../module/client";
+import type { Instance } from "../module/instance";
 import { groomBytes } from "./groomBytes";
 import { HairnetError } from "./hairnetError";
 
@@ -17,7 +18,9 @@ const kHashBytes = 32;
 const finished =
   typeof FinalizationRegistry === "undefined"
     ? null
-    : new FinalizationRegistry<number>((handle) => client().call("hairnet_groom_free", handle));
+    : new FinalizationRegistry<{ module: Instance; handle: number }>(({ module, handle }) =>
+        module.call("hairnet_groom_free", handle),
+      );
 
 /** The immutable hairstyle in head space (metres), as it lies on the upright head, and the body under it. */
 export class Groom {
@@ -36,14 +39,16 @@ export class Groom {
   }
 
   /** @internal The same where the client has started. */
-  static of(file: Uint8Array | ArrayBuffer): Groom {
-    return new Groom(client().makeOf("hairnet_groom_load", groomBytes(file)));
+  static of(file: Uint8Array | ArrayBuffer, module: Instance = client()): Groom {
+    return new Groom(module.makeOf("hairnet_groom_load", groomBytes(file)), module);
   }
 
-  /** @internal `handle`: a hairnet_groom, which is its own from now on. */
-  constructor(readonly handle: number) {
-    const module = client();
-    finished?.register(this, handle);
+  /** @internal `handle`: a hairnet_groom of the module, which is its own from now on. */
+  constructor(
+    readonly handle: number,
+    readonly module: Instance,
+  ) {
+    finished?.register(this, { module, handle });
     const hash = module.struct(kHashBytes, (at) => module.call("hairnet_groom_hash", handle, at));
     this.key = Array.from({ length: kHashBytes }, (_, i) => hash.getUint8(i).toString(16).padStart(2, "0")).join("");
     this.name = module.text(module.call("hairnet_groom_name", handle));
@@ -53,25 +58,25 @@ export class Groom {
 
   /** The bytes of its file. */
   get file(): Uint8Array {
-    this.#file ??= client().allBytes("hairnet_groom_file", this.handle);
+    this.#file ??= this.module.allBytes("hairnet_groom_file", this.handle);
     return this.#file;
   }
 
   /** At rest: 3 a point, strand by strand, root first; then those of threads, cards and cloths. Copied. */
   get points(): Float32Array {
-    const module = client();
+    const { module } = this;
     return module.floats(module.call("hairnet_groom_points", this.handle), 3 * this.pointCount).slice();
   }
 
   /** strandCount + 1: strand s has points [begin[s], begin[s + 1]). Copied. */
   get strandBegin(): Uint32Array {
-    const module = client();
+    const { module } = this;
     return module.words(module.call("hairnet_groom_strand_begin", this.handle), this.strandCount + 1).slice();
   }
 
   get body(): Body {
     if (this.#body) return this.#body;
-    const module = client();
+    const { module } = this;
     const body = module.struct(20, (at) => module.call("hairnet_groom_body", this.handle, at));
     const [vertices, weights, triangles, vertexCount, triangleCount] = Array.from({ length: 5 }, (_, i) =>
       body.getUint32(4 * i, true),

@@ -26,9 +26,10 @@ export class Instance {
   readonly #why: number;
   readonly #names = new Map<string, number>();
 
-  static async of(module: WebAssembly.Module): Promise<Instance> {
+  /** `onProgress` gets, from 0 to 1, how far a building of levels is. */
+  static async of(module: WebAssembly.Module, onProgress?: (share: number) => void): Promise<Instance> {
     const lines: string[] = [];
-    return new Instance(await start(module, (line) => lines.push(line)), lines);
+    return new Instance(await start(module, (line) => lines.push(line), onProgress), lines);
   }
 
   private constructor(
@@ -39,6 +40,10 @@ export class Instance {
     this.#exports = exports;
     this.#results = Number(exports.malloc(kResultBytes));
     this.#why = Number(exports.malloc(kWhyBytes));
+  }
+
+  has(name: string): boolean {
+    return name in this.#exports;
   }
 
   call(name: string, ...values: (number | bigint)[]): number {
@@ -72,10 +77,10 @@ export class Instance {
     return this.u32(this.#results);
   }
 
-  /** The same of one that says in a line what is wrong with a file's bytes. */
-  makeOf(name: string, file: Uint8Array): number {
+  /** The same of one that says in a line what is wrong with a file's bytes. `values`: its arguments before those. */
+  makeOf(name: string, file: Uint8Array, ...values: (number | bigint)[]): number {
     return this.with(file, (at) => {
-      this.check("", name, at, file.length, this.#results);
+      this.check("", name, ...values, at, file.length, this.#results);
       return this.u32(this.#results);
     });
   }

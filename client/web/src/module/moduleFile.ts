@@ -2,40 +2,56 @@ import { HairnetError } from "../hair/hairnetError";
 
 type Bytes = Uint8Array<ArrayBuffer>;
 
-let read: () => Bytes | Promise<Bytes> = readFile;
-let compiled: Promise<WebAssembly.Module> | null = null;
+/** A .wasm file of the C++ client, compiled once for all threads. */
+export class ModuleFile {
+  #compiled: Promise<WebAssembly.Module> | null = null;
 
-/** Says where the bytes of the C++ client come from, if not from the file beside this package's. Call it before all else. */
-export function setModule(reader: () => Bytes | Promise<Bytes>): void {
-  read = reader;
-}
+  constructor(private readonly read: () => Bytes | Promise<Bytes>) {}
 
-/** The C++ client, compiled once for all threads. Rejects with a one-line `HairnetError`; then it may be tried again. */
-export function hairModule(): Promise<WebAssembly.Module> {
-  compiled ??= compile().catch((error: unknown) => {
-    compiled = null;
-    throw error;
-  });
-  return compiled;
-}
+  get isWanted(): boolean {
+    return this.#compiled !== null;
+  }
 
-async function compile(): Promise<WebAssembly.Module> {
-  if (typeof WebAssembly === "undefined") throw new HairnetError("unsupported", "this host has no WebAssembly");
-  const bytes = await read();
-  try {
-    return await WebAssembly.compile(bytes);
-  } catch (error) {
-    // A strict policy forbids it.
-    throw new HairnetError(
-      "unsupported",
-      `WebAssembly is not allowed here; a page's policy needs script-src 'wasm-unsafe-eval' (${String(error)})`,
-    );
+  /** Rejects with a one-line `HairnetError`; then it may be tried again. */
+  compiled(): Promise<WebAssembly.Module> {
+    this.#compiled ??= this.#compile().catch((error: unknown) => {
+      this.#compiled = null;
+      throw error;
+    });
+    return this.#compiled;
+  }
+
+  async #compile(): Promise<WebAssembly.Module> {
+    if (typeof WebAssembly === "undefined") throw new HairnetError("unsupported", "this host has no WebAssembly");
+    const bytes = await this.read();
+    try {
+      return await WebAssembly.compile(bytes);
+    } catch (error) {
+      // A strict policy forbids it.
+      throw new HairnetError(
+        "unsupported",
+        `WebAssembly is not allowed here; a page's policy needs script-src 'wasm-unsafe-eval' (${String(error)})`,
+      );
+    }
   }
 }
 
-/** Of the file beside this package's. */
-async function readFile(): Promise<Bytes> {
-  const url = new URL("./hairnet.wasm", import.meta.url);
+let file = new ModuleFile(() =>
+  readFile(new URL("./hairnet.wasm", import.meta.url), 'or import "hairnet-client/inline"'),
+);
+
+/** Says where the C++ client comes from, if not from hairnet.wasm beside this package's files. Later it has no effect. */
+export function setModule(another: ModuleFile): void {
+  if (!file.isWanted) file = another;
+}
+
+/** The C++ client of this page. */
+export function hairModule(): Promise<WebAssembly.Module> {
+  return file.compiled();
+}
+
+/** The bytes of a file beside the package's; `cure`: what else may help where it is not there. */
+export async function readFile(url: URL, cure: string): Promise<Bytes> {
   try {
     const bytes = url.protocol === "file:" ? await readLocal(url) : await download(url);
     // A web server may answer with a page of its own.
@@ -43,8 +59,9 @@ async function readFile(): Promise<Bytes> {
     return bytes;
   } catch (error) {
     const why = error instanceof Error ? error.message : String(error);
-    const cure = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; or import "hairnet-client/inline"`;
-    throw new HairnetError("unreachable", `${url.href}: ${why}; hairnet.wasm belongs there (${cure})`);
+    const name = url.pathname.slice(url.pathname.lastIndexOf("/") + 1);
+    const cures = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; ${cure}`;
+    throw new HairnetError("unreachable", `${url.href}: ${why}; ${name} belongs there (${cures})`);
   }
 }
 

@@ -27,6 +27,8 @@ export interface CharacterHost {
   readonly dropped: DroppedInput;
   /** There is something to send. */
   soon(): void;
+  /** It has another tag or appearance. */
+  changed(own: OwnCharacter): void;
 }
 
 /** One of this client's own characters in a room. */
@@ -109,6 +111,7 @@ export class OwnCharacter {
       ),
     );
     if (this.member) Object.assign(this.member, { tag: this.#tag, appearance: this.#appearance });
+    this.host.changed(this);
     this.host.soon();
   }
 

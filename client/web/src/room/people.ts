@@ -69,10 +69,16 @@ export abstract class People implements HairSource {
   ) {
     const scene = prefix === "hairnet_" ? "hairnet_room_scene" : "hairnet_world_scene";
     this.#scene = new Scene(module, module.call(scene, handle));
-    this.#host = { module, handle, prefix, dropped: this.dropped, soon };
+    this.#host = { module, handle, prefix, dropped: this.dropped, soon, changed: (own) => this.onChanged(own) };
   }
 
+  abstract get state(): RoomState;
+  /** This client's session, as others see it in `Member.session`. */
+  abstract get session(): bigint;
+  /** Poses, winds, materials and appearances of this program that were not finite, or out of range, and others. */
+  abstract get counters(): { readonly inputsDropped: number };
   abstract sample(nowMs: number): readonly Member[];
+  abstract close(): void;
 
   on<K extends keyof RoomEvents>(event: K, listener: (event: RoomEvents[K]) => void): () => void {
     const listeners = this.#listeners.get(event) ?? new Set();
@@ -90,7 +96,7 @@ export abstract class People implements HairSource {
    */
   addCharacter(hair: Groom | Uint8Array | ArrayBuffer, options: CharacterOptions = {}): OwnCharacter {
     checkOptions(options, kCharacterOptions, "addCharacter");
-    return this.#add(hair instanceof Groom ? hair : Groom.of(hair), options);
+    return this.#add(this.groomOf(hair), options);
   }
 
   /** The same with the groom of a member, once it is here. */
@@ -119,14 +125,36 @@ export abstract class People implements HairSource {
   setWind(wind: WindOptions | Partial<Wind>): void {
     const wrong = notFinite(wind ?? {});
     if (wrong) return this.dropped.drop(`setWind: ${wrong}`);
-    this.module.with(windBytes(windOf(wind)), (at) =>
+    const whole = windOf(wind);
+    this.module.with(windBytes(whole), (at) =>
       this.module.check("setWind: ", `${this.prefix}set_wind`, this.handle, at),
     );
     this.#host.soon();
+    this.onWind(whole);
+  }
+
+  /** The member that is the owner's character of that number; null: not here, or not yet. */
+  memberOf(session: bigint, ownerCharacter: number): Member | null {
+    for (const member of this.members.values()) {
+      if (member.session === session && member.ownerCharacter === ownerCharacter) return member;
+    }
+    return null;
   }
 
   /** Adds the character to the module, and returns its own number. */
   protected abstract addToModule(groom: Groom, options: number): number;
+
+  /** This program has changed the tag or appearance of one of its characters. A server tells it by itself. */
+  protected onChanged(_own: OwnCharacter): void {}
+
+  /** This program has set the wind. A server tells it by itself. */
+  protected onWind(_wind: Wind): void {}
+
+  /** A groom in the memory of this room's module. */
+  protected groomOf(hair: Groom | Uint8Array | ArrayBuffer): Groom {
+    if (!(hair instanceof Groom)) return Groom.of(hair, this.module);
+    return hair.module === this.module ? hair : Groom.of(hair.file, this.module);
+  }
 
   /** Takes what the module shows now. */
   protected show(happened: readonly Happened[]): readonly Member[] {

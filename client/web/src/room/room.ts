@@ -107,14 +107,6 @@ export class Room extends People {
     return this.module.call("hairnet_may_set_wind", this.handle) !== 0;
   }
 
-  /** The member that is the owner's character of that number; null: not here, or not yet. */
-  memberOf(session: bigint, ownerCharacter: number): Member | null {
-    for (const member of this.members.values()) {
-      if (member.session === session && member.ownerCharacter === ownerCharacter) return member;
-    }
-    return null;
-  }
-
   get counters(): RoomCounters {
     const view = this.module.struct(kCountersBytes, (at) => {
       this.module.view().setUint32(at, kCountersBytes, true);

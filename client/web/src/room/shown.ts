@@ -66,7 +66,7 @@ export class Scene {
   }
 
   groomOf(index: number): Groom {
-    return new Groom(this.module.make("hairnet_shown_groom", this.handle, index));
+    return new Groom(this.module.make("hairnet_shown_groom", this.handle, index), this.module);
   }
 
   /** Null: not known, or not yet. */
