@@ -17,7 +17,7 @@ class Page {
 
   constructor(query: { room?: string; token?: string }) {
     this.session = new PersistentRoom(
-      { room: "hall", server: server.address, token: "", observe: false, ...query },
+      { room: "hall", server: server.address, token: "", observe: false, local: false, ...query },
       () => {},
       (state, detail) => {
         if (state !== this.states.at(-1)) this.states.push(state);
