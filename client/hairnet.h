@@ -420,8 +420,6 @@ typedef enum hairnet_part {
   HAIRNET_STRAND_INDEX_ENDS, /* uint32: the first n strands have the indices below ends[n], of list `list` */
   HAIRNET_CARD_VERTICES,     /* 48 bytes: float[4] as points; half[4] direction; 8 bytes light; float[4] side, number */
   HAIRNET_CARD_INDICES,      /* uint32 */
-  HAIRNET_FAR_CARD_VERTICES, /* as those of cards: they stand for all strands, far away */
-  HAIRNET_FAR_CARD_INDICES,
   HAIRNET_FABRIC_VERTICES,   /* 52 bytes: float[4]; half[4]; 8 bytes light; float[4] colour, opacity; float cord */
   HAIRNET_FABRIC_INDICES,    /* uint32 */
   HAIRNET_BODY_VERTICES,     /* 32 bytes: float[3]; half[4] normal, scalp; 8 bytes light; 4 shares of bones */
@@ -432,9 +430,7 @@ HAIRNET_API hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry
                                                 const void** bytes, size_t* size);
 typedef struct hairnet_geometry_numbers {
   uint32_t strand_count;  /* of drawn strands, with the copies of clumps */
-  uint32_t far_card_count;
   float strand_width_m;   /* at the root, when all strands are drawn with two follow hairs each */
-  float waviness;         /* 0: straight over a few centimetres; 1: curls */
   float radius_m;         /* of a ball about the head joint that contains body and hair at rest; swinging: 1.3 of it and 0.1 m */
 } hairnet_geometry_numbers;
 HAIRNET_API void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers);

@@ -189,8 +189,7 @@ hairnet_error hairnet_geometry_make(const hairnet_groom* groom, int32_t is_coars
 
 void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers) {
   const draw::GroomGeometry& g = geometry->geometry;
-  *numbers = {static_cast<std::uint32_t>(g.strand_count), static_cast<std::uint32_t>(g.far_card_count),
-              g.strand_width_m, g.waviness, g.radius_m};
+  *numbers = {static_cast<std::uint32_t>(g.strand_count), g.strand_width_m, g.radius_m};
 }
 
 void hairnet_geometry_free(hairnet_geometry* geometry) {
@@ -219,10 +218,6 @@ hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_pa
       return c::give(g.cards.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_CARD_INDICES:
       return c::give(g.cards.triangles, bytes, size), HAIRNET_OK;
-    case HAIRNET_FAR_CARD_VERTICES:
-      return c::give(g.far_cards.vertices, bytes, size), HAIRNET_OK;
-    case HAIRNET_FAR_CARD_INDICES:
-      return c::give(g.far_cards.triangles, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_VERTICES:
       return c::give(g.fabric.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_INDICES:

@@ -6,6 +6,7 @@ export default defineConfig({
   plugins: [wasmFile()],
   test: {
     include: ["test/**/*.bench.ts"],
+    globalSetup: "test/support/levelCache.ts",
     testTimeout: 300_000,
     pool: "forks",
     poolOptions: { forks: { singleFork: true } },

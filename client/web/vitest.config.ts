@@ -6,6 +6,7 @@ export default defineConfig({
   server: { fs: { allow: [".", "../shaders"] } }, // shaders are imported as text
   test: {
     include: ["test/**/*.test.ts"],
+    globalSetup: "test/support/levelCache.ts",
     testTimeout: 300_000, // for a machine with much else to do; nothing waits so long
     pool: "forks",
     poolOptions: { forks: { singleFork: true } }, // two hardware threads are all there may be

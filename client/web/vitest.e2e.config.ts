@@ -7,7 +7,7 @@ export default defineConfig({
   server: { fs: { allow: [".", "../shaders"] } },
   test: {
     include: ["e2e/**/*.e2e.ts"],
-    globalSetup: "e2e/testRun.ts",
+    globalSetup: ["test/support/levelCache.ts", "e2e/testRun.ts"],
     testTimeout: 240_000,
     retry: 1, // a browser that draws in software shares two hardware threads with everything else
     hookTimeout: 120_000,

@@ -26,7 +26,6 @@ struct ImportOptions {
   std::optional<double> root_length_m;  // overrides that of the material
   double root_spread = 0;               // random share by which each strand's own root length differs
   MaterialOptions materials;
-  std::optional<std::size_t> card_count;  // for drawing far away; none: the default number
   std::string out;
 };
 Result<void> import_groom(const ImportOptions& options);
@@ -35,7 +34,6 @@ struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;
   MaterialOptions materials;
-  std::optional<std::size_t> card_count;  // see ImportOptions
 };
 Result<void> make_groom(const MakeOptions& options);
 

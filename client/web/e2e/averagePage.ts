@@ -27,7 +27,7 @@ export class AverageStage implements HairSource {
       const head = stage.hair.characters.get(1);
       head?.hairColour.setHex(colour);
       // All strands, as thin as they are from near: that has most grain.
-      if (head) head.detail = { strandShare: 1, followHairCount: 1, toleranceM: 1e-3, quadratic: 1, cards: 0 };
+      if (head) head.detail = { strandShare: 1, followHairCount: 1, toleranceM: 1e-3, quadratic: 1 };
       if (head?.isReady) return stage;
       await new Promise((done) => setTimeout(done, 20));
     }

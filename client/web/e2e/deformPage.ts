@@ -20,7 +20,11 @@ export interface HairNow {
   readonly lattice: Lattice;
   /** 3 a node */
   readonly nodes: readonly number[];
-  readonly skin: { readonly grids: readonly SkinGrid[]; readonly nodes: readonly number[]; readonly thicknessM: number };
+  readonly skin: {
+    readonly grids: readonly SkinGrid[];
+    readonly nodes: readonly number[];
+    readonly thicknessM: number;
+  };
 }
 
 /** What keeps points from where the lattice alone moves them. */

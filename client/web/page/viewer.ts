@@ -110,7 +110,7 @@ export class PageViewer implements PageHost {
     return this.#persistentRoom.room;
   }
 
-  get #served(): Room | null {
+  get served(): Room | null {
     return this.#persistentRoom.served;
   }
 
@@ -146,7 +146,7 @@ export class PageViewer implements PageHost {
     hair.addEventListener("characteradded", ({ character }) => this.#members.add(character));
     hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
     hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
-    this.#served?.fetchFirst(this.focus.person);
+    this.served?.fetchFirst(this.focus.person);
     this.#wardrobe.enter(room);
   }
 
@@ -173,14 +173,14 @@ export class PageViewer implements PageHost {
     const worn = shown.find(({ member }) => member.own);
     this.own?.push(this.avatar.update(worn?.character ?? null, worn?.member.groom ?? null, head, dtS));
     if (hair && room) {
-      if (this.#served) this.#served.fetchesOnlyFirst = stage.firstPictures.holdsOthers;
+      if (this.served) this.served.fetchesOnlyFirst = stage.firstPictures.holdsOthers;
       hair.lightFollowsHair = !stage.firstPictures.isBeforeHair;
       hair.quality = stage.detailFor(this.#quality.value);
       if (!isInVr) this.#play.beforeDraw();
       hair.update(stage.camera, ...this.#play.cameras);
     }
     const drawn = shown.filter(({ character }) => character.isReady);
-    if (drawn.length === 0 && (this.#served?.downloads.byteCount ?? 0) > 0) stage.rehearse();
+    if (drawn.length === 0 && (this.served?.downloads.byteCount ?? 0) > 0) stage.rehearse();
     stage.draw(
       hair,
       drawn.map(({ member, character }) => ({
@@ -225,7 +225,7 @@ export class PageViewer implements PageHost {
 
   #announce(person: number | null): void {
     const member = person === null ? undefined : this.room?.members.get(person);
-    this.#served?.fetchFirst(person);
+    this.served?.fetchFirst(person);
     element("shown").textContent = member ? `Showing ${personName(member)}` : "Showing everyone";
   }
 
@@ -335,7 +335,7 @@ export class PageViewer implements PageHost {
     }
     // The own hair, which nobody else could be waiting for.
     if (this.query.local && people === 0 && this.#wardrobe.isWearing) people = 1;
-    const downloads = this.#served?.downloads ?? { bytes: 0, byteCount: 0 };
+    const downloads = this.served?.downloads ?? { bytes: 0, byteCount: 0 };
     const building = this.#persistentRoom.local?.building ?? null;
     this.#loading.show(loadingWords({ isConnected: room !== null, people, withGroom, ready, downloads, building }));
   }
@@ -354,20 +354,19 @@ export class PageViewer implements PageHost {
     element("show-all").hidden = room.members.size < 2;
     this.#showWind(room);
     if (!this.query.observe) this.#wardrobe.offer();
-    const bytesReceived = this.#served?.counters.bytesReceived ?? 0;
+    const bytesReceived = this.served?.counters.bytesReceived ?? 0;
     const rate = Math.max(bytesReceived - this.#bytesBefore, 0) / 1000 / spanS;
     this.#bytesBefore = bytesReceived;
     const delays = [...room.members.values()].map((member) => 1000 * member.delayS).filter((ms) => ms > 0);
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
-    const { drawCalls, strands, cards } = hair.statistics;
-    const shown = `${strands > 0 || cards === 0 ? `${strands} strands` : ""}${cards > 0 ? ` ${cards} far cards` : ""}`;
-    const { transport, fallbackReason } = this.#served?.link ?? { transport: null, fallbackReason: null };
+    const { drawCalls, strands } = hair.statistics;
+    const { transport, fallbackReason } = this.served?.link ?? { transport: null, fallbackReason: null };
     const behind = delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`;
     const line = `${behind}, ${rate.toFixed(0)} kB/s, ${transportName(transport, fallbackReason)}`;
     element("figures").textContent =
       `${this.query.local ? "simulated in this browser" : line}, ${drawCalls} draw calls, ` +
-      `${shown}, quality ${this.#quality.value.toFixed(2)}`;
+      `${strands} strands, quality ${this.#quality.value.toFixed(2)}`;
   }
 
   #showJoin(): void {

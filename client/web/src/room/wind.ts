@@ -60,7 +60,7 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
   const full = Object.keys(options).find((name) => name !== "carried" && Object.hasOwn(kStillAir, name));
   const short = Object.keys(options).find((name) => Object.hasOwn(kShort, name));
   if (full && short) throw new HairnetError("invalid", `setWind: give either '${short}' or '${full}', not both`);
-  if (full) return { ...kStillAir, ...options };
+  if (full) return wholeWind(options as Partial<Wind>);
   const {
     speed = 0,
     from = kFrom,
@@ -79,6 +79,15 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
     turbulenceRmsMPerS: turbulence,
     carried,
   };
+}
+
+function wholeWind(options: Partial<Wind>): Wind {
+  const wind = { ...kStillAir, ...options };
+  const mean: unknown = wind.meanMPerS;
+  if (!(Array.isArray(mean) || ArrayBuffer.isView(mean)) || (mean as number[]).length !== 3)
+    throw new HairnetError("invalid", "setWind: meanMPerS is not 3 numbers");
+  if (typeof wind.seed !== "bigint") throw new HairnetError("invalid", "setWind: seed is no bigint");
+  return wind;
 }
 
 const kNumbers = ["gustRatio", "gustPeriodS", "turbulenceRmsMPerS", "turbulenceScaleM"] as const;

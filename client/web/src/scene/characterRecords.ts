@@ -99,7 +99,7 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
   put(0, pose[0], pose[1], pose[2], pose[3]);
   put(1, pose[4], pose[5], pose[6], record.pointRows.first);
   put(2, ...record.hairAlbedo, record.widthM);
-  put(3, detail.strandShare, Math.min(2 - 2 * detail.cards, 1), Math.min(2 * detail.cards, 1), detail.quadratic);
+  put(3, detail.strandShare, detail.quadratic, 0, 0);
   put(4, detail.followHairCount, record.strayM, lattice ? 1 : 0, record.size - 1);
   put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
   for (let bone = 0; bone < kBoneCount; ++bone) {

@@ -30,30 +30,19 @@ export interface Drawn {
 export interface DrawCounts {
   drawCalls: number;
   strands: number;
-  cards: number;
   vertices: number;
 }
 
-/**
- * Sorts for `GroomDrawing.show`: characters that are drawn as cards only come last, and those with one list are
- * adjacent.
- */
+/** Sorts for `GroomDrawing.show`: characters with one list are adjacent. */
 export function inDrawingOrder(a: Drawn, b: Drawn): number {
-  return (
-    Number(a.detail.cards >= 1) - Number(b.detail.cards >= 1) ||
-    a.list - b.list ||
-    a.detail.cards - b.detail.cards ||
-    b.detail.strandShare - a.detail.strandShare
-  );
+  return a.list - b.list || b.detail.strandShare - a.detail.strandShare;
 }
 
 /** All characters of one groom: a draw call for each part of it, and one for each list of its strands. */
 export class GroomDrawing {
   readonly strandCount: number;
-  readonly waviness: number;
   readonly strandWidthM: number;
   readonly radiusM: number;
-  readonly hasFarCards: boolean;
   readonly bytes: number;
   /** The strands' points for `StrandDeformPass`: rows of kPointRow. */
   readonly restPoints: DataTexture;
@@ -64,7 +53,6 @@ export class GroomDrawing {
   readonly #geometry: GroomGeometry;
   readonly #strands: Part[];
   readonly #cards: Part | null;
-  readonly #farCards: Part | null;
   readonly #fabric: Part | null;
   readonly #body: Part | null;
   readonly #parts: Part[];
@@ -83,10 +71,8 @@ export class GroomDrawing {
   ) {
     this.#geometry = geometry;
     this.strandCount = geometry.strandCount;
-    this.waviness = geometry.waviness;
     this.strandWidthM = geometry.strandWidthM;
     this.radiusM = geometry.radiusM;
-    this.hasFarCards = geometry.farCards.triangles.length > 0;
     const make = (
       part: HairPart,
       attributes: BufferAttributes,
@@ -101,12 +87,9 @@ export class GroomDrawing {
     };
     const whole = (part: HairPart, { attributes, triangles }: MeshArrays, own: Record<string, IUniform> = {}) =>
       triangles.length > 0 ? make(part, bufferAttributes(attributes), triangles, own) : null;
-    const card = (arrays: MeshArrays, far: number, waviness: number) =>
-      whole("card", arrays, { ...skin.uniforms, far_cards: { value: far }, waviness: { value: waviness } });
     this.#body = whole("body", geometry.body);
     this.#fabric = whole("fabric", geometry.fabric, skin.uniforms);
-    this.#cards = card(geometry.cards, 0, 0);
-    this.#farCards = card(geometry.farCards, 1, geometry.waviness);
+    this.#cards = whole("card", geometry.cards, skin.uniforms);
     const { strands: points } = geometry;
     const rows = points.rest.length / 4 / kPointRow;
     this.restPoints = new DataTexture(points.rest, kPointRow, rows, RGBAFormat, FloatType);
@@ -122,7 +105,7 @@ export class GroomDrawing {
     this.#strands = points.lists.map((list) =>
       make("strand", strands, list.triangles, { strand_count: strandCount, rest_points: { value: this.restPoints } }),
     );
-    const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands, this.#farCards];
+    const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands];
     this.#parts = parts.filter((part) => part !== null);
     for (const part of this.#parts) group.add(part.mesh);
     this.bytes = buffersOf(geometry).reduce((sum, { byteLength }) => sum + byteLength, 0);
@@ -137,9 +120,9 @@ export class GroomDrawing {
     return best;
   }
 
-  /** The number of drawn strands for the share; 0 for far characters. */
+  /** The number of drawn strands for the share. */
   strandsOf({ detail }: Drawn): number {
-    return this.#isFar(detail) ? 0 : Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
+    return Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
   }
 
   /** The strands of one character that stand for all of its strands in its grid of density. */
@@ -154,7 +137,7 @@ export class GroomDrawing {
 
   /** The last `show` draws cards, which need their texture. */
   get showsCards(): boolean {
-    return this.#cards?.mesh.visible === true || this.#farCards?.mesh.visible === true;
+    return this.#cards?.mesh.visible === true;
   }
 
   /** Rows of kPointRow points in the strands of one character. */
@@ -176,9 +159,8 @@ export class GroomDrawing {
       let end = begin;
       let strands = 0;
       let followHairs = 0;
-      const far = this.#isFar(shown[begin].detail);
       const { list } = shown[begin];
-      for (; end < shown.length && shown[end].list === list && this.#isFar(shown[end].detail) === far; ++end) {
+      for (; end < shown.length && shown[end].list === list; ++end) {
         strands = Math.max(strands, this.strandsOf(shown[end]));
         followHairs = Math.max(followHairs, shown[end].detail.followHairCount);
       }
@@ -191,11 +173,6 @@ export class GroomDrawing {
       }
       begin = end;
     }
-    const farFrom = shown.findIndex((one) => one.detail.cards > 0);
-    if (this.#farCards && farFrom >= 0) {
-      this.#farCards.show(first + farFrom, shown.length - farFrom, 1, counts);
-      counts.cards += this.#geometry.farCardCount * (shown.length - farFrom);
-    }
   }
 
   dispose(): void {
@@ -205,10 +182,6 @@ export class GroomDrawing {
     }
     this.restPoints.dispose();
     this.restArcs.dispose();
-  }
-
-  #isFar(detail: DrawDetail): boolean {
-    return this.hasFarCards && detail.cards >= 1;
   }
 }
 

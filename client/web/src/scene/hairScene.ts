@@ -101,7 +101,6 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly statistics: HairStatistics = {
     drawCalls: 0,
     strands: 0,
-    cards: 0,
     vertices: 0,
     characters: 0,
     grooms: 0,
@@ -325,7 +324,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const radius = ballRadiusM * size;
       const seen = seenBy(views, placed.pose, radius, size);
       const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, size);
-      const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
+      const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1);
       const detail = character.detail ? this.#finiteDetail(character.detail, chosen) : chosen;
       const one: ShownCharacter = {
         member,
@@ -333,7 +332,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         character,
         pose: placed.pose,
         size: placed.size,
-        detail: groom?.hasFarCards ? detail : { ...detail, cards: 0 },
+        detail,
         list: groom?.listFor(detail.toleranceM) ?? 0,
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
         ballRadiusM,
@@ -369,7 +368,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     );
     this.#records.begin(rows);
     const counts = this.statistics;
-    counts.drawCalls = counts.strands = counts.cards = counts.vertices = counts.groomBytes = counts.grooms = 0;
+    counts.drawCalls = counts.strands = counts.vertices = counts.groomBytes = counts.grooms = 0;
     const rowsMax = this.#placement.rowsMax(this.#renderer);
     fitShares([...this.#grooms.values()], rowsMax);
     const placed: PlacedGroom[] = [];

@@ -12,7 +12,12 @@ test("a hair and a body are drawn once, and leave the scene", async () => {
     drawn.push([]);
     scene.traverseVisible(({ name }) => drawn.at(-1)!.push(name));
   };
-  const rehearsal = new Rehearsal({ ...idleRenderer, render } as WebGLRenderer, scene, new PerspectiveCamera(), {});
+  const rehearsal = new Rehearsal(
+    { ...idleRenderer, render } as unknown as WebGLRenderer,
+    scene,
+    new PerspectiveCamera(),
+    {},
+  );
   await until("it is drawn", () => {
     rehearsal.draw();
     return drawn.length > 0;

@@ -31,7 +31,7 @@ const record: CharacterRecord = {
   roughness: 0.5,
   skinAlbedo: [0.4, 0.5, 0.6],
   widthM: 4e-4,
-  detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1, cards: 0.25 },
+  detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1 },
   strayM: 0.002,
   size: 1.25,
   bodyVisible: false,
@@ -105,14 +105,14 @@ describe("records", () => {
 
 describe("draw calls", async () => {
   const made = await geometryOf(await strandsFile());
-  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
+  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, vertices: 0 });
   const group = new Group();
   const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(made, group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
-    const detail = detailFor(px, 1, drawing.strandCount, drawing.waviness);
-    return { detail: { ...detail, cards: 0 }, list: drawing.listFor(detail.toleranceM) };
+    const detail = detailFor(px, 1, drawing.strandCount);
+    return { detail, list: drawing.listFor(detail.toleranceM) };
   };
 
   test("characters of one groom and one drawing level share one", () => {
@@ -133,7 +133,7 @@ describe("draw calls", async () => {
     expect(material.uniforms.first_record.value).toBe(5);
   });
 
-  test("one that is far has no strands and no rows for their points; all others as many as their share needs", () => {
+  test("strands and rows for their points are as many as their share needs", () => {
     const near = at(400);
     expect(drawing.pointRowsOf(near)).toBeGreaterThan(0);
     expect(drawing.strandsOf(near)).toBe(Math.ceil(near.detail.strandShare * drawing.strandCount));
@@ -164,14 +164,13 @@ describe("draw calls", async () => {
   });
 
   test("with details of their own, too, all are drawn: those of one list together", () => {
-    const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
     const hall = new Group();
-    const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});
-    const one = (list: number, cards: number) => ({
+    const mixed = new GroomDrawing(made, hall, uniforms, () => {});
+    const one = (list: number, strandShare: number) => ({
       list,
-      detail: { ...detailFor(400, 1, 40, 0), followHairCount: 0, cards },
+      detail: { ...detailFor(400, 1, 40), followHairCount: 0, strandShare },
     });
-    const shown = [one(1, 0), one(0, 0.5), one(1, 0.5), one(0, 0), one(2, 1), one(0, 1)].sort(inDrawingOrder);
+    const shown = [one(1, 1), one(0, 0.5), one(1, 0.5), one(0, 1)].sort(inDrawingOrder);
     const drawn = counts();
     mixed.show(shown, 0, drawn);
     const strands = hall.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
@@ -179,7 +178,6 @@ describe("draw calls", async () => {
       (mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount,
     );
     expect(instances).toEqual([2, 2]);
-    expect(drawn.cards).toBeGreaterThanOrEqual(3 * 4);
   });
 
   test("draws nothing without members, and disposed objects leave the scene", () => {

@@ -5,7 +5,6 @@ import { nodeCount, type Basis, type Lattice, type MovedLattice } from "../../sr
 import { LatticePass } from "../../src/scene/latticePass";
 import { nodeSumFor } from "../../src/scene/nodeSum";
 import { latticeOf } from "../support/shapes";
-import { seeded } from "../support/vectors";
 
 interface Hair {
   readonly lattice: Lattice;
@@ -20,8 +19,7 @@ function someHair(modeCount: number, dims: [number, number, number] = [3, 4, 5])
 }
 
 function moved({ lattice, basis }: Hair, coefficients: ArrayLike<number>): MovedLattice {
-  const random = seeded(coefficients.length);
-  const grid = Float32Array.from({ length: 3 * nodeCount(lattice) }, () => random() - 0.5);
+  const grid = Float32Array.from({ length: 3 * nodeCount(lattice) }, (_, i) => 0.5 * Math.sin(i));
   return { lattice, grid, modes: { basis, coefficients: Float32Array.from(coefficients) } };
 }
 

@@ -165,8 +165,8 @@ describe("shadow maps", async () => {
     const group = new Group();
     const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
     const drawing = new GroomDrawing(geometry, group, uniforms, () => {}, castShadow);
-    const detail = { ...detailFor(600, 1, drawing.strandCount, drawing.waviness), followHairCount: 2, cards: 0 };
-    drawing.show([{ detail, list: 0 }], 0, { drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
+    const detail = { ...detailFor(600, 1, drawing.strandCount), followHairCount: 2 };
+    drawing.show([{ detail, list: 0 }], 0, { drawCalls: 0, strands: 0, vertices: 0 });
     const strands = group.children.find((mesh) => mesh.visible && mesh.name === "hairnet strand");
     return { uniforms, group, strands: strands as Mesh<InstancedBufferGeometry, RawShaderMaterial> };
   };

@@ -49,7 +49,6 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
         followHairCount: 0,
         toleranceM: 0,
         quadratic: 1,
-        cards: 0,
       }),
     "an anchor": () => {
       const anchor = new Group();

@@ -47,7 +47,7 @@ it("reaches the materials of cards that were made before it was known", async ()
     if (part === "card") read.push(() => own.skin_thickness.value);
   };
   const made = await geometryOf(await strandsFile());
-  const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
+  const geometry = { ...made, cards: { ...made.cards, triangles: Uint32Array.of(0, 1, 2) } };
   new GroomDrawing(geometry, new Group(), uniforms, adapt, false, texture);
   texture.fill(skin);
   expect(read.map((value) => value())).toEqual([skin.thicknessM]);

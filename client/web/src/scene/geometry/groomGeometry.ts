@@ -47,13 +47,7 @@ export interface GroomGeometry {
   readonly strandCount: number;
   /** the width at the root, m, when all strands are drawn with two follow hairs each */
   readonly strandWidthM: number;
-  /** the groom's own */
   readonly cards: MeshArrays;
-  /** the cards that replace the strands far away */
-  readonly farCards: MeshArrays;
-  readonly farCardCount: number;
-  /** 0: hair is straight over a few centimetres; 1: curls */
-  readonly waviness: number;
   readonly fabric: MeshArrays;
   readonly body: MeshArrays;
   /** radius of a ball about the head joint that contains body and hair, m */
@@ -61,11 +55,11 @@ export interface GroomGeometry {
 }
 
 /** All its memory: a worker transfers it instead of copying. */
-export function buffersOf({ strands, cards, farCards, fabric, body }: GroomGeometry): ArrayBuffer[] {
-  const meshes = [strands, cards, farCards, fabric, body];
+export function buffersOf({ strands, cards, fabric, body }: GroomGeometry): ArrayBuffer[] {
+  const meshes = [strands, cards, fabric, body];
   return [
     ...meshes.flatMap(({ attributes }) => Object.values(attributes).map(({ array }) => array)),
-    ...[cards, farCards, fabric, body].map(({ triangles }) => triangles),
+    ...[cards, fabric, body].map(({ triangles }) => triangles),
     ...[strands.rest, strands.arc, strands.pointEnd],
     ...strands.lists.flatMap(({ triangles, end }) => [triangles, end]),
   ].map(({ buffer }) => buffer);

@@ -12,8 +12,6 @@ enum Part {
   strandIndexEnds,
   cardVertices,
   cardIndices,
-  farCardVertices,
-  farCardIndices,
   fabricVertices,
   fabricIndices,
   bodyVertices,
@@ -55,13 +53,11 @@ export function readGeometry(instance: Instance, groom: number, isCoarse: boolea
     instance.call("hairnet_geometry_lists", geometry, at, listCount),
   );
   const tolerancesM = Array.from({ length: listCount }, (_, list) => tolerances.getFloat32(4 * list, true));
-  const numbers = instance.struct(20, (at) => instance.call("hairnet_get_geometry_numbers", geometry, at));
+  const numbers = instance.struct(12, (at) => instance.call("hairnet_get_geometry_numbers", geometry, at));
   const made: GroomGeometry = {
     strandCount: numbers.getUint32(0, true),
-    farCardCount: numbers.getUint32(4, true),
-    strandWidthM: numbers.getFloat32(8, true),
-    waviness: numbers.getFloat32(12, true),
-    radiusM: numbers.getFloat32(16, true),
+    strandWidthM: numbers.getFloat32(4, true),
+    radiusM: numbers.getFloat32(8, true),
     strands: {
       rest: wholeRows(floatsOf(Part.strandPoints), 4),
       arc: wholeRows(floatsOf(Part.strandArcs), 2),
@@ -74,7 +70,6 @@ export function readGeometry(instance: Instance, groom: number, isCoarse: boolea
       })),
     },
     cards: meshOf(Part.cardVertices, Part.cardIndices, kCard),
-    farCards: meshOf(Part.farCardVertices, Part.farCardIndices, kCard),
     fabric: meshOf(Part.fabricVertices, Part.fabricIndices, kFabric),
     body: meshOf(Part.bodyVertices, Part.bodyIndices, kBody),
   };
