@@ -1,4 +1,4 @@
-import { beforeAll, expect, test } from "vitest";
+import { beforeAll, expect, test, vi } from "vitest";
 import { HairnetError, LevelIndex, materials, rigidPose, type Member, type OwnCharacter } from "../../src/index";
 import { buildLevels, LocalRoom, type LocalCharacterOptions } from "../../src/local/index";
 import { localModule, strandsFile } from "../support/grooms";
@@ -171,6 +171,20 @@ test("without a file the levels are built, the same ones, and the hair is rigid 
   const build = module.make("hairnet_build_begin", module.makeOf("hairnet_groom_load", groom));
   const file = module.allBytes("hairnet_levels_file", module.make("hairnet_build_finish", build));
   expect(Buffer.compare(file, levels)).toBe(0);
+});
+
+test("a page that has started hairnet.wasm has both, and grooms go from one to the other", async () => {
+  vi.resetModules();
+  const { Groom } = await import("../../src/index");
+  const hair = await Groom.load(groom);
+  expect(hair.module.has("hairnet_world_make")).toBe(false);
+  const room = await (await import("../../src/local/index")).LocalRoom.open();
+  const own = room.addCharacter(hair, { levels });
+  own.push(rigidPose());
+  for (const nowMs of [0, 50, 100]) room.sample(nowMs);
+  expect(own.member?.groomKey).toBe(hair.key);
+  expect(own.member?.level).toBe(LevelIndex.high);
+  expect(own.member?.points()).toHaveLength(hair.points.length);
 });
 
 test("what is wrong is refused in a line, and nothing is lost", async () => {
