@@ -76,7 +76,7 @@ export class GroomBuilder {
     this.#worker.onmessage = ({ data }: MessageEvent<Answer>) => this.#take(data);
     this.#worker.onerror = () => this.#giveUpWorker();
     const worker = this.#worker;
-    // Its messages wait for the module by themselves.
+    // What it is asked for before waits there.
     hairModule().then(
       (module) => worker.postMessage({ module }),
       () => this.#giveUpWorker(),

@@ -4,20 +4,20 @@ import { readGeometry } from "./geometry/readGeometry";
 
 /** Grooms of the module that were answered with a coarse geometry, by `id`. */
 const grooms = new Map<number, number>();
-let instance: Promise<Instance> | null = null;
+let onModule!: (module: WebAssembly.Module) => void;
+const instance = new Promise<WebAssembly.Module>((resolve) => {
+  onModule = resolve;
+}).then((module) => Instance.of(module));
 
 /**
- * Receives the compiled module, then files of grooms, and answers each with a coarse geometry if the whole one takes
+ * Receives the compiled module, which all else waits for, and files of grooms, and answers each with a coarse geometry if the whole one takes
  * long, or with the whole one, or with the error. After a coarse one the same `id` without a file asks for the whole one.
  */
 self.onmessage = async ({ data }: MessageEvent<{ module?: WebAssembly.Module; id: number; file?: Uint8Array }>) => {
-  if (data.module) {
-    instance = Instance.of(data.module);
-    return;
-  }
+  if (data.module) return onModule(data.module);
   const { id, file } = data;
   try {
-    const module = await instance!;
+    const module = await instance;
     const groom = file ? module.makeOf("hairnet_groom_load", file) : grooms.get(id)!;
     const coarse = file ? readGeometry(module, groom, true) : null;
     if (coarse) {
