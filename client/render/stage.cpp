@@ -333,8 +333,7 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
   for (std::size_t begin = 0; begin < shown.size();) {
     std::size_t end = begin, strands = 0;
     float follow_hairs = 0;
-    const bool far = is_far(groom, shown[begin]);
-    while (end < shown.size() && shown[end].list == shown[begin].list && is_far(groom, shown[end]) == far) {
+    while (end < shown.size() && shown[end].list == shown[begin].list) {
       strands = std::max(strands, strands_of(groom, shown[end]));
       follow_hairs = std::max(follow_hairs, shown[end].detail.follow_hair_count);
       ++end;

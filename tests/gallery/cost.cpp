@@ -121,7 +121,7 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
     return fastest_ms([&] {
       if (!sleeps) coefficients[0] *= -1;
       records.begin(characters, sum);
-      for (std::size_t i = 0; i < count; ++i) records.add(i, Vec3::Zero(), {}, 1, false, {});
+      for (std::size_t i = 0; i < count; ++i) records.add(i, Vec3::Zero(), {}, 1, {});
       records_texture.fill(records.records());
       pass->run(records);
     });
