@@ -145,18 +145,8 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
   while (frames_.size() > 3 && frames_[3].time_ns <= time_ns_) frames_.pop_front();
   curve_at(time_ns_, shown_);
   apply_correction();
-  displace();
   check_invariants();
-  return {true, shown_.pose, shown_.level, shown_.coefficients, shown_.basis, time_ns_, displacement_};
-}
-
-// Sleeping hair is not computed again.
-void Playout::displace() {
-  if (shown_.basis == displaced_basis_ && shown_.coefficients == displaced_coefficients_) return;
-  displaced_basis_ = shown_.basis;
-  displaced_coefficients_ = shown_.coefficients;
-  displacement_.resize(shown_.basis ? shown_.basis->hair.basis.node_count : 0);
-  if (shown_.basis) hairnet::displacements_of(shown_.basis->hair.basis, shown_.coefficients, displacement_);
+  return {true, shown_.pose, shown_.level, shown_.coefficients, shown_.basis, time_ns_};
 }
 
 // The last frame that is not after a time, or the first.
