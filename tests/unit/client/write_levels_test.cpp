@@ -19,7 +19,7 @@ class WriteLevels : public testing::Test {
  protected:
   WriteLevels() {
     fs::create_directories(folder_);
-    MakeOptions options{"bob", in("bob.groom"), {}, {}, {}};
+    MakeOptions options{"bob", in("bob.groom"), {}, {}};
     options.hairstyle.strand_count = 200;
     EXPECT_TRUE(make_groom(options));
   }
