@@ -2,8 +2,8 @@
  * hairnet-client: other people's hair, simulated by a server, for browsers. `connect` joins a room, whose members have
  * poses, hair and looks; `hairnet-client/scene` draws them with three.js.
  */
-export { HairnetError } from "./hair/hairnetError";
-export type { ErrorCode } from "./hair/hairnetError";
+export { HairnetError } from "./module/hairnetError";
+export type { ErrorCode } from "./module/hairnetError";
 export { changedAppearance, defaultAppearance, type Appearance } from "./hair/appearance";
 export { Groom, type Body } from "./hair/groom";
 export { LevelIndex } from "./hair/level";

@@ -1,7 +1,7 @@
 import { client, startClient } from "../module/client";
 import type { Instance } from "../module/instance";
 import { groomBytes } from "./groomBytes";
-import { HairnetError } from "./hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /** The skull and body that a groom was made on, head space at rest, m. */
 export interface Body {

@@ -1,4 +1,4 @@
-import { HairnetError } from "./hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /** The bytes of a .groom file, however they are given. Throws `HairnetError` that says what to give instead. */
 export function groomBytes(file: Uint8Array | ArrayBuffer): Uint8Array {

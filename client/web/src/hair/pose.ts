@@ -1,5 +1,5 @@
 import { kPositionMaxM } from "../generated/constants";
-import { HairnetError } from "./hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /**
  * The bones of one character at one moment: 7 numbers a bone, rotation x y z w and position x y z (metres), of a rigid

@@ -1,5 +1,5 @@
 import { kTagBytesMax } from "../generated/constants";
-import { HairnetError } from "./hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 // Unicode's control characters: U+0000 to U+001F and U+007F to U+009F.

@@ -1,6 +1,6 @@
 import { Groom } from "../hair/groom";
 import { groomBytes } from "../hair/groomBytes";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { LevelsAnswer } from "./levelsWorker";
 import LevelsWorker from "./levelsWorker?worker&inline";
 import { localFile } from "./localModule";

@@ -1,6 +1,6 @@
 import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { Instance } from "../module/instance";
 import type { Member } from "../room/member";
 import type { CharacterOptions, OwnCharacter } from "../room/ownCharacter";

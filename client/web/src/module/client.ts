@@ -1,4 +1,4 @@
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "./hairnetError";
 import { Instance } from "./instance";
 import { hairModule } from "./moduleFile";
 

@@ -1,5 +1,5 @@
 import { start, type ModuleExports } from "../../../wasm/glue.mjs";
-import { HairnetError, type ErrorCode } from "../hair/hairnetError";
+import { HairnetError, type ErrorCode } from "./hairnetError";
 
 const kWhyBytes = 512;
 const kResultBytes = 1024;

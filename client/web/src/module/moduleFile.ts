@@ -1,4 +1,4 @@
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "./hairnetError";
 
 type Bytes = Uint8Array<ArrayBuffer>;
 

@@ -1,4 +1,4 @@
-import type { ErrorCode } from "../hair/hairnetError";
+import type { ErrorCode } from "../module/hairnetError";
 import { hostAndPort } from "./url";
 
 const kProbeMs = 2000;

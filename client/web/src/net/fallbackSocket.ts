@@ -1,4 +1,4 @@
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { Transport, WebSocketLike } from "./socket";
 import { readWebTransportPage, webTransportPageUrl, WebTransportSocket } from "./webTransportSocket";
 

@@ -1,4 +1,4 @@
-import { HairnetError, type ErrorCode } from "../hair/hairnetError";
+import { HairnetError, type ErrorCode } from "../module/hairnetError";
 import { client } from "../module/client";
 import type { Instance } from "../module/instance";
 import { explainFailure } from "./connectionFailure";

@@ -1,5 +1,5 @@
 import { checkOptions } from "../hair/checkOptions";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { TransportChoice } from "./fallbackSocket";
 import type { WebSocketLike } from "./socket";
 

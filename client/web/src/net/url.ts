@@ -1,4 +1,4 @@
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /** The WebSocket address of a server: of "host:port", of a page's http(s) address, or of ws(s) itself; path /ws. */
 export function webSocketUrl(server: string): string {

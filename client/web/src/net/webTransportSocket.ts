@@ -1,5 +1,5 @@
 import { kDatagramBytesMax } from "../generated/constants";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { WebSocketLike } from "./socket";
 import { PacketSplitter } from "./packetSplitter";
 

@@ -1,6 +1,6 @@
 import { changedAppearance, defaultAppearance, type Appearance } from "../hair/appearance";
 import { notFinite, type DroppedInput } from "../hair/droppedInput";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { LevelIndex } from "../hair/level";
 import { kPoseNumbers, poseFormFault, poseNumberFault, type Pose } from "../hair/pose";
 import { tagBytes } from "../hair/tag";

@@ -3,7 +3,7 @@ import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
 import { Groom } from "../hair/groom";
 import type { HairSource } from "../hair/hairSource";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import { LevelIndex } from "../hair/level";
 import type { Skin } from "../hair/skin";
 import { tagBytes } from "../hair/tag";

@@ -1,6 +1,6 @@
 import type { Groom } from "../hair/groom";
 import type { MemberImportance } from "../hair/hairSource";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import { client, startClient } from "../module/client";
 import { checkLinkOptions, kLinkOptions, type LinkOptions } from "../net/linkOptions";
 import { EventKind, Link, LinkState, type LinkEvent } from "../net/link";

@@ -1,5 +1,5 @@
 import { checkOptions } from "../hair/checkOptions";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /** The air in a room; `hairnet_wind` of client/hairnet.h. */
 export interface Wind {

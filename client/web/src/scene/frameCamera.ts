@@ -1,7 +1,7 @@
 import { Box3, Matrix4, type PerspectiveCamera, Quaternion, Vector3 } from "three";
 import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import { Bone, kNumbersPerBone, type Pose } from "../hair/pose";
 
 export interface FrameOptions {

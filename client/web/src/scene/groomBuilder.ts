@@ -1,4 +1,4 @@
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import { hairModule } from "../module/moduleFile";
 import { Instance } from "../module/instance";
 import type { GroomGeometry } from "./geometry/groomGeometry";

@@ -14,7 +14,7 @@ import { kBallMarginM, kBallShare, kCopies, kDensityGridsMax, kStrayM } from "..
 import { kRoughness } from "../hair/appearance";
 import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import { poseFault } from "../hair/pose";
 import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";

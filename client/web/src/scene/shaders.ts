@@ -1,4 +1,4 @@
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 const kFolder = "../../../shaders/";
 /** All but those that the desktop's viewer alone has. */

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { HairnetError } from "../../src/hair/hairnetError";
+import { HairnetError } from "../../src/module/hairnetError";
 import { hostAndPort, urlAt, webSocketUrl } from "../../src/net/url";
 
 it("is that of the WebSocket of a host, a page and itself", () => {

@@ -1,7 +1,7 @@
 import { afterAll, afterEach, beforeAll, describe, expect, it } from "vitest";
 import { changedAppearance, defaultAppearance, type Appearance } from "../../src/hair/appearance";
 import { notFinite } from "../../src/hair/droppedInput";
-import { HairnetError } from "../../src/hair/hairnetError";
+import { HairnetError } from "../../src/module/hairnetError";
 import { LevelIndex } from "../../src/hair/level";
 import { strandsFile } from "../support/grooms";
 import { Person } from "../support/person";

@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { Group, OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
 import type { ShownMember } from "../../src/hair/hairSource";
-import { HairnetError } from "../../src/hair/hairnetError";
+import { HairnetError } from "../../src/module/hairnetError";
 import { rigidPose } from "../../src/hair/pose";
 import { checkFrame, frameCamera, type Framed } from "../../src/scene/frameCamera";
 import { HairScene } from "../../src/scene/hairScene";
