@@ -18,6 +18,7 @@ Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
   core.give_up_after_s = options.give_up_after_s;
   core.trace = options.trace;
   core.seed = options.trace;
+  core.files_wait_for_grooms = true;
   if (!core.room.empty() && !wire::is_room_name(core.room))
     return Refusal("room: a name has at most 64 letters, digits, dots, hyphens and underscores");
   if (core.token.size() > wire::kTokenBytesMax) return Refusal("token: longer than 4096 bytes");

@@ -41,6 +41,8 @@ struct LinkCoreOptions {
   std::uint64_t trace = 0;       // that the logs of all its servers name; 0: a Link draws one
   double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
   bool evaluate_learnt = true;   // learnt hair from poses alone: downloads networks, and frames of it are smaller
+  // Bases and learnt hair are downloaded of the grooms only that are here: hair that cannot be drawn needs none.
+  bool files_wait_for_grooms = false;
   std::shared_ptr<FileCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
 };
 

@@ -25,6 +25,7 @@ export class Instance {
   readonly #results: number;
   readonly #why: number;
   readonly #names = new Map<string, number>();
+  #views: { readonly view: DataView; readonly floats: Float32Array; readonly doubles: Float64Array } | null = null;
 
   /** `onProgress` gets, from 0 to 1, how far a building of levels is. */
   static async of(module: WebAssembly.Module, onProgress?: (share: number) => void): Promise<Instance> {
@@ -157,7 +158,27 @@ export class Instance {
   }
 
   view(): DataView {
-    return new DataView(this.#exports.memory.buffer);
+    return this.#memory().view;
+  }
+
+  /** The whole memory as numbers of each kind, which need no view of their own: by place / 4 and place / 8. */
+  floatMemory(): Float32Array {
+    return this.#memory().floats;
+  }
+  doubleMemory(): Float64Array {
+    return this.#memory().doubles;
+  }
+
+  #memory() {
+    const { buffer } = this.#exports.memory;
+    // It is another one after the memory has grown.
+    if (this.#views?.view.buffer !== buffer)
+      this.#views = {
+        view: new DataView(buffer),
+        floats: new Float32Array(buffer),
+        doubles: new Float64Array(buffer),
+      };
+    return this.#views;
   }
 
   copy(at: number, byteCount: number): Uint8Array<ArrayBuffer> {

@@ -54,6 +54,8 @@ export abstract class People implements HairSource {
   protected readonly own = new Map<number, OwnCharacter>();
   #lastCharacter = 0;
   readonly #scene: Scene;
+  /** in what the module shows now, by member number */
+  readonly #indices = new Map<number, number>();
   readonly #host: CharacterHost;
   /** by key, of members and own characters */
   readonly #grooms = new Map<string, Groom>();
@@ -160,8 +162,9 @@ export abstract class People implements HairSource {
   protected show(happened: readonly Happened[]): readonly Member[] {
     const scene = this.#scene;
     const count = scene.read();
-    const indices = new Map<number, number>();
-    for (let i = 0; i < count; ++i) indices.set(scene.at(i).member, i);
+    const indices = this.#indices;
+    indices.clear();
+    for (let i = 0; i < count; ++i) indices.set(scene.memberAt(i), i);
     for (const { kind, member } of happened) {
       const index = indices.get(member);
       if (kind === "left") this.#drop(member);

@@ -65,6 +65,10 @@ export class Scene {
     return new Shown(this.module, this.#shown.at + kShownBytes * index);
   }
 
+  memberAt(index: number): number {
+    return this.module.u32(this.#shown.at + kShownBytes * index);
+  }
+
   groomOf(index: number): Groom {
     return new Groom(this.module.make("hairnet_shown_groom", this.handle, index), this.module);
   }
@@ -204,7 +208,9 @@ export class Shown {
     return this.module.text(this.#u32(At.error));
   }
   readPose(out: Float64Array): void {
-    out.set(this.module.doubles(this.place + At.pose, kPoseNumbers));
+    const memory = this.module.doubleMemory();
+    const begin = (this.place + At.pose) / 8;
+    for (let i = 0; i < kPoseNumbers; ++i) out[i] = memory[begin + i];
   }
   get basis(): number {
     return this.#u32(At.basis);
@@ -212,9 +218,19 @@ export class Shown {
   get modeCount(): number {
     return this.#u32(At.modeCount);
   }
-  /** Until the next call. */
-  get coefficients(): Float32Array {
-    return this.module.floats(this.#u32(At.coefficients), this.#u32(At.coefficientCount));
+  get coefficientCount(): number {
+    return this.#u32(At.coefficientCount);
+  }
+  /** False: they were those already. `out`: of that many. */
+  readCoefficients(out: Float32Array): boolean {
+    const memory = this.module.floatMemory();
+    const begin = this.#u32(At.coefficients) / 4;
+    let isChanged = false;
+    for (let k = 0; k < out.length; ++k) {
+      isChanged ||= out[k] !== memory[begin + k];
+      out[k] = memory[begin + k];
+    }
+    return isChanged;
   }
   get origin(): Float32Array {
     return this.module.floats(this.place + At.origin, 3);
@@ -270,13 +286,11 @@ export class ModuleLattice implements MovedLattice {
       return;
     }
     this.scene.basis(this.basis, this.modes.basis.modeCount, index);
-    const { coefficients } = shown;
-    const before = this.modes.coefficients;
+    const count = shown.coefficientCount;
+    const isOther = this.modes.coefficients.length !== count;
+    if (isOther) this.modes.coefficients = new Float32Array(count);
     // Sleeping hair is not computed again.
-    if (coefficients.length === before.length && coefficients.every((c, k) => c === before[k])) return;
-    this.#isComputed = false;
-    if (before.length === coefficients.length) before.set(coefficients);
-    else this.modes.coefficients = coefficients.slice();
+    if (shown.readCoefficients(this.modes.coefficients) || isOther) this.#isComputed = false;
   }
 
   get grid(): Float32Array {
