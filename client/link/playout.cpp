@@ -89,27 +89,25 @@ void Playout::freeze() {
 void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   arrivals_.push_back({sample_time_ns, arrival_time_ns - sample_time_ns});
   if (arrivals_.size() > kArrivalsMax) arrivals_.pop_front();
-}
-
-std::int64_t Playout::target_delay_ns() const {
-  HAIRNET_ASSERT(!arrivals_.empty());
-  HAIRNET_ASSERT(!frames_.empty());
-  std::int64_t least = arrivals_.front().lateness_ns, most = least;
+  least_late_ns_ = most_late_ns_ = arrivals_.front().lateness_ns;
   std::vector<std::int64_t> intervals;
   for (std::size_t i = 0; i < arrivals_.size(); ++i) {
-    least = std::min(least, arrivals_[i].lateness_ns);
-    most = std::max(most, arrivals_[i].lateness_ns);
+    least_late_ns_ = std::min(least_late_ns_, arrivals_[i].lateness_ns);
+    most_late_ns_ = std::max(most_late_ns_, arrivals_[i].lateness_ns);
     if (i > 0 && arrivals_[i].time_ns > arrivals_[i - 1].time_ns)
       intervals.push_back(arrivals_[i].time_ns - arrivals_[i - 1].time_ns);
   }
-  std::int64_t interval = kIntervalDefault_ns;
-  if (!intervals.empty()) {
-    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
-    std::nth_element(intervals.begin(), middle, intervals.end());
-    interval = *middle;
-  }
-  interval = std::max(interval, frames_.back().step_ns);
-  return least + interval + std::max(interval / 2, most - least);
+  interval_ns_ = kIntervalDefault_ns;
+  if (intervals.empty()) return;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  interval_ns_ = *middle;
+}
+
+std::int64_t Playout::target_delay_ns() const {
+  HAIRNET_ASSERT(!frames_.empty());
+  const std::int64_t interval = std::max(interval_ns_, frames_.back().step_ns);
+  return least_late_ns_ + interval + std::max(interval / 2, most_late_ns_ - least_late_ns_);
 }
 
 // Advances the play time to `render_time_ns`.

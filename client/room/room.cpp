@@ -33,8 +33,6 @@ void Room::advance() {
   arrivals_.on_awake(now_ns);
   fetch(now_ns);
   for (const auto& [number, member] : members_) sample(*member, now_ns);
-  shown_.clear();
-  shown_.insert(members_.begin(), members_.end());
 }
 
 std::vector<Event> Room::take_events() {
@@ -207,7 +205,6 @@ void Room::close() {
   if (state_ == State::closed) return;
   conversation_->close();
   while (!members_.empty()) drop(members_.begin()->first);
-  shown_.clear();
   set_state(State::closed, "");
 }
 
@@ -321,6 +318,7 @@ void Room::take(const wire::Error& error) {
 void Room::meet(const std::shared_ptr<Member>& member) {
   drop(member->number);
   members_[member->number] = member;
+  shown_[member->number] = member;
   const auto [known, is_new] = grooms_.try_emplace(member->groom_hash);
   member->groom = known->second.groom;
   member->groom_file = known->second.file;
@@ -335,6 +333,7 @@ void Room::drop(std::uint32_t number) {
   if (found == members_.end()) return;
   const std::shared_ptr<Member> member = found->second;
   members_.erase(found);
+  shown_.erase(number);
   const auto own = own_.find(member->own);
   if (own != own_.end()) own->second.is_here = false;
   forget_unused(member->groom_hash);

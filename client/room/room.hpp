@@ -188,7 +188,7 @@ class Room {
   Wind wind_;
   bool may_set_wind_ = true;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
-  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
+  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;  // the same
   std::map<std::uint32_t, Own> own_;
   std::uint32_t next_own_ = 1;
   std::map<wire::GroomHash, KnownGroom> grooms_;  // that members or own characters use

@@ -55,7 +55,7 @@ describe("records", () => {
     expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
     expect(texel(1)).toEqual([1, 2, 3, 7]);
     expect(texel(7)).toEqual([1, 2, 3, 11]);
-    expect(texel(3)).toEqual([0.5, 1, 0.5, 1]);
+    expect(texel(3)).toEqual([0.5, 1, 0, 0]);
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
     expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
