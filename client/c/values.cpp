@@ -68,7 +68,8 @@ Result<room::CharacterOptions> character_options_of(const hairnet_character_opti
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
   if (given != nullptr) {
     if (given->size < offsetof(hairnet_character_options, level) || given->size > sizeof options)
-      return Refusal("options: fill them by HAIRNET_CHARACTER_OPTIONS; this library is older than its header, or size is not set");
+      return Refusal(
+          "options: fill them by HAIRNET_CHARACTER_OPTIONS; this library is older than its header, or size is not set");
     std::memcpy(&options, given, given->size);
   }
   if (static_cast<unsigned>(options.level) > HAIRNET_RIGID) return Refusal("options: there is no such level");

@@ -263,8 +263,8 @@ hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairne
   return HAIRNET_OK;
 }
 
-hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material, char* why,
-                                         size_t why_size) {
+hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material,
+                                         char* why, size_t why_size) {
   if (world->find(own) == nullptr) return c::no_such_character(why, why_size);
   const MaterialScale scale = c::scale_of(*material);
   if (const std::string error = validate(scale); !error.empty())

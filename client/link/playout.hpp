@@ -106,8 +106,8 @@ class Playout {
   std::deque<Arrival> arrivals_;      // of the last frames, by arrival
   std::int64_t least_late_ns_ = 0, most_late_ns_ = 0;
   std::int64_t interval_ns_ = 0;  // between frames: nine tenths of theirs are shorter
-  State shown_;                       // the last result of sample(),
-  std::int64_t time_ns_ = 0;          // and its time
+  State shown_;                   // the last result of sample(),
+  std::int64_t time_ns_ = 0;      // and its time
   std::optional<Correction> correction_;
   bool started_ = false;  // sample() has returned a valid sample
   std::int64_t render_time_ns_ = 0;

@@ -167,7 +167,8 @@ class GlStage final : public Stage {
   draw::DepthRange depth_range_;
 };
 
-// The characters by groom, the nearest first, so that characters with one list of strands are adjacent. Leaves out characters that are too small for any pixel.
+// The characters by groom, the nearest first, so that characters with one list of strands are adjacent. Leaves out
+// characters that are too small for any pixel.
 std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::ShownCharacter> characters, View& view,
                                                           const Look& look) const {
   std::vector<std::vector<Appearance>> by_groom(grooms_.size());

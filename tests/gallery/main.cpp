@@ -60,8 +60,8 @@ Result<void> draw_crowd(const Options& options, render::Renderer& renderer) {
   std::printf(
       "%s/crowd.png: 100 characters of 5 grooms, %zu draw calls, %zu strands, %zu vertices; "
       "GPU bytes: %zu of grooms, %zu a character, %zu of strands' points\n",
-      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.vertices,
-      statistics.groom_bytes, statistics.character_bytes, statistics.point_bytes);
+      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.vertices, statistics.groom_bytes,
+      statistics.character_bytes, statistics.point_bytes);
   return write_picture(options.out + "/crowd.png", *picture);
 }
 

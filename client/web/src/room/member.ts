@@ -16,8 +16,6 @@ export class Member {
   readonly groomKey: string;
   /** the owner's own number for it: with `session` it says the same character to all clients */
   readonly ownerCharacter: number;
-  /** the owner's; another after this client's session has ended and a new one begun */
-  session = 0n;
   /** null: not received yet */
   groom: Groom | null = null;
   /** the skin to keep its hair out of; null: not received yet */
@@ -37,6 +35,8 @@ export class Member {
   /** As the owner wants it drawn; the default of its number if the owner does not say. */
   appearance: Appearance;
   readonly #scene: Scene;
+  #sessionLow = 0;
+  #sessionHigh = 0;
   #lattice: ModuleLattice | null = null;
   #index = 0;
 
@@ -49,6 +49,11 @@ export class Member {
     this.groomKey = shown.groomKey;
     this.appearance = shown.appearance;
     this.describe(shown);
+  }
+
+  /** The owner's session; another after this client's has ended and a new one begun. */
+  get session(): bigint {
+    return (BigInt(this.#sessionHigh) << 32n) | BigInt(this.#sessionLow);
   }
 
   get own(): boolean {
@@ -80,7 +85,8 @@ export class Member {
   /** @internal Takes what changes with time. `index`: of the character in the scene. */
   show(shown: Shown, index: number): void {
     this.#index = index;
-    this.session = shown.session;
+    this.#sessionLow = shown.sessionLow;
+    this.#sessionHigh = shown.sessionHigh;
     this.level = shown.level;
     this.delayS = shown.delayS;
     if (!this.groom) this.fault = shown.error;

@@ -40,11 +40,14 @@ export class Scene {
   readonly #bases = new Map<number, ModuleBasis>();
   /** hairnet_shown of all */
   #shown = { at: 0, count: 0, room: 0 };
+  readonly #one: Shown;
 
   constructor(
     readonly module: Instance,
     private readonly handle: number,
-  ) {}
+  ) {
+    this.#one = new Shown(module);
+  }
 
   /** Reads it anew. The functions below are about the characters of this moment, by their index. */
   read(): number {
@@ -60,9 +63,9 @@ export class Scene {
     return count;
   }
 
-  /** Of the character at `index`, until the next call of the module. */
+  /** Of the character at `index`, until the next call of this or the module. */
   at(index: number): Shown {
-    return new Shown(this.module, this.#shown.at + kShownBytes * index);
+    return this.#one.at(this.#shown.at + kShownBytes * index);
   }
 
   memberAt(index: number): number {
@@ -148,15 +151,19 @@ class ModuleBasis implements Basis {
   }
 }
 
-/** A view of one `hairnet_shown`. */
+/** A view of one `hairnet_shown` after the other: pictures of crowds leave no garbage. */
 export class Shown {
-  readonly #view: DataView;
+  private place = 0;
+  #view: DataView;
 
-  constructor(
-    private readonly module: Instance,
-    private readonly place: number,
-  ) {
+  constructor(private readonly module: Instance) {
     this.#view = module.view();
+  }
+
+  at(place: number): this {
+    this.place = place;
+    this.#view = this.module.view();
+    return this;
   }
 
   get member(): number {
@@ -165,8 +172,11 @@ export class Shown {
   get own(): number {
     return this.#u32(At.own);
   }
-  get session(): bigint {
-    return this.#view.getBigUint64(this.place + At.session, true);
+  get sessionLow(): number {
+    return this.#u32(At.session);
+  }
+  get sessionHigh(): number {
+    return this.#u32(At.session + 4);
   }
   get ownerCharacter(): number {
     return this.#u32(At.ownerCharacter);
