@@ -9,7 +9,7 @@
  *     hairnet_groom* groom;
  *     if (hairnet_groom_load(bytes, size, &groom, why, sizeof why)) return puts(why);
  *     uint32_t me;
- *     hairnet_add_character(room, groom, NULL, &me);
+ *     if (hairnet_add_character(room, groom, NULL, &me, why, sizeof why)) return puts(why);
  *     while (hairnet_state(room) != HAIRNET_CLOSED) {
  *       double pose[HAIRNET_POSE_NUMBERS];            // your headset, or your animation
  *       hairnet_push_pose(room, me, pose, 0);
@@ -109,6 +109,17 @@ HAIRNET_API void hairnet_groom_hash(const hairnet_groom* groom, uint8_t hash[HAI
 HAIRNET_API size_t hairnet_groom_point_count(const hairnet_groom* groom);
 HAIRNET_API size_t hairnet_groom_strand_count(const hairnet_groom* groom);
 HAIRNET_API const uint32_t* hairnet_groom_strand_begin(const hairnet_groom* groom); /* strand count + 1 */
+/* At rest: x y z of each point. Until the groom is freed. */
+HAIRNET_API const float* hairnet_groom_points(const hairnet_groom* groom);
+/* The skull and body that it was made on, head space at rest. */
+typedef struct hairnet_body {
+  const float* vertices;     /* x y z each */
+  const float* bone_weights; /* 5 each, of sum 1, in the order of a pose's bones */
+  const uint32_t* triangles; /* 3 vertices each */
+  size_t vertex_count, triangle_count;
+} hairnet_body;
+/* Until the groom is freed. */
+HAIRNET_API void hairnet_groom_body(const hairnet_groom* groom, hairnet_body* body);
 HAIRNET_API void hairnet_groom_free(hairnet_groom* groom);
 
 /* ---- conversation -------------------------------------------------------------------------------------------------------- */
@@ -128,8 +139,9 @@ typedef struct hairnet_options {
   double give_up_after_s;   /* of reconnecting; 0: never */
   float error_m;            /* of hair, wanted where a head fills the screen; 0: the least there is */
   uint32_t bytes_per_s;     /* of frames, at most; 0: any number */
+  uint64_t trace;           /* any number, which the logs of all its servers name; 0: hairnet_connect() draws one */
 } hairnet_options;
-#define HAIRNET_OPTIONS {sizeof(hairnet_options), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 5, 0, 0.001f, 0}
+#define HAIRNET_OPTIONS {sizeof(hairnet_options), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 5, 0, 0.001f, 0, 0}
 
 /*
  * Joins a room over sockets of the library, which has a thread for them. Waits for the server's welcome. HAIRNET_UNREACHABLE: nobody
@@ -139,7 +151,8 @@ HAIRNET_API hairnet_error hairnet_connect(const hairnet_options* options, hairne
                                           size_t why_size);
 /*
  * Joins a room over sockets of the caller: see "bytes in and out". `now_ns` is of a clock of the caller's that never goes back, 0 to
- * 2^61; all times of this room are. Does not wait, and does not look at the options server, ca_file and address_only.
+ * 2^61; all times of this room are. Does not wait, and does not look at the options server, ca_file and address_only. Draw
+ * `trace` at random: waits before new connections depend on it, too.
  */
 HAIRNET_API hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairnet_room** room, char* why,
                                        size_t why_size);
@@ -154,13 +167,17 @@ typedef enum hairnet_room_state {
   HAIRNET_CLOSED        /* for good */
 } hairnet_room_state;
 HAIRNET_API hairnet_room_state hairnet_state(const hairnet_room* room);
+/* This client's session, which others see of its characters; another one after a server has lost it. 0: none yet. Reads. */
+HAIRNET_API uint64_t hairnet_session(const hairnet_room* room);
+/* Whether the server let this client set the wind when it joined; a moderator may forbid it later. Reads. */
+HAIRNET_API int32_t hairnet_may_set_wind(const hairnet_room* room);
 
 typedef enum hairnet_event_kind {
   HAIRNET_EVENT_STATE,   /* `state` is another; `text` says why, `wait_s` when the next attempt is */
   HAIRNET_EVENT_JOINED,  /* `member` is here */
   HAIRNET_EVENT_LEFT,    /* `member` is no longer */
   HAIRNET_EVENT_CHANGED, /* its tag or its appearance */
-  HAIRNET_EVENT_WIND,    /* of the room: see hairnet_get_wind() */
+  HAIRNET_EVENT_WIND,    /* of the room, which `session` has set: see hairnet_get_wind() */
   HAIRNET_EVENT_FAULT    /* the server refused something, or a hairstyle cannot be shown: `text` says what */
 } hairnet_event_kind;
 typedef struct hairnet_event {
@@ -169,6 +186,7 @@ typedef struct hairnet_event {
   uint32_t member;          /* its number in the room, then: an own one leaves and joins with another when its room moves */
   uint32_t character;  /* the caller's own; 0: none */
   uint32_t is_refused; /* closed, and the same request would be refused again */
+  uint64_t session;    /* 0: the server's own wind; 2^64 - 1: set by a client of the server that had the room before */
   double wait_s;
   const char* text; /* one line; "" without one. Until the next call of this function. */
 } hairnet_event;
@@ -180,8 +198,10 @@ typedef struct hairnet_counters {
   uint64_t bytes_sent, bytes_received, frames_received, frames_dropped, frames_undecodable, poses_dropped;
   uint64_t inputs_dropped; /* poses, winds, materials and tags of this program that were refused */
   uint64_t reconnects, resumes, redirects, silent_servers;
+  /* Of hairstyles that are on their way, and of those that have arrived since none was: what is here, and the files' sizes. */
+  uint64_t downloaded_bytes, download_byte_count;
 } hairnet_counters;
-#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 /* Since the room was made. Reads. */
 HAIRNET_API void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters);
 
@@ -233,14 +253,16 @@ typedef struct hairnet_appearance {
 typedef struct hairnet_character_options {
   size_t size;
   hairnet_level level;                  /* the finest that it may have */
-  const char* tag;                      /* any text of at most 256 bytes; by convention a name in UTF-8. NULL: none */
+  const char* tag;                      /* any bytes, at most 256; by convention a name in UTF-8. NULL: none */
   const hairnet_appearance* appearance; /* NULL: everyone chooses the same by its number */
+  size_t tag_size;                      /* 0: the tag ends before its first byte of 0 */
 } hairnet_character_options;
-#define HAIRNET_CHARACTER_OPTIONS {sizeof(hairnet_character_options), HAIRNET_HIGH, NULL, NULL}
+#define HAIRNET_CHARACTER_OPTIONS {sizeof(hairnet_character_options), HAIRNET_HIGH, NULL, NULL, 0}
 
 /* Adds an own character; it is visible after its first pose. *own: its number, from 1. `options` may be NULL. */
 HAIRNET_API hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* groom,
-                                                const hairnet_character_options* options, uint32_t* own);
+                                                const hairnet_character_options* options, uint32_t* own, char* why,
+                                                size_t why_size);
 HAIRNET_API hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t own);
 /*
  * Its bones now; best 60 to 90 times a second. `teleport`: 1 when the pose does not continue the one before, so that hair does not
@@ -256,15 +278,16 @@ HAIRNET_API hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t*
                                              const uint8_t* teleports, size_t count);
 HAIRNET_API hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level level);
 /* Replaces tag and appearance; its hair continues. NULL: none. Others learn of it at most four times a second. */
-HAIRNET_API hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag,
-                                                 const hairnet_appearance* appearance);
+HAIRNET_API hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag, size_t tag_size,
+                                                 const hairnet_appearance* appearance, char* why, size_t why_size);
 
 /* Factors on what the groom was made with, 0.01 to 100 each, and gel, 0 to 10 000 per square second. */
 typedef struct hairnet_material {
   float stiffness, damping, density, ether_damping, air_drag, gel_per_s2;
 } hairnet_material;
 #define HAIRNET_MATERIAL {1, 1, 1, 1, 1, 0}
-HAIRNET_API hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material);
+HAIRNET_API hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material,
+                                               char* why, size_t why_size);
 
 typedef struct hairnet_wind {
   double mean_m_per_s[3];        /* world */
@@ -277,7 +300,7 @@ typedef struct hairnet_wind {
 } hairnet_wind;
 #define HAIRNET_STILL_AIR {{0, 0, 0}, 0, 4, 0, 0.6, 1, 0}
 /* Of the whole room, until another client sets one or this one leaves. A server may refuse it: HAIRNET_EVENT_FAULT. */
-HAIRNET_API hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind);
+HAIRNET_API hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* why, size_t why_size);
 HAIRNET_API void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind); /* Reads. */
 
 /* How large a member's head is on this screen, for the server's choice of detail and the order of downloads. */
@@ -303,7 +326,8 @@ typedef enum hairnet_moderation {
  * after a removal.
  */
 HAIRNET_API hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, uint32_t member,
-                                           const char* subject, uint32_t seconds, const char* reason);
+                                           const char* subject, uint32_t seconds, const char* reason, char* why,
+                                           size_t why_size);
 
 /* Takes what has arrived, and moves everyone to this moment: the clock's, or that of the last call with a time. */
 HAIRNET_API void hairnet_advance(hairnet_room* room);
@@ -311,6 +335,14 @@ HAIRNET_API void hairnet_advance(hairnet_room* room);
 HAIRNET_API const hairnet_scene* hairnet_room_scene(const hairnet_room* room);
 
 /* ---- pictures ------------------------------------------------------------------------------------------------------------ */
+
+/* The lattice that moves a character's hair: nodes at origin + (i, j, k) spacing, i fastest, then j. Head space, m. */
+typedef struct hairnet_lattice {
+  float origin[3], spacing[3];
+  uint32_t counts[3];
+  uint32_t basis;      /* that the nodes are the sum of: a number that characters of one groom share; 0: none */
+  uint32_t mode_count; /* of that basis */
+} hairnet_lattice;
 
 /* A character as it is shown now. */
 typedef struct hairnet_shown {
@@ -331,6 +363,7 @@ typedef struct hairnet_shown {
   double delay_s;            /* from sampling its poses to showing them here */
   const float* coefficients; /* of its groom's modes, m, the largest first; none at rest and in a world */
   size_t coefficient_count;
+  hairnet_lattice lattice; /* if its hair `moves` */
 } hairnet_shown;
 /* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
 HAIRNET_API size_t hairnet_shown_count(const hairnet_scene* scene);
@@ -345,12 +378,31 @@ HAIRNET_API hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t
  */
 HAIRNET_API hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, float* points,
                                                float* tangents, size_t point_count);
+/* The displacements of its lattice's nodes from rest, head space, m: x y z. */
+HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes,
+                                              size_t node_count);
 /*
- * The displacements of its lattice's nodes from rest, head space: x y z, x fastest, then y. *count: of the buffer's nodes, and then
- * of the lattice's; `nodes` NULL only asks. The lattice lies at `origin`, with `spacing` and `count` on each axis; all may be NULL.
+ * The modes of its lattice's basis for a GPU, which sums them up by the coefficients: for each mode, and for more of 0 until there
+ * are a multiple of four, the displacements of all nodes for a coefficient of 1 m, x y z 0, in whole rows of 1024. *count: of
+ * the buffer's floats, and then of those that there are; `texels` NULL only asks.
  */
-HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes, size_t* count,
-                                              float origin[3], float spacing[3], uint32_t axis_counts[3]);
+HAIRNET_API hairnet_error hairnet_shown_modes(const hairnet_scene* scene, size_t index, float* texels, size_t* count);
+/* The skin that its hair is kept out of, as grids of distances and ways out of it (core/ffd/skin_push.hpp). */
+typedef struct hairnet_skin_grid {
+  uint32_t bone;     /* that it follows, in the order of a pose */
+  float origin[3];   /* of its first node, head space at rest, m */
+  float cell_m;      /* between two nodes */
+  uint32_t counts[3]; /* of nodes; x fastest, then y */
+  uint32_t first;    /* number of its first node among all nodes */
+} hairnet_skin_grid;
+typedef struct hairnet_skin {
+  const hairnet_skin_grid* grids;
+  const uint8_t* nodes; /* 4 bytes each: distance; way out, 128 + 89 way */
+  size_t grid_count, node_count;
+  float thickness_m;    /* of the hair */
+} hairnet_skin;
+/* HAIRNET_NOT_THERE: none is known, or not yet. */
+HAIRNET_API hairnet_error hairnet_shown_skin(const hairnet_scene* scene, size_t index, hairnet_skin* skin);
 
 /*
  * A groom at rest as vertices and indices, for all characters that have it. Takes 0.1 to 3 s for large ones; any thread. `is_coarse`:
@@ -368,8 +420,6 @@ typedef enum hairnet_part {
   HAIRNET_STRAND_INDEX_ENDS, /* uint32: the first n strands have the indices below ends[n], of list `list` */
   HAIRNET_CARD_VERTICES,     /* 48 bytes: float[4] as points; half[4] direction; 8 bytes light; float[4] side, number */
   HAIRNET_CARD_INDICES,      /* uint32 */
-  HAIRNET_FAR_CARD_VERTICES, /* as those of cards: they stand for all strands, far away */
-  HAIRNET_FAR_CARD_INDICES,
   HAIRNET_FABRIC_VERTICES,   /* 52 bytes: float[4]; half[4]; 8 bytes light; float[4] colour, opacity; float cord */
   HAIRNET_FABRIC_INDICES,    /* uint32 */
   HAIRNET_BODY_VERTICES,     /* 32 bytes: float[3]; half[4] normal, scalp; 8 bytes light; 4 shares of bones */
@@ -380,9 +430,7 @@ HAIRNET_API hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry
                                                 const void** bytes, size_t* size);
 typedef struct hairnet_geometry_numbers {
   uint32_t strand_count;  /* of drawn strands, with the copies of clumps */
-  uint32_t far_card_count;
   float strand_width_m;   /* at the root, when all strands are drawn with two follow hairs each */
-  float waviness;         /* 0: straight over a few centimetres; 1: curls */
   float radius_m;         /* of a ball about the head joint that contains body and hair at rest; swinging: 1.3 of it and 0.1 m */
 } hairnet_geometry_numbers;
 HAIRNET_API void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers);
@@ -410,10 +458,13 @@ HAIRNET_API void hairnet_levels_free(hairnet_levels* levels);
 /* A world of `tick_rate_hz` (10 to 240; 60 is right for one head on a screen). Its time begins at 0. */
 HAIRNET_API hairnet_error hairnet_world_make(double tick_rate_hz, hairnet_world** world);
 HAIRNET_API void hairnet_world_free(hairnet_world* world);
-/* Adds a character, of at most 65 536. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL. */
+/*
+ * Adds a character, of at most 65 536. `levels` NULL: its hair is rigid until hairnet_world_set_levels(). `options` may be NULL, and
+ * `pose`, too: then it is not to be drawn before the first pushed one.
+ */
 HAIRNET_API hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom,
                                             const hairnet_levels* levels, const hairnet_character_options* options,
-                                            const double pose[HAIRNET_POSE_NUMBERS], uint32_t* own);
+                                            const double* pose, uint32_t* own);
 HAIRNET_API hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels);
 HAIRNET_API hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own);
 /* The next five are as those of a room. */
@@ -421,13 +472,16 @@ HAIRNET_API hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t
                                                   const double pose[HAIRNET_POSE_NUMBERS], int32_t teleport);
 HAIRNET_API hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairnet_level level);
 HAIRNET_API hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own,
-                                                     const hairnet_material* material);
+                                                     const hairnet_material* material, char* why, size_t why_size);
 HAIRNET_API hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag,
-                                                       const hairnet_appearance* appearance);
-HAIRNET_API hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind);
+                                                       size_t tag_size, const hairnet_appearance* appearance, char* why,
+                                                       size_t why_size);
+HAIRNET_API hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* why,
+                                                 size_t why_size);
 /*
- * Moves the world on by `seconds`, at most 0.1: a machine that is too slow shows slow motion. A step of a head at level high takes
- * about 0.3 ms. HAIRNET_INVALID: a time that is negative or not finite.
+ * Moves the world on by `seconds`, at most 0.1: a machine that is too slow shows slow motion. Heads go evenly to the poses that were
+ * pushed since the last call, and hair is shown one tick behind them. A step of a head at level high takes about 0.3 ms.
+ * HAIRNET_INVALID: a time that is negative or not finite.
  */
 HAIRNET_API hairnet_error hairnet_world_advance(hairnet_world* world, double seconds);
 /* What it shows. It is the world's, and moves with hairnet_world_advance(). */

@@ -2,7 +2,6 @@
 
 #include "client/assets/made_spec.hpp"
 #include "client/files/read_file.hpp"
-#include "core/hair_cards/far_cards.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet {
@@ -20,7 +19,7 @@ auto decoded(const std::string& path, Decode decode) -> decltype(decode({})) {
 
 }  // namespace
 
-Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made, const HairImport& import) {
+Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made, const HairImport& import) {
   if (is_made_spec(spec)) {
     Result<Groom> groom = make_hairstyle(made_name(spec), made);
     if (!groom) return Refusal(spec + ": " + groom.error());
@@ -33,12 +32,6 @@ Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made, 
 Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec) {
   if (is_made_spec(spec) || is_foreign_hair(spec)) return nullptr;
   return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_learnt_of_groom(bytes); });
-}
-
-Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made, const HairImport& import) {
-  Result<Groom> groom = read_groom(spec, made, import);
-  if (groom && groom->far_cards.cards.empty()) groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));
-  return groom;
 }
 
 }  // namespace hairnet

@@ -13,12 +13,9 @@ namespace hairnet {
 struct LearntHair;
 
 // Loads what a command line names as a groom: a groom file's path, a strand file of another program, read with
-// `import`, or `made:STYLE` with the options `made`. Adds far cards to a groom without them, so that every program can
-// draw it far away. An error begins with the name.
+// `import`, or `made:STYLE` with the options `made`. An error begins with the name.
 Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made = {}, const HairImport& import = {});
 // The learnt hair in the file that it names, to upload with the groom; null: none, or made.
 Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec);
-// The same as load_groom, without adding anything.
-Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made = {}, const HairImport& import = {});
 
 }  // namespace hairnet

@@ -126,6 +126,23 @@ const uint32_t* hairnet_groom_strand_begin(const hairnet_groom* groom) {
   return groom->groom->strand_begin.data();
 }
 
+const float* hairnet_groom_points(const hairnet_groom* groom) {
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  return groom->groom->points.empty() ? nullptr : groom->groom->points.front().data();
+}
+
+void hairnet_groom_body(const hairnet_groom* groom, hairnet_body* body) {
+  const Body& of = groom->groom->body;
+  *body = {};
+  body->vertex_count = of.mesh.vertices.size();
+  body->triangle_count = of.mesh.triangles.size();
+  if (body->vertex_count > 0) {
+    body->vertices = of.mesh.vertices.front().data();
+    body->bone_weights = of.bone_weights.front().data();
+  }
+  if (body->triangle_count > 0) body->triangles = of.mesh.triangles.front().data();
+}
+
 void hairnet_groom_free(hairnet_groom* groom) {
   delete groom;
 }

@@ -16,6 +16,7 @@
 #include "client/hairnet.h"
 #include "client/link/conversation.hpp"
 #include "client/room/room.hpp"
+#include "core/ffd/skin_push.hpp"
 #include "core/levels/level.hpp"
 #include "schema/wire/groom_file.hpp"
 
@@ -39,6 +40,12 @@ struct hairnet_scene {
   std::vector<Shown> shown;
   // One for all characters of a groom with lattices of one geometry; what nobody needs any more is dropped.
   mutable std::map<std::pair<const hairnet::Groom*, const hairnet::LevelGeometry*>, hairnet::draw::HairPoints> points;
+  // Numbers of bases, from 1, of all that were ever asked for and still exist.
+  mutable std::map<std::weak_ptr<const hairnet::Basis>, std::uint32_t, std::owner_less<>> bases;
+  mutable std::uint32_t last_basis = 0;
+  // The skin that was asked for last, for its caller.
+  mutable std::optional<hairnet::SkinPush> skin;
+  mutable std::vector<hairnet_skin_grid> skin_grids;
 };
 
 struct hairnet_levels {
@@ -72,6 +79,10 @@ inline hairnet_error refuse(hairnet_error error, std::string_view line, char* wh
   return error;
 }
 
+inline hairnet_error no_such_character(char* why, std::size_t why_size) {
+  return refuse(HAIRNET_NOT_THERE, "there is no such own character", why, why_size);
+}
+
 // Runs what may run out of memory. The library throws nothing else.
 template <class Function>
 hairnet_error guarded(Function&& function, char* why = nullptr, std::size_t why_size = 0) {
@@ -91,18 +102,28 @@ inline std::string text_or_empty(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
 }
 
+// `size` 0: the tag ends before its first byte of 0.
+inline std::string tag_of(const char* tag, std::size_t size) {
+  return tag == nullptr || size == 0 ? text_or_empty(tag) : std::string(tag, size);
+}
+
+// HAIRNET_OK, or what refused an argument.
+template <class T>
+hairnet_error done_or_why(const Result<T>& result, char* why, std::size_t why_size) {
+  return result ? hairnet_error{HAIRNET_OK} : refuse(HAIRNET_INVALID, result.error(), why, why_size);
+}
+
 Pose pose_of(const double* numbers);
 void write_pose(const Pose& pose, double* numbers);
 wire::Appearance appearance_of(const hairnet_appearance& appearance);
 hairnet_appearance appearance_of(const wire::Appearance& appearance);
 // An error is one line.
 Result<std::optional<wire::Appearance>> checked(const hairnet_appearance* appearance);
-// Fields that the caller's version does not know have their defaults. None: the size is not set, or something is out of
-// its range.
-std::optional<hairnet_character_options> full(const hairnet_character_options* given);
+// Fields that the caller's version does not know have their defaults. The error is one line.
+Result<room::CharacterOptions> character_options_of(const hairnet_character_options* given);
 MaterialScale scale_of(const hairnet_material& material);
-// Drops what was made for grooms that nobody shows any more.
-void forget_unused_points(hairnet_scene& scene);
+// Drops what was made for grooms and bases that nobody shows any more.
+void forget_unused(hairnet_scene& scene);
 Wind wind_of(const hairnet_wind& wind);
 hairnet_wind wind_of(const Wind& wind);
 

@@ -16,6 +16,9 @@ Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
   core.reconnect = options.no_reconnect == 0;
   core.connect_timeout_s = options.connect_timeout_s;
   core.give_up_after_s = options.give_up_after_s;
+  core.trace = options.trace;
+  core.seed = options.trace;
+  core.files_wait_for_grooms = true;
   if (!core.room.empty() && !wire::is_room_name(core.room))
     return Refusal("room: a name has at most 64 letters, digits, dots, hyphens and underscores");
   if (core.token.size() > wire::kTokenBytesMax) return Refusal("token: longer than 4096 bytes");
@@ -59,7 +62,7 @@ void show(hairnet_room& room) {
     shown.geometry = sample.geometry();
     shown.lattice = sample.lattice();
   }
-  forget_unused_points(scene);
+  forget_unused(scene);
 }
 
 hairnet_room_state state_of(room::State state) {
@@ -98,8 +101,9 @@ void write(const room::Left& from, hairnet_event& event, std::string&) {
 void write(const room::Changed& from, hairnet_event& event, std::string&) {
   write_member(HAIRNET_EVENT_CHANGED, from, event);
 }
-void write(const room::WindChanged&, hairnet_event& event, std::string&) {
+void write(const room::WindChanged& from, hairnet_event& event, std::string&) {
   event.kind = HAIRNET_EVENT_WIND;
+  event.session = from.session;
 }
 void write(const room::Fault& from, hairnet_event& event, std::string& text) {
   event.kind = HAIRNET_EVENT_FAULT;
@@ -169,6 +173,14 @@ hairnet_room_state hairnet_state(const hairnet_room* room) {
   return c::state_of(room->room->state());
 }
 
+uint64_t hairnet_session(const hairnet_room* room) {
+  return room->room->session();
+}
+
+int32_t hairnet_may_set_wind(const hairnet_room* room) {
+  return room->room->may_set_wind();
+}
+
 int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event) {
   if (room->next_event == room->events.size()) {
     room->events = room->room->take_events();
@@ -196,6 +208,8 @@ void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters) 
   all.resumes = now.resumes;
   all.redirects = now.redirects;
   all.silent_servers = now.servers_silent;
+  all.downloaded_bytes = now.downloads.bytes;
+  all.download_byte_count = now.downloads.byte_count;
   all.size = std::min(counters->size, sizeof all);
   std::memcpy(counters, &all, all.size);
 }
@@ -263,16 +277,17 @@ int32_t hairnet_replace_connection(hairnet_room* room, const char* why, int64_t 
 }
 
 hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* groom,
-                                    const hairnet_character_options* options, uint32_t* own) {
-  return c::guarded([&] {
-    const std::optional<hairnet_character_options> all = c::full(options);
-    if (!all) return hairnet_error{HAIRNET_INVALID};
-    const Result<std::uint32_t> number = room->room->add_character(
-        groom->file, {static_cast<LevelIndex>(all->level), c::text_or_empty(all->tag), *c::checked(all->appearance)});
-    if (!number) return hairnet_error{HAIRNET_INVALID};
-    if (own != nullptr) *own = *number;
-    return hairnet_error{HAIRNET_OK};
-  });
+                                    const hairnet_character_options* options, uint32_t* own, char* why,
+                                    size_t why_size) {
+  return c::guarded(
+      [&] {
+        const Result<room::CharacterOptions> wanted = c::character_options_of(options);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
+        const Result<std::uint32_t> number = room->room->add_character(groom->file, *wanted, groom->groom);
+        if (number && own != nullptr) *own = *number;
+        return c::done_or_why(number, why, why_size);
+      },
+      why, why_size);
 }
 
 hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t own) {
@@ -308,24 +323,26 @@ hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level 
   return HAIRNET_OK;
 }
 
-hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag,
-                                     const hairnet_appearance* appearance) {
-  return c::guarded([&] {
-    if (c::own_room(room, own) == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
-    const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
-    if (!wanted || !room->room->set_appearance(own, c::text_or_empty(tag), *wanted))
-      return hairnet_error{HAIRNET_INVALID};
-    return hairnet_error{HAIRNET_OK};
-  });
+hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag, size_t tag_size,
+                                     const hairnet_appearance* appearance, char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        if (c::own_room(room, own) == nullptr) return c::no_such_character(why, why_size);
+        const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
+        return c::done_or_why(room->room->set_appearance(own, c::tag_of(tag, tag_size), *wanted), why, why_size);
+      },
+      why, why_size);
 }
 
-hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material) {
-  if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
-  return room->room->set_material(own, c::scale_of(*material)) ? HAIRNET_OK : HAIRNET_INVALID;
+hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material, char* why,
+                                   size_t why_size) {
+  if (c::own_room(room, own) == nullptr) return c::no_such_character(why, why_size);
+  return c::done_or_why(room->room->set_material(own, c::scale_of(*material)), why, why_size);
 }
 
-hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind) {
-  return room->room->set_wind(c::wind_of(*wind)) ? HAIRNET_OK : HAIRNET_INVALID;
+hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* why, size_t why_size) {
+  return c::done_or_why(room->room->set_wind(c::wind_of(*wind)), why, why_size);
 }
 
 void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind) {
@@ -345,19 +362,23 @@ void hairnet_fetch_first(hairnet_room* room, uint32_t member, int32_t only) {
 }
 
 hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, uint32_t member, const char* subject,
-                               uint32_t seconds, const char* reason) {
-  return c::guarded([&] {
-    if (static_cast<unsigned>(action) > HAIRNET_UNLOCK) return hairnet_error{HAIRNET_INVALID};
-    wire::Moderate order{static_cast<wire::ModerateAction>(action), 0, c::text_or_empty(subject), seconds,
-                         c::text_or_empty(reason)};
-    if (member != 0) {
-      const auto found = room->room->members().find(member);
-      if (found == room->room->members().end()) return hairnet_error{HAIRNET_NOT_THERE};
-      order.session = found->second->session;
-    }
-    room->room->moderate(order);
-    return hairnet_error{HAIRNET_OK};
-  });
+                               uint32_t seconds, const char* reason, char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        if (static_cast<unsigned>(action) > HAIRNET_UNLOCK)
+          return c::refuse(HAIRNET_INVALID, "moderate: there is no such action", why, why_size);
+        wire::Moderate order{static_cast<wire::ModerateAction>(action), 0, c::text_or_empty(subject), seconds,
+                             c::text_or_empty(reason)};
+        if (member != 0) {
+          const auto found = room->room->members().find(member);
+          if (found == room->room->members().end())
+            return c::refuse(HAIRNET_NOT_THERE, "moderate: there is no such member", why, why_size);
+          order.session = found->second->session;
+        }
+        room->room->moderate(order);
+        return hairnet_error{HAIRNET_OK};
+      },
+      why, why_size);
 }
 
 void hairnet_advance(hairnet_room* room) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "client/c/handles.hpp"
+#include "client/draw/mode_texels.hpp"
 #include "client/room/appearance.hpp"
 
 namespace hairnet::c {
@@ -8,6 +9,26 @@ namespace {
 
 const hairnet_scene::Shown* at(const hairnet_scene* scene, std::size_t index) {
   return index < scene->shown.size() ? &scene->shown[index] : nullptr;
+}
+
+// Null: its hair is at rest.
+const hairnet_scene::Shown* moved_at(const hairnet_scene* scene, std::size_t index) {
+  const hairnet_scene::Shown* one = at(scene, index);
+  return one == nullptr || one->lattice.geometry == nullptr ? nullptr : one;
+}
+
+void write_lattice(const hairnet_scene& scene, const MovedLattice& moved, hairnet_lattice& out) {
+  const Lattice& lattice = moved.geometry->lattice;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    out.origin[axis] = lattice.origin[static_cast<Eigen::Index>(axis)];
+    out.spacing[axis] = lattice.spacing[static_cast<Eigen::Index>(axis)];
+    out.counts[axis] = static_cast<std::uint32_t>(lattice.dims[axis]);
+  }
+  if (!moved.basis) return;
+  const auto [number, is_new] = scene.bases.try_emplace(moved.basis, scene.last_basis + 1);
+  scene.last_basis += is_new;
+  out.basis = number->second;
+  out.mode_count = static_cast<std::uint32_t>(moved.basis->mode_count());
 }
 
 draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Shown& shown) {
@@ -38,12 +59,13 @@ void give(const std::vector<T>& values, const void** bytes, std::size_t* size) {
 
 }  // namespace
 
-void forget_unused_points(hairnet_scene& scene) {
+void forget_unused(hairnet_scene& scene) {
   std::erase_if(scene.points, [&](const auto& entry) {
     return std::ranges::none_of(scene.shown, [&](const auto& one) {
       return std::pair(one.member->groom.get(), one.lattice.geometry) == entry.first;
     });
   });
+  std::erase_if(scene.bases, [](const auto& entry) { return entry.first.expired(); });
 }
 
 }  // namespace hairnet::c
@@ -76,7 +98,11 @@ hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t index, hairne
   shown->delay_s = 1e-9 * static_cast<double>(member.playout.delay_ns());
   shown->coefficients = one->lattice.coefficients.data();
   shown->coefficient_count = one->lattice.coefficients.size();
-  return HAIRNET_OK;
+  if (!shown->moves) return HAIRNET_OK;
+  return c::guarded([&] {
+    c::write_lattice(*scene, one->lattice, shown->lattice);
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t index, hairnet_groom** groom) {
@@ -103,24 +129,51 @@ hairnet_error hairnet_shown_points(const hairnet_scene* scene, size_t index, flo
   });
 }
 
-hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes, size_t* count,
-                                  float origin[3], float spacing[3], uint32_t axis_counts[3]) {
+hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t index, float* nodes, size_t node_count) {
+  const hairnet_scene::Shown* one = c::moved_at(scene, index);
+  if (one == nullptr) return HAIRNET_NOT_THERE;
+  if (node_count < one->lattice.geometry->lattice.node_count()) return HAIRNET_TOO_SMALL;
   return c::guarded([&] {
-    const hairnet_scene::Shown* one = c::at(scene, index);
-    if (one == nullptr || one->lattice.geometry == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
-    const Lattice& lattice = one->lattice.geometry->lattice;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (origin != nullptr) origin[axis] = lattice.origin[axis];
-      if (spacing != nullptr) spacing[axis] = lattice.spacing[axis];
-      if (axis_counts != nullptr)
-        axis_counts[axis] = static_cast<std::uint32_t>(lattice.dims[static_cast<std::size_t>(axis)]);
-    }
-    const std::size_t capacity = std::exchange(*count, lattice.node_count());
-    if (nodes == nullptr) return hairnet_error{HAIRNET_OK};
-    if (capacity < *count) return hairnet_error{HAIRNET_TOO_SMALL};
     std::vector<Vec3f> scratch;
-    const std::span<const Vec3f> moved = nodes_of(one->lattice, scratch);
-    c::write_vectors(moved, nodes);
+    c::write_vectors(nodes_of(one->lattice, scratch), nodes);
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_shown_modes(const hairnet_scene* scene, size_t index, float* texels, size_t* count) {
+  const hairnet_scene::Shown* one = c::moved_at(scene, index);
+  if (one == nullptr || !one->lattice.basis) return HAIRNET_NOT_THERE;
+  const LevelGeometry& geometry = *one->lattice.geometry;
+  const std::size_t capacity =
+      std::exchange(*count, 4 * draw::kLatticeRow * draw::mode_rows(geometry, *one->lattice.basis));
+  if (texels == nullptr) return HAIRNET_OK;
+  if (capacity < *count) return HAIRNET_TOO_SMALL;
+  return c::guarded([&] {
+    const std::vector<Eigen::Vector4f> modes = draw::mode_texels(geometry, *one->lattice.basis);
+    std::memcpy(texels, modes.data(), modes.size() * sizeof modes.front());
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_shown_skin(const hairnet_scene* scene, size_t index, hairnet_skin* skin) {
+  const hairnet_scene::Shown* one = c::at(scene, index);
+  if (one == nullptr || !one->member->groom || !one->member->skin) return HAIRNET_NOT_THERE;
+  return c::guarded([&] {
+    scene->skin.emplace(*one->member->skin, one->member->groom->materials.base.thickness_m);
+    scene->skin_grids.clear();
+    for (const SkinGrid& grid : scene->skin->grids()) {
+      hairnet_skin_grid& out = scene->skin_grids.emplace_back();
+      out.bone = static_cast<std::uint32_t>(grid.bone);
+      out.cell_m = grid.cell_m;
+      out.first = grid.first;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        out.origin[axis] = grid.origin[static_cast<Eigen::Index>(axis)];
+        out.counts[axis] = static_cast<std::uint32_t>(grid.dims[axis]);
+      }
+    }
+    const std::span<const SkinNode> nodes = scene->skin->nodes();
+    *skin = {scene->skin_grids.data(), nodes.empty() ? nullptr : &nodes.front().distance, scene->skin_grids.size(),
+             nodes.size(), scene->skin->thickness_m()};
     return hairnet_error{HAIRNET_OK};
   });
 }
@@ -136,8 +189,7 @@ hairnet_error hairnet_geometry_make(const hairnet_groom* groom, int32_t is_coars
 
 void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers) {
   const draw::GroomGeometry& g = geometry->geometry;
-  *numbers = {static_cast<std::uint32_t>(g.strand_count), static_cast<std::uint32_t>(g.far_card_count),
-              g.strand_width_m, g.waviness, g.radius_m};
+  *numbers = {static_cast<std::uint32_t>(g.strand_count), g.strand_width_m, g.radius_m};
 }
 
 void hairnet_geometry_free(hairnet_geometry* geometry) {
@@ -166,10 +218,6 @@ hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_pa
       return c::give(g.cards.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_CARD_INDICES:
       return c::give(g.cards.triangles, bytes, size), HAIRNET_OK;
-    case HAIRNET_FAR_CARD_VERTICES:
-      return c::give(g.far_cards.vertices, bytes, size), HAIRNET_OK;
-    case HAIRNET_FAR_CARD_INDICES:
-      return c::give(g.far_cards.triangles, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_VERTICES:
       return c::give(g.fabric.vertices, bytes, size), HAIRNET_OK;
     case HAIRNET_FABRIC_INDICES:

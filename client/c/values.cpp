@@ -64,14 +64,20 @@ Result<std::optional<wire::Appearance>> checked(const hairnet_appearance* appear
   return appearance_of(*appearance);
 }
 
-std::optional<hairnet_character_options> full(const hairnet_character_options* given) {
+Result<room::CharacterOptions> character_options_of(const hairnet_character_options* given) {
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
-  if (given == nullptr) return options;
-  if (given->size < offsetof(hairnet_character_options, level) || given->size > sizeof options) return {};
-  std::memcpy(&options, given, given->size);
-  if (static_cast<unsigned>(options.level) > HAIRNET_RIGID || !checked(options.appearance)) return {};
-  if (!wire::validate_tag(text_or_empty(options.tag)).empty()) return {};
-  return options;
+  if (given != nullptr) {
+    if (given->size < offsetof(hairnet_character_options, level) || given->size > sizeof options)
+      return Refusal(
+          "options: fill them by HAIRNET_CHARACTER_OPTIONS; this library is older than its header, or size is not set");
+    std::memcpy(&options, given, given->size);
+  }
+  if (static_cast<unsigned>(options.level) > HAIRNET_RIGID) return Refusal("options: there is no such level");
+  const Result<std::optional<wire::Appearance>> appearance = checked(options.appearance);
+  if (!appearance) return Refusal(appearance.error());
+  std::string tag = tag_of(options.tag, options.tag_size);
+  if (std::string error = wire::validate_tag(tag); !error.empty()) return Refusal(std::move(error));
+  return room::CharacterOptions{static_cast<LevelIndex>(options.level), std::move(tag), *appearance};
 }
 
 MaterialScale scale_of(const hairnet_material& material) {

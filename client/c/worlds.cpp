@@ -12,6 +12,11 @@
 
 using namespace hairnet;
 
+#if defined(__wasm__)
+// Of the module's host: whoever builds there waits for it, and nobody else could ask.
+__attribute__((import_module("hairnet"), import_name("on_progress"))) void hairnet_on_progress(double fraction);
+#endif
+
 namespace {
 
 // As a world takes it: rounded, and also by the stricter of the two measures of a rotation's length.
@@ -35,6 +40,9 @@ struct hairnet_build {
     BuildCallbacks callbacks;
     callbacks.progress = [this](double fraction, std::string_view) {
       progress = fraction;
+#if defined(__wasm__)
+      hairnet_on_progress(fraction);
+#endif
       return !is_cancelled;
     };
 #if defined(__cpp_exceptions)
@@ -58,11 +66,12 @@ struct hairnet_build {
 };
 
 struct hairnet_world {
+  // It goes from one pose to the other during an advance: ticks lie anywhere between the caller's pictures.
   struct Character {
     std::shared_ptr<room::Member> member;
-    Pose pose;
+    Pose before, pose;
+    bool is_placed = false;
     bool teleport = false;  // of the next tick
-    std::shared_ptr<const LevelSet> levels;
   };
   explicit hairnet_world(double tick_rate_hz) : world(def(tick_rate_hz)) {}
   static local::PlayedWorld::Def def(double tick_rate_hz) {
@@ -74,20 +83,35 @@ struct hairnet_world {
     const auto found = characters.find(own);
     return found == characters.end() ? nullptr : found->second.get();
   }
+  local::TickPose pose_at(Character& character, double from_s, double to_s) const {
+    if (from_s == to_s) return {character.pose};
+    if (std::exchange(character.teleport, false)) return {character.before = character.pose, true};
+    const double span_s = now_s - before_s;
+    const double into = span_s > 0 ? std::clamp((to_s - before_s) / span_s, 0.0, 1.0) : 1;
+    return {interpolate(character.before, character.pose, into)};
+  }
+  void advance(double seconds) {
+    before_s = std::exchange(now_s, now_s + seconds);
+    world.advance_to(now_s - 1 / world.tick_rate_hz());
+    for (const auto& [own, character] : characters) character->before = character->pose;
+    show();
+  }
   void show() {
     scene.shown.clear();
     for (const auto& [own, character] : characters) {
       const local::PlayedWorld::Shown now = world.shown(own);
       room::Member& member = *character->member;
-      member.pose = now.pose;
+      if (character->is_placed) member.pose = now.pose;
       member.sample.level = now.level;
       member.skin = now.model ? now.model->skin : nullptr;
       scene.shown.push_back({character->member, now.lattice, now.geometry});
     }
-    c::forget_unused_points(scene);
+    c::forget_unused(scene);
   }
 
+  // One tick behind, so that all poses that a tick asks for are known.
   local::PlayedWorld world;
+  double before_s = 0, now_s = 0;                                  // of the last advance
   std::map<std::uint32_t, std::unique_ptr<Character>> characters;  // by own number, which the world gives
   hairnet_scene scene;
 };
@@ -175,26 +199,26 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
                                 const hairnet_character_options* options, const double pose[HAIRNET_POSE_NUMBERS],
                                 uint32_t* own) {
   return c::guarded([&] {
-    const std::optional<hairnet_character_options> all = c::full(options);
-    const Pose start = rounded_to_wire(c::pose_of(pose));
+    const Result<room::CharacterOptions> wanted = c::character_options_of(options);
+    const Pose start = pose != nullptr ? rounded_to_wire(c::pose_of(pose)) : Pose{};
     const bool is_other = levels != nullptr && levels->groom != groom->hash;
-    if (!all || is_other || !is_pose(start)) return hairnet_error{HAIRNET_INVALID};
+    if (!wanted || is_other || !is_pose(start)) return hairnet_error{HAIRNET_INVALID};
     auto character = std::make_unique<hairnet_world::Character>();
-    character->pose = start;
+    character->before = character->pose = start;
+    character->is_placed = pose != nullptr;
     character->member = std::make_shared<room::Member>();
     room::Member& member = *character->member;
     member.groom = groom->groom;
     member.groom_file = groom->file;
     member.groom_hash = groom->hash;
-    member.tag = c::text_or_empty(all->tag);
-    member.appearance = *c::checked(all->appearance);
-    const std::uint32_t number = world->world.add([at = character.get()](double from_s, double to_s) {
-      return local::TickPose{at->pose, to_s > from_s && std::exchange(at->teleport, false)};
-    });
+    member.tag = wanted->tag;
+    member.appearance = wanted->appearance;
+    const std::uint32_t number = world->world.add(
+        [world, at = character.get()](double from_s, double to_s) { return world->pose_at(*at, from_s, to_s); });
     if (number == 0) return hairnet_error{HAIRNET_INVALID};
     member.number = member.own = member.owners_character = number;
     world->characters[number] = std::move(character);
-    world->world.set_level(number, static_cast<LevelIndex>(all->level));
+    world->world.set_level(number, wanted->level);
     if (levels != nullptr) world->world.give_levels(number, levels->levels);
     world->show();
     if (own != nullptr) *own = number;
@@ -227,7 +251,8 @@ hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own, const 
   const Pose next = rounded_to_wire(c::pose_of(pose));
   if (!is_pose(next)) return HAIRNET_INVALID;
   character->pose = next;
-  character->teleport = character->teleport || teleport != 0;
+  character->teleport = character->teleport || teleport != 0 || !character->is_placed;
+  character->is_placed = true;
   return HAIRNET_OK;
 }
 
@@ -238,31 +263,38 @@ hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairne
   return HAIRNET_OK;
 }
 
-hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material) {
-  if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material,
+                                         char* why, size_t why_size) {
+  if (world->find(own) == nullptr) return c::no_such_character(why, why_size);
   const MaterialScale scale = c::scale_of(*material);
-  if (!validate(scale).empty()) return HAIRNET_INVALID;
+  if (const std::string error = validate(scale); !error.empty())
+    return c::refuse(HAIRNET_INVALID, error, why, why_size);
   world->world.set_material(own, scale);
   return HAIRNET_OK;
 }
 
-hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag,
-                                           const hairnet_appearance* appearance) {
-  return c::guarded([&] {
-    hairnet_world::Character* character = world->find(own);
-    if (character == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
-    const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
-    std::string name = c::text_or_empty(tag);
-    if (!wanted || !wire::validate_tag(name).empty()) return hairnet_error{HAIRNET_INVALID};
-    character->member->tag = std::move(name);
-    character->member->appearance = *wanted;
-    return hairnet_error{HAIRNET_OK};
-  });
+hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag, size_t tag_size,
+                                           const hairnet_appearance* appearance, char* why, size_t why_size) {
+  return c::guarded(
+      [&] {
+        hairnet_world::Character* character = world->find(own);
+        if (character == nullptr) return c::no_such_character(why, why_size);
+        const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
+        std::string name = c::tag_of(tag, tag_size);
+        if (const std::string error = wire::validate_tag(name); !error.empty())
+          return c::refuse(HAIRNET_INVALID, error, why, why_size);
+        character->member->tag = std::move(name);
+        character->member->appearance = *wanted;
+        return hairnet_error{HAIRNET_OK};
+      },
+      why, why_size);
 }
 
-hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind) {
+hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* why, size_t why_size) {
   const Wind wanted = c::wind_of(*wind);
-  if (!validate(wanted).empty()) return HAIRNET_INVALID;
+  if (const std::string error = validate(wanted); !error.empty())
+    return c::refuse(HAIRNET_INVALID, error, why, why_size);
   world->world.set_wind(wanted);
   return HAIRNET_OK;
 }
@@ -271,8 +303,7 @@ hairnet_error hairnet_world_advance(hairnet_world* world, double seconds) {
   constexpr double kMost_s = 0.1;
   if (!(seconds >= 0) || !std::isfinite(seconds)) return HAIRNET_INVALID;
   return c::guarded([&] {
-    world->world.advance_to(world->world.time_s() + std::min(seconds, kMost_s));
-    world->show();
+    world->advance(std::min(seconds, kMost_s));
     return hairnet_error{HAIRNET_OK};
   });
 }

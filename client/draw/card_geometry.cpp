@@ -50,18 +50,6 @@ void add_cards(const GeometrySource& source, GroomGeometry& geometry) {
                       std::span(source.rest.blend_slope).subspan(range.begin, range.count())};
     add_card(edges, s, source.occlusion, geometry.cards);
   }
-  const FarCards& far = groom.far_cards;
-  const std::vector<float> blend = far_card_blend(groom);
-  const RestTangents rest = far_card_tangents(far, blend);
-  for (std::size_t s = 0; s < far.cards.size(); ++s) {
-    const PointRange& range = far.cards[s].points;
-    const Edges edges{std::span(far.points).subspan(range.begin, range.count()),
-                      std::span(rest.direction).subspan(range.begin, range.count()),
-                      std::span(blend).subspan(range.begin, range.count()),
-                      std::span(rest.blend_slope).subspan(range.begin, range.count())};
-    add_card(edges, s, source.occlusion, geometry.far_cards);
-  }
-  geometry.far_card_count = far.cards.size();
 }
 
 }  // namespace hairnet::draw

@@ -42,7 +42,7 @@ void CharacterRecords::begin(std::span<const ShownCharacter> characters, NodeSum
 }
 
 void CharacterRecords::add(std::size_t number, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
-                           bool cards, const PointRows& points, const DensityGrid* density) {
+                           const PointRows& points, const DensityGrid* density) {
   const ShownCharacter& character = characters_[number];
   records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
   Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
@@ -51,10 +51,8 @@ void CharacterRecords::add(std::size_t number, const Vec3& origin, const DrawDet
     texels[at + 1] = with((bone.position - origin).cast<float>(), 0);
   };
   place(character.pose.head(), 0);
-  const float far = cards ? detail.cards : 0.0f;
   texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
-  // Strands fade out only when cards are fully visible.
-  texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
+  texels[3] = {detail.strand_share, detail.quadratic, 0, 0};
   texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
   for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
   texels[1].w() = static_cast<float>(points.first);

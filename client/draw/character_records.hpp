@@ -28,10 +28,10 @@ class CharacterRecords {
   struct PointRows {
     std::size_t first = 0, count = 0;
   };
-  // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. A lattice that is not finite
-  // moves nothing. `density`: null: the character has none.
+  // `origin`: of scene space, in the world. A lattice that is not finite moves nothing. `density`: null: the character
+  // has none.
   // `number`: of the character, among those of begin().
-  void add(std::size_t number, const Vec3& origin, const DrawDetail& detail, float strand_width_m, bool cards,
+  void add(std::size_t number, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
            const PointRows& points, const DensityGrid* density = nullptr);
 
   // Whether there is room for this character, too.

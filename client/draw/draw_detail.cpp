@@ -17,7 +17,7 @@ float rise(float x, float from, float to) {
 
 }  // namespace
 
-DrawDetail detail_for(float head_px, float quality, std::size_t strand_count, float waviness) {
+DrawDetail detail_for(float head_px, float quality, std::size_t strand_count) {
   const float px = std::max(head_px, 0.1f) * quality;
   DrawDetail detail;
   const float strands = std::max(kFullStrands * std::pow(px / kFullHead_px, 1.3f), kStrandsMin);
@@ -25,7 +25,6 @@ DrawDetail detail_for(float head_px, float quality, std::size_t strand_count, fl
   detail.follow_hair_count = 2 * rise(px, 150, 350) + 2 * rise(px, 600, 1200);
   detail.tolerance_m = 0.35f * kHead_m / px;
   detail.quadratic = rise(px, 70, 120);
-  detail.cards = 1 - rise(px, std::lerp(75.0f, 45.0f, waviness), std::lerp(110.0f, 70.0f, waviness));
   return detail;
 }
 

@@ -14,12 +14,10 @@ struct DrawDetail {
   float follow_hair_count = 2;
   float tolerance_m = 0;  // largest distance between a strand's drawn line and its points
   float quadratic = 1;    // 1: quadratic FFD; 0: linear; between: a blend
-  float cards = 0;        // 0: strands; 1: cards; between: both, faded
 };
 
 // `head_px`: a head's height on the screen, in pixels. `quality` multiplies it. The result is continuous in both.
-// `waviness`: of the groom; cards can replace straight hair at a larger size than curls.
-DrawDetail detail_for(float head_px, float quality, std::size_t strand_count, float waviness);
+DrawDetail detail_for(float head_px, float quality, std::size_t strand_count);
 
 // The factor by which strands are drawn wider, so that fewer strands and follow hairs cover about the same area.
 float width_scale(const DrawDetail& detail);

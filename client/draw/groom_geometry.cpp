@@ -11,8 +11,6 @@ namespace hairnet::draw {
 namespace {
 
 constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;  // of a strand, when so many are drawn
-constexpr double kCourse_m = 0.04;
-constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;
 
 // Fewer strands are drawn wider, so that a head looks covered at any density.
 float strand_width_m(std::size_t strand_count) {
@@ -20,32 +18,9 @@ float strand_width_m(std::size_t strand_count) {
          std::clamp(std::sqrt(kWidthCount / static_cast<float>(std::max<std::size_t>(1, strand_count))), 0.6f, 4.0f);
 }
 
-// Measures curliness: compares the length of a hair with the straight distance over a few centimetres. The result is
-// the sine of the mean angle between the hair and that straight line, scaled to 0 ... 1.
-float waviness_of(const Groom& groom) {
-  double length = 0, course = 0;
-  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    const std::span<const Vec3f> strand = groom.strand_points(s);
-    double piece = 0;
-    std::size_t from = 0;
-    for (std::size_t i = 1; i < strand.size(); ++i) {
-      piece += static_cast<double>((strand[i] - strand[i - 1]).norm());
-      if (piece < kCourse_m && i + 1 < strand.size()) continue;
-      length += piece;
-      course += static_cast<double>((strand[i] - strand[from]).norm());
-      piece = 0;
-      from = i;
-    }
-  }
-  const double straight = length > 0 ? std::min(course / length, 1.0) : 1.0;
-  const auto sine = static_cast<float>(std::sqrt(1 - straight * straight));
-  return std::clamp((sine - kBentByTheHead) / kCurls, 0.0f, 1.0f);
-}
-
 float radius_of(const Groom& groom) {
   float squared = 0;
   for (const Vec3f& p : groom.points) squared = std::max(squared, p.squaredNorm());
-  for (const Vec3f& p : groom.far_cards.points) squared = std::max(squared, p.squaredNorm());
   for (const Vec3f& p : groom.body.mesh.vertices) squared = std::max(squared, p.squaredNorm());
   return std::sqrt(squared);
 }
@@ -82,7 +57,6 @@ std::optional<Groom> coarse_groom(const Groom& groom) {
   coarse.group_names = groom.group_names;
   coarse.materials = groom.materials;
   coarse.root_blends = groom.root_blends;
-  coarse.far_cards = groom.far_cards;
   coarse.body = groom.body;
   const std::size_t step = groom.strand_count() / kCoarseStrands;
   for (std::size_t s = 0; s < groom.strand_count(); s += step)
@@ -104,7 +78,6 @@ GroomGeometry make_groom_geometry(const Groom& groom) {
   add_cards(source, geometry);
   add_fabric(source, geometry);
   add_body(source, geometry);
-  geometry.waviness = waviness_of(groom);
   geometry.radius_m = radius_of(groom);
   return geometry;
 }

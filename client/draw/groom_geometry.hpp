@@ -64,11 +64,8 @@ struct GroomGeometry {
   std::vector<StrandVertex> strand_vertices;          // every point twice: for the left and the right of its ribbon
   std::vector<SimplifiedStrands> simplified_strands;  // from all points to few
   std::size_t strand_count = 0;                       // of drawn strands, including the copies of clumps
-  float strand_width_m = 0;    // at the root, when all strands and two follow hairs each are drawn
-  Mesh<CardVertex> cards;      // the groom's own
-  Mesh<CardVertex> far_cards;  // replacing its strands
-  std::size_t far_card_count = 0;
-  float waviness = 0;  // 0: hairs follow their lock ... 1: curls
+  float strand_width_m = 0;  // at the root, when all strands and two follow hairs each are drawn
+  Mesh<CardVertex> cards;
   Mesh<FabricVertex> fabric;
   Mesh<BodyVertex> body;
   float radius_m = 0;  // of a ball about the head joint that contains body and hair at rest

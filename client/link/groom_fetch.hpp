@@ -15,6 +15,11 @@ namespace hairnet::link {
 // Grooms of other clients that are being downloaded in pieces and checked against their hashes. No I/O; one thread.
 class GroomFetch {
  public:
+  // Of the files that are on their way, and of those that have arrived since none was.
+  struct Progress {
+    std::uint64_t bytes = 0, byte_count = 0;  // that are here; of files whose size is known
+  };
+  [[nodiscard]] Progress progress() const;
   // The request to send; none if the groom is already being downloaded.
   std::optional<wire::GroomRequest> request(const wire::GroomHash& hash);
   // Requests to repeat over a new connection. Each continues at the first byte that is missing.
@@ -27,7 +32,12 @@ class GroomFetch {
  private:
   GroomFetched fail(const wire::GroomHash& hash, std::string why);
 
-  std::map<wire::GroomHash, std::vector<std::uint8_t>> fetches_;  // the received bytes of each
+  struct Fetch {
+    std::vector<std::uint8_t> bytes;  // that have arrived
+    std::uint64_t byte_count = 0;     // of the file; 0: no piece has arrived
+  };
+  std::map<wire::GroomHash, Fetch> fetches_;
+  std::uint64_t arrived_bytes_ = 0;  // of files that arrived since none was on its way
 };
 
 }  // namespace hairnet::link

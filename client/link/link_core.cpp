@@ -86,7 +86,9 @@ LinkCore::LinkCore(LinkCoreOptions options)
       splitter_(wire::kPacketBytesMax),
       uploads_(kChunkBytes),
       upload_scheduler_(kChunkBytes),
-      members_(options_.catalog ? options_.catalog : std::make_shared<FileCatalog>(), options_.decode_share) {}
+      members_(options_.catalog ? options_.catalog : std::make_shared<FileCatalog>(), options_.decode_share) {
+  if (options_.files_wait_for_grooms) members_.wait_for_grooms();
+}
 
 // Holds between two calls from outside.
 void LinkCore::check_invariants() const {
@@ -127,6 +129,7 @@ void LinkCore::start() {
 void LinkCore::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {
   HAIRNET_ASSERT(bytes);
   requested_.offer(hash, bytes);
+  members_.add_groom(hash);
   if (!active()) return;
   if (const auto offer = uploads_.offer(hash, std::move(bytes))) enqueue(*offer);
 }
@@ -503,7 +506,10 @@ void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
   if (const auto grooms = members_.bases().grooms_of(fetched->hash); !grooms.empty())
     return take(*fetched, grooms, now_ns);
   const std::vector<wire::GroomHash> grooms = members_.learnt().grooms_of(fetched->hash);
-  if (grooms.empty()) return push(std::move(*fetched));
+  if (grooms.empty()) {
+    if (fetched->bytes) members_.add_groom(fetched->hash);
+    return push(std::move(*fetched));
+  }
   const std::string fault = members_.learnt().take(*fetched);
   if (!fault.empty())
     push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its learnt hair cannot be used: " + fault});
@@ -656,6 +662,7 @@ LinkCounters LinkCore::counters() const {
   LinkCounters counters = counters_;
   counters.frames_dropped = events_.frames_dropped();
   counters.poses_dropped = queue_.poses_dropped();
+  counters.downloads = fetch_.progress();
   return counters;
 }
 

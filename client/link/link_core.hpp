@@ -41,6 +41,8 @@ struct LinkCoreOptions {
   std::uint64_t trace = 0;       // that the logs of all its servers name; 0: a Link draws one
   double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
   bool evaluate_learnt = true;   // learnt hair from poses alone: downloads networks, and frames of it are smaller
+  // Bases and learnt hair are downloaded of the grooms only that are here: hair that cannot be drawn needs none.
+  bool files_wait_for_grooms = false;
   std::shared_ptr<FileCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
 };
 
@@ -60,6 +62,7 @@ struct LinkCounters {
   std::uint64_t servers_silent = 0;         // connections given up since nothing came any more
   std::uint64_t redirects = 0;              // followed, to the server that holds the room
   std::uint64_t redirect_loops = 0;         // given up, as servers sent it on and on; it asked the first one again
+  GroomFetch::Progress downloads;
 };
 
 // A frame as received, before any copy.

@@ -119,7 +119,7 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
     return decoded;
   }
   const bool is_rigid = frame.level == LevelIndex::rigid;
-  if (!is_rigid) decoded.wants_basis = bases_.wanted(member.groom, now_ns);
+  if (!is_rigid) decoded.wants_basis = wanted(bases_, member.groom, now_ns);
   const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
   const std::shared_ptr<const KnownBasis> basis_before = member.newest.basis;
   if (!decode(member, frame, tick, sample_time_ns, basis, decoded)) {
@@ -154,7 +154,7 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
     learnt.from = &before.decoded.pose;
     learnt.ticks = *newest.tick - *before.tick;
   }
-  if (learnt.is_learnt) decoded.wants_learnt = learnt_.wanted(member.groom, now_ns);
+  if (learnt.is_learnt) decoded.wants_learnt = wanted(learnt_, member.groom, now_ns);
   std::shared_ptr<const LearntHair> hair = learnt_.of(member.groom);
   if (!hair && learnt.evaluated) {
     decoded.lacks_learnt = true;
@@ -237,7 +237,7 @@ std::vector<wire::GroomHash> Members::wanted_again(std::int64_t now_ns) {
   std::vector<wire::GroomHash> files;
   for (const auto& [number, member] : members_) {
     if (!member.waiting) continue;
-    if (const std::optional<wire::GroomHash> file = bases_.wanted(member.groom, now_ns)) files.push_back(*file);
+    if (const std::optional<wire::GroomHash> file = wanted(bases_, member.groom, now_ns)) files.push_back(*file);
   }
   return files;
 }

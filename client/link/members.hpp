@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -32,6 +33,11 @@ class Members {
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
   void remove_own(std::uint32_t character);  // if there is such a character
+  // From now on frames want files of the grooms only that are added: hair that cannot be drawn needs none.
+  void wait_for_grooms() { grooms_here_.emplace(); }
+  void add_groom(const wire::GroomHash& groom) {
+    if (grooms_here_) grooms_here_->insert(groom);
+  }
   Bases& bases() { return bases_; }
   [[nodiscard]] const Bases& bases() const { return bases_; }
   LearntHairs& learnt() { return learnt_; }
@@ -129,7 +135,13 @@ class Members {
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;
 
+  template <class Files>
+  std::optional<wire::GroomHash> wanted(Files& files, const wire::GroomHash& groom, std::int64_t now_ns) const {
+    return !grooms_here_ || grooms_here_->contains(groom) ? files.wanted(groom, now_ns) : std::nullopt;
+  }
+
   double decode_share_;
+  std::optional<std::set<wire::GroomHash>> grooms_here_;  // none: files of all are wanted
   std::unordered_map<std::uint32_t, Member> members_;
   Bases bases_;
   LearntHairs learnt_;

@@ -89,27 +89,25 @@ void Playout::freeze() {
 void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   arrivals_.push_back({sample_time_ns, arrival_time_ns - sample_time_ns});
   if (arrivals_.size() > kArrivalsMax) arrivals_.pop_front();
-}
-
-std::int64_t Playout::target_delay_ns() const {
-  HAIRNET_ASSERT(!arrivals_.empty());
-  HAIRNET_ASSERT(!frames_.empty());
-  std::int64_t least = arrivals_.front().lateness_ns, most = least;
+  least_late_ns_ = most_late_ns_ = arrivals_.front().lateness_ns;
   std::vector<std::int64_t> intervals;
   for (std::size_t i = 0; i < arrivals_.size(); ++i) {
-    least = std::min(least, arrivals_[i].lateness_ns);
-    most = std::max(most, arrivals_[i].lateness_ns);
+    least_late_ns_ = std::min(least_late_ns_, arrivals_[i].lateness_ns);
+    most_late_ns_ = std::max(most_late_ns_, arrivals_[i].lateness_ns);
     if (i > 0 && arrivals_[i].time_ns > arrivals_[i - 1].time_ns)
       intervals.push_back(arrivals_[i].time_ns - arrivals_[i - 1].time_ns);
   }
-  std::int64_t interval = kIntervalDefault_ns;
-  if (!intervals.empty()) {
-    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
-    std::nth_element(intervals.begin(), middle, intervals.end());
-    interval = *middle;
-  }
-  interval = std::max(interval, frames_.back().step_ns);
-  return least + interval + std::max(interval / 2, most - least);
+  interval_ns_ = kIntervalDefault_ns;
+  if (intervals.empty()) return;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  interval_ns_ = *middle;
+}
+
+std::int64_t Playout::target_delay_ns() const {
+  HAIRNET_ASSERT(!frames_.empty());
+  const std::int64_t interval = std::max(interval_ns_, frames_.back().step_ns);
+  return least_late_ns_ + interval + std::max(interval / 2, most_late_ns_ - least_late_ns_);
 }
 
 // Advances the play time to `render_time_ns`.
@@ -145,18 +143,8 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
   while (frames_.size() > 3 && frames_[3].time_ns <= time_ns_) frames_.pop_front();
   curve_at(time_ns_, shown_);
   apply_correction();
-  displace();
   check_invariants();
-  return {true, shown_.pose, shown_.level, shown_.coefficients, shown_.basis, time_ns_, displacement_};
-}
-
-// Sleeping hair is not computed again.
-void Playout::displace() {
-  if (shown_.basis == displaced_basis_ && shown_.coefficients == displaced_coefficients_) return;
-  displaced_basis_ = shown_.basis;
-  displaced_coefficients_ = shown_.coefficients;
-  displacement_.resize(shown_.basis ? shown_.basis->hair.basis.node_count : 0);
-  if (shown_.basis) hairnet::displacements_of(shown_.basis->hair.basis, shown_.coefficients, displacement_);
+  return {true, shown_.pose, shown_.level, shown_.coefficients, shown_.basis, time_ns_};
 }
 
 // The last frame that is not after a time, or the first.

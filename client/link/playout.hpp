@@ -44,8 +44,6 @@ class Playout {
     std::span<const float> coefficients;      // m, of the basis; those that are missing are 0. Until the next call.
     std::shared_ptr<const KnownBasis> basis;  // null: at rest
     std::int64_t time_ns = 0;                 // the sample time that is shown; never goes back
-    // Of the basis's active nodes, head space, m; empty: at rest. Until the next call.
-    std::span<const Vec3f> displacement;
     [[nodiscard]] std::shared_ptr<const LevelGeometry> geometry() const {
       return basis ? std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry) : nullptr;
     }
@@ -102,17 +100,15 @@ class Playout {
   void after_last(std::int64_t time_ns, State& out) const;
   void correct(std::int64_t gap_ns);
   void apply_correction();
-  void displace();
   void check_invariants() const;
 
   std::deque<BufferedFrame> frames_;  // by time; once sampled, at most three at or before the play time
   std::deque<Arrival> arrivals_;      // of the last frames, by arrival
-  State shown_;                       // the last result of sample(),
-  std::int64_t time_ns_ = 0;          // and its time
+  std::int64_t least_late_ns_ = 0, most_late_ns_ = 0;
+  std::int64_t interval_ns_ = 0;  // between frames: nine tenths of theirs are shorter
+  State shown_;                   // the last result of sample(),
+  std::int64_t time_ns_ = 0;      // and its time
   std::optional<Correction> correction_;
-  std::vector<Vec3f> displacement_;  // of these coefficients of this basis
-  std::vector<float> displaced_coefficients_;
-  std::shared_ptr<const KnownBasis> displaced_basis_;
   bool started_ = false;  // sample() has returned a valid sample
   std::int64_t render_time_ns_ = 0;
   std::int64_t delay_ns_ = 0;

@@ -96,9 +96,7 @@ void GroomBuffers::fill(const std::vector<std::array<float, kNumbers>>& points, 
 GroomBuffers::GroomBuffers(const draw::GroomGeometry& geometry)
     : point_end_(geometry.strand_points.end),
       strand_count_(geometry.strand_count),
-      far_card_count_(geometry.far_card_count),
       strand_width_m_(geometry.strand_width_m),
-      waviness_(geometry.waviness),
       radius_m_(geometry.radius_m) {
   for (std::size_t p = 0; p < geometry.strand_points.rest.size(); ++p) {
     const Vec3f point(geometry.strand_points.rest[p].data());
@@ -106,7 +104,6 @@ GroomBuffers::GroomBuffers(const draw::GroomGeometry& geometry)
     if (geometry.strand_points.arc[p][0] == 0) root_box_.extend(point);
   }
   fill(geometry.cards, card_vertices_, cards_);
-  fill(geometry.far_cards, far_card_vertices_, far_cards_);
   fill(geometry.fabric, fabric_vertices_, fabric_);
   fill(geometry.body, body_vertices_, body_);
   glActiveTexture(GL_TEXTURE0 + kRestPointsUnit);

@@ -38,14 +38,11 @@ class GroomBuffers {
   // Draws the first `strand_count` strands in the order of drawing, `instances` times.
   void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
   [[nodiscard]] const DrawnMesh& cards() const { return cards_; }
-  [[nodiscard]] const DrawnMesh& far_cards() const { return far_cards_; }
   [[nodiscard]] const DrawnMesh& fabric() const { return fabric_; }
   [[nodiscard]] const DrawnMesh& body() const { return body_; }
 
   [[nodiscard]] std::size_t strand_count() const { return strand_count_; }
-  [[nodiscard]] std::size_t far_card_count() const { return far_card_count_; }
   [[nodiscard]] float strand_width_m() const { return strand_width_m_; }
-  [[nodiscard]] float waviness() const { return waviness_; }
   // Contain the points of the resting strands, and their roots. Head space, m.
   [[nodiscard]] const Eigen::AlignedBox3f& strand_box() const { return strand_box_; }
   [[nodiscard]] const Eigen::AlignedBox3f& root_box() const { return root_box_; }
@@ -73,12 +70,12 @@ class GroomBuffers {
   Texture rest_points_, rest_arcs_;
   SkinTexture skin_;
   std::vector<std::uint32_t> point_end_;  // StrandPoints::end
-  Buffer strand_vertices_, card_vertices_, far_card_vertices_, fabric_vertices_, body_vertices_;
+  Buffer strand_vertices_, card_vertices_, fabric_vertices_, body_vertices_;
   std::vector<List> lists_;
-  DrawnMesh cards_, far_cards_, fabric_, body_;
-  std::size_t strand_count_, far_card_count_;
+  DrawnMesh cards_, fabric_, body_;
+  std::size_t strand_count_;
   Eigen::AlignedBox3f strand_box_, root_box_;
-  float strand_width_m_, waviness_, radius_m_;
+  float strand_width_m_, radius_m_;
   std::size_t bytes_ = 0;
 };
 

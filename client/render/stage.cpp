@@ -86,13 +86,8 @@ struct Appearance {
   float head_px;
 };
 
-bool is_far(const GroomBuffers& groom, const Appearance& one) {
-  return one.detail.cards >= 1 && !groom.far_cards().empty();
-}
-
-// The number of strands to draw for the character's share; 0 for far characters.
+// The number of strands to draw for the character's share.
 std::size_t strands_of(const GroomBuffers& groom, const Appearance& one) {
-  if (is_far(groom, one)) return 0;
   const auto count = static_cast<float>(groom.strand_count());
   return std::min(groom.strand_count(), static_cast<std::size_t>(std::ceil(one.detail.strand_share * count)));
 }
@@ -172,8 +167,8 @@ class GlStage final : public Stage {
   draw::DepthRange depth_range_;
 };
 
-// The characters by groom, the nearest first, so that characters with one list of strands, and those with cards, are
-// adjacent. Leaves out characters that are too small for any pixel.
+// The characters by groom, the nearest first, so that characters with one list of strands are adjacent. Leaves out
+// characters that are too small for any pixel.
 std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::ShownCharacter> characters, View& view,
                                                           const Look& look) const {
   std::vector<std::vector<Appearance>> by_groom(grooms_.size());
@@ -194,13 +189,12 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
     furthest = std::max(furthest, depth + radius);
     const float head_px = draw::kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
     const draw::DrawDetail detail =
-        character.detail.value_or(draw::detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
+        character.detail.value_or(draw::detail_for(head_px, look.quality, groom.strand_count()));
     by_groom[character.groom].push_back({&character, number, detail, groom.list_for(detail.tolerance_m), head_px});
   }
   for (auto& shown : by_groom) {
     std::ranges::stable_sort(shown, [](const Appearance& a, const Appearance& b) {
-      return std::tuple(a.detail.cards, a.list, -a.detail.strand_share) <
-             std::tuple(b.detail.cards, b.list, -b.detail.strand_share);
+      return std::tuple(a.list, -a.detail.strand_share) < std::tuple(b.list, -b.detail.strand_share);
     });
   }
   const float far_m = std::max(static_cast<float>(furthest) * 1.01f, 0.1f);
@@ -274,8 +268,8 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
         break;
       }
       const std::optional<draw::DensityGrid> density = density_of(*groom, one, densities_);
-      records_.add(one.number, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
-                   {point_rows_, rows}, density ? &*density : nullptr);
+      records_.add(one.number, origin, one.detail, groom->strand_width_m(), {point_rows_, rows},
+                   density ? &*density : nullptr);
       if (density) ++densities_;
       drawn_characters_.push_back({one.character->id, one.character->pose.head(), one.character->lattice,
                                    draw::ball_radius_m(groom->radius_m()), one.head_px});
@@ -340,8 +334,7 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
   for (std::size_t begin = 0; begin < shown.size();) {
     std::size_t end = begin, strands = 0;
     float follow_hairs = 0;
-    const bool far = is_far(groom, shown[begin]);
-    while (end < shown.size() && shown[end].list == shown[begin].list && is_far(groom, shown[end]) == far) {
+    while (end < shown.size() && shown[end].list == shown[begin].list) {
       strands = std::max(strands, strands_of(groom, shown[end]));
       follow_hairs = std::max(follow_hairs, shown[end].detail.follow_hair_count);
       ++end;
@@ -377,21 +370,8 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   draw_all(programs_.fabric, groom.fabric());
   programs_.card.use();
   groom.skin().use(programs_.card);
-  programs_.card.set("far_cards", 0.0f);
-  programs_.card.set("waviness", 0.0f);
   draw_all(programs_.card, groom.cards());
   if (groom.strand_count() > 0) draw_strands(groom, shown, first);
-
-  const auto far = std::ranges::find_if(shown, [](const Appearance& a) { return a.detail.cards > 0; });
-  if (far == shown.end() || groom.far_cards().empty()) return;
-  const auto skipped = static_cast<std::size_t>(far - shown.begin());
-  programs_.card.use();
-  programs_.card.set("far_cards", 1.0f);
-  programs_.card.set("waviness", groom.waviness());
-  programs_.card.set("first_record", static_cast<int>(first + skipped));
-  groom.far_cards().draw(static_cast<GLsizei>(shown.size() - skipped));
-  count(groom.far_cards().index_count(), shown.size() - skipped);
-  statistics_.cards += groom.far_card_count() * (shown.size() - skipped);
 }
 
 void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& wanted, const Look& look,

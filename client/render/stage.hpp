@@ -33,7 +33,7 @@ struct Sampling {
 };
 
 struct StageStatistics {
-  std::size_t draw_calls = 0, strands = 0, cards = 0, vertices = 0;
+  std::size_t draw_calls = 0, strands = 0, vertices = 0;
   std::size_t left_out = 0;                          // characters that did not fit into the GPU's textures
   std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms and bases; of one character
   std::size_t point_bytes = 0;                       // on the GPU: points of the drawn strands

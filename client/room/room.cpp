@@ -33,8 +33,6 @@ void Room::advance() {
   arrivals_.on_awake(now_ns);
   fetch(now_ns);
   for (const auto& [number, member] : members_) sample(*member, now_ns);
-  shown_.clear();
-  shown_.insert(members_.begin(), members_.end());
 }
 
 std::vector<Event> Room::take_events() {
@@ -67,16 +65,20 @@ wire::GroomHash Room::groom_of(std::uint32_t own) const {
   return found == own_.end() ? wire::GroomHash{} : found->second.groom;
 }
 
-Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file, CharacterOptions options) {
+Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file, CharacterOptions options,
+                                          std::shared_ptr<const Groom> decoded) {
   HAIRNET_ASSERT(groom_file);
   if (std::string error = wire::validate_tag(options.tag); !error.empty()) return dropped(std::move(error));
   const wire::GroomHash hash = wire::hash_groom(*groom_file);
   const auto known = grooms_.find(hash);
   const bool is_known = known != grooms_.end() && known->second.groom;
-  Result<Groom> groom = is_known ? Result<Groom>() : wire::decode_groom(*groom_file);
-  if (!groom) return Refusal(std::move(groom.error()));
+  if (!is_known && !decoded) {
+    Result<Groom> groom = wire::decode_groom(*groom_file);
+    if (!groom) return Refusal(std::move(groom.error()));
+    decoded = std::make_shared<const Groom>(std::move(*groom));
+  }
   KnownGroom& kept = grooms_[hash];
-  if (!is_known) kept = {std::make_shared<const Groom>(std::move(*groom)), nullptr, "", {}};
+  if (!is_known) kept = {std::move(decoded), nullptr, "", {}};
   kept.file = std::move(groom_file);
   queue_.remove(hash);
   give_groom(hash);
@@ -203,7 +205,6 @@ void Room::close() {
   if (state_ == State::closed) return;
   conversation_->close();
   while (!members_.empty()) drop(members_.begin()->first);
-  shown_.clear();
   set_state(State::closed, "");
 }
 
@@ -317,6 +318,7 @@ void Room::take(const wire::Error& error) {
 void Room::meet(const std::shared_ptr<Member>& member) {
   drop(member->number);
   members_[member->number] = member;
+  shown_[member->number] = member;
   const auto [known, is_new] = grooms_.try_emplace(member->groom_hash);
   member->groom = known->second.groom;
   member->groom_file = known->second.file;
@@ -331,6 +333,7 @@ void Room::drop(std::uint32_t number) {
   if (found == members_.end()) return;
   const std::shared_ptr<Member> member = found->second;
   members_.erase(found);
+  shown_.erase(number);
   const auto own = own_.find(member->own);
   if (own != own_.end()) own->second.is_here = false;
   forget_unused(member->groom_hash);

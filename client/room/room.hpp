@@ -106,8 +106,9 @@ class Room {
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
 
   // Adds an own character with the hair of a groom file, and returns its number, from 1. It is visible after its first
-  // pose. The error is one line about the file or an option.
-  Result<std::uint32_t> add_character(link::RequestedState::Bytes groom_file, CharacterOptions options = {});
+  // pose. The error is one line about the file or an option. `decoded`: what the file has; null: it is decoded.
+  Result<std::uint32_t> add_character(link::RequestedState::Bytes groom_file, CharacterOptions options = {},
+                                      std::shared_ptr<const Groom> decoded = nullptr);
   // The same for a groom in memory, which must pass validate(). `learnt`: hair that was learnt of it; null: none.
   Result<std::uint32_t> add_character(const std::shared_ptr<const Groom>& groom, CharacterOptions options = {},
                                       const LearntHair* learnt = nullptr);
@@ -187,7 +188,7 @@ class Room {
   Wind wind_;
   bool may_set_wind_ = true;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
-  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
+  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;  // the same
   std::map<std::uint32_t, Own> own_;
   std::uint32_t next_own_ = 1;
   std::map<wire::GroomHash, KnownGroom> grooms_;  // that members or own characters use

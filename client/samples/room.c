@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   if (argc > 1) options.server = argv[1];
   if (hairnet_connect(&options, &room, why, sizeof why) != HAIRNET_OK) return fprintf(stderr, "%s\n", why), 1;
   if (hairnet_groom_make("bob", 600, &groom, why, sizeof why) != HAIRNET_OK) return fprintf(stderr, "%s\n", why), 1;
-  if (hairnet_add_character(room, groom, NULL, &me) != HAIRNET_OK) return fprintf(stderr, "no character\n"), 1;
+  if (hairnet_add_character(room, groom, NULL, &me, why, sizeof why) != HAIRNET_OK) return fprintf(stderr, "%s\n", why), 1;
 
   const size_t count = hairnet_groom_point_count(groom);
   float* points = malloc(3 * count * sizeof *points);

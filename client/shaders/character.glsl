@@ -1,7 +1,7 @@
 // A character's record: row `row` of `records`, RGBA float, kRecordTexels wide.
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; first row of its strands' points
 //   2 hair albedo at the root; width of a strand at its root, m
-//   3 share of strands drawn; opacity of strands; opacity of far cards; quadratic share of the FFD
+//   3 share of strands drawn; quadratic share of the FFD
 //   4 follow hairs; how far they stray, m; 1 when a lattice moves the hair; size - 1
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
@@ -28,7 +28,7 @@ struct Character {
   vec3 position;
   vec3 hair_albedo;
   float width;
-  float strand_share, strand_opacity, card_opacity, quadratic;
+  float strand_share, quadratic;
   float follow_hairs, stray;
   float size;  // 1: the size of its groom; negative: mirrored in the head joint, which with a rotation is any mirror
   bool is_moved;
@@ -46,8 +46,7 @@ int node_rows(int row) {
 Character load_character(int row) {
   vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3),
        more = record(row, 4);
-  return Character(rotation, position.xyz, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
-                   1.0 + more.w, more.z > 0.5, row);
+  return Character(rotation, position.xyz, hair.xyz, hair.w, detail.x, detail.y, more.x, more.y, 1.0 + more.w, more.z > 0.5, row);
 }
 
 // How the hair changes from its root (s 0) to its tip (s 1).

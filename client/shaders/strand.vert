@@ -41,7 +41,7 @@ void main() {
   shade = vec4(0.0);
   across = vec3(0.0);
   gl_Position = kNowhere;
-  if (present <= 0.0 || character.strand_opacity <= 0.0) return;
+  if (present <= 0.0) return;
 
   float s = ends.z;
   character.hair_albedo = albedo_along(character, s);
@@ -83,6 +83,6 @@ void main() {
   float edge_px = half_px + (samples < 2.0 ? 0.5 : 0.0);  // several samples already make soft edges
   clip.xy += side * edge_px / pixel * clip.w;
   gl_Position = clip;
-  shade = vec4(colour, min(width_px / least_px, 1.0) * present * character.strand_opacity);
+  shade = vec4(colour, min(width_px / least_px, 1.0) * present);
   across = vec3(left ? -edge_px : edge_px, half_px, chance.y);
 }

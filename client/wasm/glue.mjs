@@ -3,9 +3,10 @@
 /**
  * @param {BufferSource | WebAssembly.Module} source the bytes of a .wasm file, or what was compiled of them
  * @param {(line: string) => void} [onLine] gets each line that the module writes before it ends by a failed assertion
+ * @param {(share: number) => void} [onProgress] gets, from 0 to 1, how far hairnet_build_finish() is
  * @returns {Promise<WebAssembly.Exports & { memory: WebAssembly.Memory }>}
  */
-export async function start(source, onLine = console.error) {
+export async function start(source, onLine = console.error, onProgress = () => {}) {
   let exports, text = "";
   const decoder = new TextDecoder();
   const wasi = {
@@ -27,7 +28,10 @@ export async function start(source, onLine = console.error) {
     },
   };
   const module = source instanceof WebAssembly.Module ? source : await WebAssembly.compile(source);
-  ({ exports } = await WebAssembly.instantiate(module, { wasi_snapshot_preview1: wasi }));
+  ({ exports } = await WebAssembly.instantiate(module, {
+    wasi_snapshot_preview1: wasi,
+    hairnet: { on_progress: onProgress }, // hairnet_local.wasm alone asks for it
+  }));
   exports._initialize();
   return exports;
 }

@@ -1,7 +1,9 @@
 import { defineConfig } from "vite";
+import { wasmFile } from "./scripts/wasmFile";
 
 // The package as one minified file with its dependencies, except three.
 export default defineConfig({
+  plugins: [wasmFile({ beside: true })],
   build: {
     target: "es2022",
     sourcemap: true,

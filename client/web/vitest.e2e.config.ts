@@ -1,11 +1,13 @@
 import { defineConfig } from "vitest/config";
+import { wasmFile } from "./scripts/wasmFile";
 
 // Browsers against real servers. While one file waits, another one draws in software.
 export default defineConfig({
+  plugins: [wasmFile()],
   server: { fs: { allow: [".", "../shaders"] } },
   test: {
     include: ["e2e/**/*.e2e.ts"],
-    globalSetup: "e2e/testRun.ts",
+    globalSetup: ["test/support/levelCache.ts", "e2e/testRun.ts"],
     testTimeout: 240_000,
     retry: 1, // a browser that draws in software shares two hardware threads with everything else
     hookTimeout: 120_000,

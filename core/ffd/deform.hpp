@@ -16,8 +16,6 @@ namespace hairnet {
 // delta(lambda) of eq. 7, or of the group's own curve, for every point of the groom: 0 moves rigidly with the head, 1
 // follows the lattice. It is 1 for hair without a root on the skull and for root_length_m = 0.
 std::vector<float> root_blend(const Groom& groom);
-// The same for every point of Groom::far_cards, measured along the middle line of each card.
-std::vector<float> far_card_blend(const Groom& groom);
 
 // Deforms a fixed set of points by the displacements of the lattice's nodes. The points are given at rest in head space
 // and sorted by stencil once, in the constructor; deform() writes results in the caller's order. deform() allocates

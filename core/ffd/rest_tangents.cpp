@@ -7,10 +7,6 @@
 namespace hairnet {
 namespace {
 
-RestTangents none_of(std::size_t point_count) {
-  return {std::vector<Vec3f>(point_count, Vec3f::Zero()), std::vector<float>(point_count, 0.0f)};
-}
-
 // Takes every `stride`-th of `points`: a card has two edges.
 void add_line(std::span<const Vec3f> points, std::span<const float> blend, const PointRange& range,
               std::uint32_t stride, RestTangents& rest) {
@@ -35,7 +31,8 @@ void add_line(std::span<const Vec3f> points, std::span<const float> blend, const
 
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend) {
   HAIRNET_ASSERT(blend.size() == groom.points.size());
-  RestTangents rest = none_of(groom.points.size());
+  RestTangents rest{std::vector<Vec3f>(groom.points.size(), Vec3f::Zero()),
+                    std::vector<float>(groom.points.size(), 0.0f)};
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const PointRange range{groom.strand_begin[s], groom.strand_begin[s + 1]};
     if (range.count() > 0) add_line(groom.points, blend, range, 1, rest);
@@ -47,31 +44,6 @@ RestTangents rest_tangents(const Groom& groom, std::span<const float> blend) {
     if (card.points.count() >= 2) add_line(groom.points, blend, card.points, 2, rest);
   }
   return rest;
-}
-
-RestTangents far_card_tangents(const FarCards& far, std::span<const float> blend) {
-  HAIRNET_ASSERT(blend.size() == far.points.size());
-  RestTangents rest = none_of(far.points.size());
-  for (const FarCard& card : far.cards) {
-    if (card.points.count() >= 2) add_line(far.points, blend, card.points, 2, rest);
-  }
-  return rest;
-}
-
-std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& rest) {
-  HAIRNET_ASSERT(rest.direction.size() == far.points.size());
-  std::vector<Vec3f> normals(far.points.size());
-  for (const FarCard& card : far.cards) {
-    HAIRNET_ASSERT(card.points.end <= far.points.size());
-    for (std::uint32_t p = card.points.begin; p + 1 < card.points.end; p += 2) {
-      // One normal for each pair, so that a card is flat across.
-      const Vec3f along = rest.direction[p] + rest.direction[p + 1];
-      const Vec3f normal = (far.points[p + 1] - far.points[p]).cross(along);
-      const float length = normal.norm();
-      normals[p] = normals[p + 1] = length > 0 ? Vec3f(normal / length) : Vec3f(Vec3f::UnitZ());
-    }
-  }
-  return normals;
 }
 
 }  // namespace hairnet

@@ -17,9 +17,4 @@ struct RestTangents {
 // so they match the drawn polyline. Zero for points of cloth and of lines without length. `blend`: delta of each point.
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend);
 
-// The same of far cards' points, along either edge. `blend` is that of far_card_blend.
-RestTangents far_card_tangents(const FarCards& far, std::span<const float> blend);
-// Unit vectors, the same for both points of a pair: across (left to right) x along, which points away from the head.
-std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& rest);
-
 }  // namespace hairnet

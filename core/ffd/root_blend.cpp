@@ -69,18 +69,4 @@ std::vector<float> root_blend(const Groom& groom) {
   return delta;
 }
 
-std::vector<float> far_card_blend(const Groom& groom) {
-  const FarCards& far = groom.far_cards;
-  std::vector<float> delta(far.points.size(), 1.0f), middle_delta;
-  std::vector<Vec3f> middle;
-  for (const FarCard& card : far.cards) {
-    if (!card.rooted || card.root_length_m <= 0) continue;
-    middle_of(far, card, middle);
-    blend_card(blend_of(groom, card.group), card.root_length_m, middle, middle_delta,
-               {delta.data() + card.points.begin, delta.data() + card.points.end});
-  }
-  HAIRNET_VALIDATE(std::ranges::all_of(delta, [](float d) { return d >= 0 && d <= 1; }));
-  return delta;
-}
-
 }  // namespace hairnet

@@ -62,20 +62,10 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
   return {};
 }
 
-// `edges`: left, right, left, right …
-void middle_between(std::span<const Vec3f> edges, std::vector<Vec3f>& line) {
-  line.clear();
-  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
-  HAIRNET_ASSERT(line.size() == edges.size() / 2);
-}
-
 }  // namespace
 
 void set_material(const Material& material, Groom& groom) {
   groom.materials = {material, {}};
-  for (FarCard& card : groom.far_cards.cards) {
-    if (card.rooted) card.root_length_m = material.root_length_m;
-  }
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted) strand.root_length_m = material.root_length_m;
   }
@@ -87,9 +77,6 @@ void set_material(const Material& material, Groom& groom) {
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
   HAIRNET_ASSERT(group < groom.group_names.size());
   groom.materials.set(group, material);
-  for (FarCard& card : groom.far_cards.cards) {
-    if (card.rooted && card.group == group) card.root_length_m = material.root_length_m;
-  }
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted && strand.group == group) strand.root_length_m = material.root_length_m;
   }
@@ -112,13 +99,10 @@ void Groom::add_cloth(std::span<const Vec3f> vertices, Cloth cloth) {
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line) {
   HAIRNET_ASSERT(card.points.begin <= card.points.end);
   HAIRNET_ASSERT(card.points.end <= groom.points.size());
-  middle_between(groom.points_of(card.points), line);
-}
-
-void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line) {
-  HAIRNET_ASSERT(card.points.begin <= card.points.end);
-  HAIRNET_ASSERT(card.points.end <= all.points.size());
-  middle_between({all.points.data() + card.points.begin, all.points.data() + card.points.end}, line);
+  const std::span<const Vec3f> edges = groom.points_of(card.points);  // left, right, left, right …
+  line.clear();
+  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
+  HAIRNET_ASSERT(line.size() == edges.size() / 2);
 }
 
 std::string validate(const Groom& groom, const GroomLimits& limits) {
@@ -126,7 +110,6 @@ std::string validate(const Groom& groom, const GroomLimits& limits) {
   std::string fault = validate_strands(groom, limits);
   if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
   if (fault.empty()) fault = validate_features(groom, limits);
-  if (fault.empty()) fault = validate_far_cards(groom, limits);
   return fault.empty() ? validate_body(groom.body, limits) : fault;
 }
 

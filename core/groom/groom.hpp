@@ -8,7 +8,6 @@
 #include "core/assert.hpp"
 #include "core/groom/body.hpp"
 #include "core/groom/fabric.hpp"
-#include "core/groom/far_cards.hpp"
 #include "core/groom/material.hpp"
 #include "core/groom/root_blend.hpp"
 
@@ -55,7 +54,6 @@ struct Groom {
   std::vector<HairCard> cards;
   std::vector<Cloth> cloths;
   std::vector<Knot> knots;
-  FarCards far_cards;  // empty until make_far_cards; their points are not in `points`
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
@@ -101,7 +99,6 @@ void set_material(const Material& material, Groom& groom);
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
 // The line along a card's middle, one point for each pair.
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line);
-void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line);
 
 // The largest groom that `validate` accepts.
 struct GroomLimits {
@@ -111,9 +108,7 @@ struct GroomLimits {
   std::size_t group_count_max = 256;
   std::size_t copy_count_max = 64;      // of one clump
   std::size_t fabric_count_max = 4096;  // for each kind: threads, cards, cloths, and knots
-  std::size_t far_card_count_max = 4096;
-  std::size_t far_card_pair_count_max = 64;  // of one card
-  float coordinate_max_m = 10;               // every coordinate's absolute value
+  float coordinate_max_m = 10;          // every coordinate's absolute value
 };
 
 // Returns an empty string when the groom is valid: consistent offsets, finite and bounded numbers, valid groups,

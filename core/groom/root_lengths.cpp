@@ -32,14 +32,6 @@ void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
     if (!strand.rooted || groom.strand_points(s).empty() || (group != kEveryGroup && strand.group != group)) continue;
     strand.root_length_m = root_length_at(lengths, groom.strand_points(s)[0]) * (1 + spread * chance);
   }
-  for (FarCard& card : groom.far_cards.cards) {
-    if (!card.rooted || (group != kEveryGroup && card.group != group)) continue;
-    HAIRNET_ASSERT(card.points.count() >= 2);
-    HAIRNET_ASSERT(card.points.end <= groom.far_cards.points.size());
-    const Vec3f& left = groom.far_cards.points[card.points.begin];
-    const Vec3f& right = groom.far_cards.points[card.points.begin + 1];
-    card.root_length_m = root_length_at(lengths, 0.5f * (left + right));
-  }
 }
 
 }  // namespace hairnet

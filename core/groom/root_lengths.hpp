@@ -26,8 +26,7 @@ struct RootLengths {
 float root_length_at(const RootLengths& lengths, const Vec3f& root_head);
 
 // Sets lambda_0 of every rooted strand of `group` (kEveryGroup: all groups) from the position of its root. The same
-// seed gives the same bits, and a strand's random factor does not depend on the choice of groups. Far cards get
-// lambda_0 without the random spread.
+// seed gives the same bits, and a strand's random factor does not depend on the choice of groups.
 inline constexpr int kEveryGroup = -1;
 void set_root_lengths(const RootLengths& lengths, int group, Groom& groom);
 

@@ -171,33 +171,4 @@ std::string validate_features(const Groom& groom, const GroomLimits& limits) {
   return fault;
 }
 
-std::string validate_far_cards(const Groom& groom, const GroomLimits& limits) {
-  const FarCards& far = groom.far_cards;
-  if (far.cards.size() > limits.far_card_count_max)
-    return over_limit("far cards", far.cards.size(), limits.far_card_count_max);
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < far.cards.size(); ++i) {
-    const auto& [points, root_length_m, strand_count, group, rooted] = far.cards[i];
-    if (points.begin != next || points.end < points.begin || points.end > far.points.size())
-      return fault_at("far card", i, "its points do not follow those before it");
-    next = points.end;
-    if (points.count() < 4 || points.count() % 2 != 0)
-      return fault_at("far card", i, "too few points, or one without its partner");
-    if (points.count() / 2 > limits.far_card_pair_count_max)
-      return fault_at("far card", i, over_limit("pairs of points", points.count() / 2, limits.far_card_pair_count_max));
-    if (group >= groom.group_names.size()) return fault_at("far card", i, "its group does not exist");
-    if (const std::string fault = out_of_range({{"root length (m)", root_length_m, 0, 10}}); !fault.empty())
-      return fault_at("far card", i, fault);
-    if (strand_count < 1 || strand_count > groom.strand_count() + groom.cards.size())
-      return fault_at("far card", i, "stands for no strands, or more than there are");
-  }
-  if (next != far.points.size()) return "far cards do not cover their points";
-  for (std::size_t i = 0; i < far.points.size(); ++i) {
-    const Vec3f& x = far.points[i];
-    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > limits.coordinate_max_m)
-      return fault_at("far cards' point", i, too_far(limits.coordinate_max_m));
-  }
-  return {};
-}
-
 }  // namespace hairnet

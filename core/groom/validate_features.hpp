@@ -14,6 +14,4 @@ std::string fault_of(const StrandProperties& properties, const Groom& groom);
 // Checks root blends, clumps, threads, cards, cloths and knots. The strands must be valid and their offsets ascending.
 std::string validate_features(const Groom& groom, const GroomLimits& limits);
 
-std::string validate_far_cards(const Groom& groom, const GroomLimits& limits);
-
 }  // namespace hairnet

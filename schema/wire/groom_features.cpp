@@ -192,24 +192,6 @@ std::string read_knots(const fb::Groom& in, Groom& out) {
   return points.all_taken() ? "" : "more tied points than counted";
 }
 
-std::string read_far_cards(const fb::Groom& in, FarCards& out) {
-  std::uint32_t next = 0;
-  for (const fb::FarCard& s : structs(in.far_cards())) {
-    if (s.point_count() > ~next) return "more points of far cards than can be counted";
-    const PointRange points{next, next + s.point_count()};
-    next = points.end;
-    out.cards.push_back({points, s.root_length_m(), s.strand_count(), s.group(), s.rooted()});
-  }
-  if (in.version() >= 3) {
-    const std::string fault = decode_points(span_of(in.far_card_weights()), span_of(in.far_card_references()),
-                                            span_of(in.far_card_planes()), point_runs(out), out.points);
-    return fault.empty() ? "" : "far cards: " + fault;
-  }
-  Pieces points(span_of(in.far_card_points()));
-  if (!points.take(next, out.points)) return "fewer points of far cards than counted";
-  return points.all_taken() ? "" : "more points of far cards than counted";
-}
-
 }  // namespace
 
 FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
@@ -220,7 +202,6 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<fb::HairCard> cards;
   std::vector<fb::Cloth> cloths;
   std::vector<fb::Knot> knots;
-  std::vector<fb::FarCard> far_cards;
   std::vector<std::uint32_t> triangles, tied;
   for (const RootBlend& blend : groom.root_blends) {
     HAIRNET_ASSERT(blend.points.size() <= std::numeric_limits<std::uint16_t>::max());
@@ -239,8 +220,6 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
     knots.emplace_back(static_cast<std::uint32_t>(k.points.size()), k.stiffness_n_per_m, k.damping_time_s, k.mass_kg);
     tied.insert(tied.end(), k.points.begin(), k.points.end());
   }
-  for (const FarCard& s : groom.far_cards.cards)
-    far_cards.emplace_back(count_of(s.points), s.strand_count, s.root_length_m, s.group, s.rooted);
   FlatFeatures flat;  // one after the other: the order decides the bytes
   flat.root_blend_counts = write(to, blend_counts);
   flat.root_blend_points = write(to, blend_points);
@@ -252,7 +231,6 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   flat.cloth_root_distances = write(to, distances);
   flat.knots = write_structs(to, knots);
   flat.knot_point_planes = write(to, encode_indices(tied));
-  flat.far_cards = write_structs(to, far_cards);
   return flat;
 }
 
@@ -267,13 +245,12 @@ void add_features(const FlatFeatures& features, fb::GroomBuilder& table) {
   table.add_cloth_root_distances(features.cloth_root_distances);
   table.add_knots(features.knots);
   table.add_knot_point_planes(features.knot_point_planes);
-  table.add_far_cards(features.far_cards);
 }
 
 std::string read_features(const fb::Groom& in, Groom& out) {
   if (!is_aligned_or_absent(in.clumps()) || !is_aligned_or_absent(in.threads()) || !is_aligned_or_absent(in.cards()) ||
-      !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()) || !is_aligned_or_absent(in.far_cards()))
-    return "clumps, threads, cards, cloths, knots or far cards are not aligned";
+      !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()))
+    return "clumps, threads, cards, cloths or knots are not aligned";
   std::string fault = read_root_blends(in, out);
   if (!fault.empty()) return fault;
   for (const fb::Clump& c : structs(in.clumps()))
@@ -284,8 +261,7 @@ std::string read_features(const fb::Groom& in, Groom& out) {
   for (const fb::HairCard& s : structs(in.cards()))
     out.cards.push_back({points.take(s.point_count()), from_flatbuffer(s.properties())});
   fault = read_cloths(in, points, out);
-  if (fault.empty()) fault = read_knots(in, out);
-  return fault.empty() ? read_far_cards(in, out.far_cards) : fault;
+  return fault.empty() ? read_knots(in, out) : fault;
 }
 
 }  // namespace hairnet::wire

@@ -21,7 +21,6 @@ struct FlatFeatures {
   Vector<float> cloth_root_distances;
   Vector<const fb::Knot*> knots;
   Vector<std::uint8_t> knot_point_planes;
-  Vector<const fb::FarCard*> far_cards;
 };
 
 // Features that a groom lacks are absent from the buffer.

@@ -80,7 +80,6 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
   const Body& body = groom.body;
   const fb::Joints joints = flatten_joints(body);
   const EncodedPoints points = encode_points(groom.points, point_runs(groom));
-  const EncodedPoints far_points = encode_points(groom.far_cards.points, point_runs(groom.far_cards));
   std::vector<std::string> names;
   for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
   // One after the other: the order of evaluation of arguments would decide the bytes.
@@ -100,9 +99,6 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
       to.CreateVector(encode_points(body.mesh.vertices, whole_body(body.mesh.vertices.size())).planes);
   const auto bone_weight_planes = to.CreateVector(encode_bone_weights(body.bone_weights));
   const auto triangle_planes = to.CreateVector(encode_triangles(body.mesh.triangles));
-  const auto far_weights = to.CreateVector(far_points.weights);
-  const auto far_references = to.CreateVector(far_points.references);
-  const auto far_planes = to.CreateVector(far_points.planes);
   flatbuffers::Offset<fb::LearntHair> learnt_hair;
   flatbuffers::Offset<fb::LearntWind> learnt_wind;
   if (learnt) {
@@ -131,9 +127,6 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
   table.add_vertex_planes(vertex_planes);
   table.add_bone_weight_planes(bone_weight_planes);
   table.add_triangle_planes(triangle_planes);
-  table.add_far_card_weights(far_weights);
-  table.add_far_card_references(far_references);
-  table.add_far_card_planes(far_planes);
   if (learnt) {
     table.add_learnt(learnt_hair);
     table.add_learnt_wind(learnt_wind);

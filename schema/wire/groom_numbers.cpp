@@ -228,12 +228,6 @@ std::vector<PointRun> point_runs(const Groom& groom) {
   return runs;
 }
 
-std::vector<PointRun> point_runs(const FarCards& far_cards) {
-  std::vector<PointRun> runs;
-  for (const FarCard& card : far_cards.cards) add_run(card.points, 2, runs);
-  return runs;
-}
-
 EncodedPoints encode_points(std::span<const Vec3f> points, std::vector<PointRun> runs) {
   std::vector<std::int32_t> q;
   q.reserve(3 * points.size());

@@ -10,7 +10,7 @@
 
 // The bulk of a groom file of version 3: positions, bone weights and indices as integers. Each integer is predicted
 // from those before it, and what remains lies in three byte planes, so that deflate finds small numbers side by side.
-// Decoding uses integers alone, and one multiplication for each number: C++ and TypeScript get the same floats.
+// Decoding uses integers alone, and one multiplication for each number: every machine gets the same floats.
 // Encoding what was decoded gives the same integers again. For groom_file.cpp and groom_features.cpp.
 namespace hairnet::wire {
 
@@ -25,7 +25,6 @@ struct PointRun {
   PointRange reference;  // the points of an earlier run of similar shape; empty: none. Set while coding.
 };
 std::vector<PointRun> point_runs(const Groom& groom);
-std::vector<PointRun> point_runs(const FarCards& far_cards);
 
 struct EncodedPoints {
   // kGroomWeightsPerRow of each number of a point in its run, in 1/4096: of the steps before, then of the reference;

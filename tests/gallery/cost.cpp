@@ -121,7 +121,7 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
     return fastest_ms([&] {
       if (!sleeps) coefficients[0] *= -1;
       records.begin(characters, sum);
-      for (std::size_t i = 0; i < count; ++i) records.add(i, Vec3::Zero(), {}, 1, false, {});
+      for (std::size_t i = 0; i < count; ++i) records.add(i, Vec3::Zero(), {}, 1, {});
       records_texture.fill(records.records());
       pass->run(records);
     });
@@ -184,13 +184,11 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
                         {"strands, linear FFD, lit", {}},
                         {"strands, rigid, lit", {}},
                         {"strands, quadratic, 2 follow_hairs each", {}},
-                        {"strands at 4 mm of their points", {}},
-                        {"cards, quadratic FFD, lit", {}}};
+                        {"strands at 4 mm of their points", {}}};
   for (Way& way : ways) way.detail.follow_hair_count = 0;
   ways[1].detail.quadratic = 0;
   ways[3].detail.follow_hair_count = 2;
   ways[4].detail.tolerance_m = 1;
-  ways[5].detail.cards = 1;
   for (const Way& way : ways) {
     character.detail = way.detail;
     const MovedLattice lattice = character.lattice;
@@ -201,9 +199,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
                       empty_ms;
     character.lattice = lattice;
     const render::StageStatistics& s = (*stage)->statistics();
-    const bool cards = way.detail.cards > 0;
-    std::printf("%-38s %8.2f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(cards ? s.cards : s.strands) / ms,
-                cards ? "cards " : "strands", ms / lines_ms);
+    std::printf("%-38s %8.2f %7.0f strands %8.1f\n", way.name, ms, static_cast<double>(s.strands) / ms, ms / lines_ms);
   }
   Result<render::Picture> picture = render::Picture::build();
   if (!picture) return Refusal(picture.error());

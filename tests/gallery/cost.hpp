@@ -6,7 +6,7 @@
 namespace hairnet::gallery {
 
 // Prints what drawing one character of `style` costs on this machine's OpenGL, beside plain lines through the same
-// points, in the same run: milliseconds a picture, strands or cards a millisecond, times the plain lines.
+// points, in the same run: milliseconds a picture, strands a millisecond, times the plain lines.
 Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px);
 
 // Prints what the nodes of 1, 32 and 500 lattices of the finest level cost: summed up from the modes of a basis by this

@@ -58,10 +58,10 @@ Result<void> draw_crowd(const Options& options, render::Renderer& renderer) {
   const Result<render::Image> picture = crowd_picture(renderer, styles, 100, 1280, 720, statistics);
   if (!picture) return Refusal(picture.error());
   std::printf(
-      "%s/crowd.png: 100 characters of 5 grooms, %zu draw calls, %zu strands, %zu cards, %zu vertices; "
+      "%s/crowd.png: 100 characters of 5 grooms, %zu draw calls, %zu strands, %zu vertices; "
       "GPU bytes: %zu of grooms, %zu a character, %zu of strands' points\n",
-      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.cards, statistics.vertices,
-      statistics.groom_bytes, statistics.character_bytes, statistics.point_bytes);
+      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.vertices, statistics.groom_bytes,
+      statistics.character_bytes, statistics.point_bytes);
   return write_picture(options.out + "/crowd.png", *picture);
 }
 
@@ -119,7 +119,7 @@ Result<void> run(Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Pictures of every hairstyle: still and in motion, as strands and cards; from near to far; in wind; a crowd; "
+      "Pictures of every hairstyle: still and in motion; from near to far; in wind; a crowd; "
       "frames",
       "hairnet-gallery");
   Options options;

@@ -47,23 +47,15 @@ Result<render::Image> hairstyle_sheet(render::Renderer& renderer, const Hairstyl
   if (!moments) return Refusal(moments.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;
-  for (const float cards : {0.0f, 1.0f}) {
-    for (const Moment& moment : *moments) {
-      if (cards > 0 && &moment == &(*moments)[1]) continue;
-      for (const double bearing : {0.0, 90.0, 180.0}) {
-        draw::ShownCharacter character = shown(groom, moment);
-        character.hair_colour = hair_colour(number);
-        const draw::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
-        if (cards > 0) {
-          character.detail.emplace();
-          character.detail->cards = 1;
-        }
-        Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
-        if (!tile) return tile;
-        caption(*tile,
-                (cards > 0 ? "cards" : style.name) + std::string(&moment == &moments->front() ? " still" : " moving"));
-        tiles.push_back(std::move(*tile));
-      }
+  for (const Moment& moment : *moments) {
+    for (const double bearing : {0.0, 90.0, 180.0}) {
+      draw::ShownCharacter character = shown(groom, moment);
+      character.hair_colour = hair_colour(number);
+      const draw::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
+      Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
+      if (!tile) return tile;
+      caption(*tile, style.name + (&moment == &moments->front() ? " still" : " moving"));
+      tiles.push_back(std::move(*tile));
     }
   }
   renderer.stage().remove_groom(groom);
@@ -82,15 +74,13 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
     if (!tile) return tile;
     const render::StageStatistics& s = renderer.stage().statistics();
     caption(*tile, std::to_string(s.strands) + " strands");
-    render::draw_text(*tile, 6, 24, std::to_string(s.cards) + " cards", 2);
     tiles.push_back(std::move(*tile));
     // The same from nearby, to show the strands that are still drawn.
     draw::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
     const double distance = (camera.eye - camera.target).norm();
     const float head_px = draw::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
                           std::tan(12 * std::numbers::pi_v<float> / 180) / static_cast<float>(distance);
-    character.detail =
-        draw::detail_for(head_px, 1, style.groom->strand_count(), draw::make_groom_geometry(*style.groom).waviness);
+    character.detail = draw::detail_for(head_px, 1, style.groom->strand_count());
     Result<render::Image> close = renderer.draw({&character, 1}, near, {}, size_px, size_px * 5 / 4);
     if (!close) return close;
     caption(*close, "as drawn at " + std::to_string(static_cast<int>(head_px)) + " px");

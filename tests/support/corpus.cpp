@@ -12,7 +12,6 @@
 #include "client/assets/made_spec.hpp"
 #include "client/assets/upright.hpp"
 #include "client/files/read_file.hpp"
-#include "core/hair_cards/far_cards.hpp"
 #include "tests/support/bvh_text.hpp"
 #include "tests/support/deepmimic_clip.hpp"
 
@@ -88,9 +87,7 @@ Result<Groom> import_real(const RealGroom& real) {
   def.body_placement = real.body_placement;
   auto imported = assemble_groom(def);
   if (!imported) return of(real.name, imported.error());
-  Groom groom = std::move(imported->groom);
-  groom.far_cards = make_far_cards(groom, far_card_count_for(groom));
-  return groom;
+  return std::move(imported->groom);
 }
 
 Result<Motion> import_deepmimic(std::string_view name, const Body& body) {

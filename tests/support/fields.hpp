@@ -37,8 +37,6 @@ BOOST_DESCRIBE_STRUCT(Thread, (),
                       (points, group, rooted, root_length_m, radius_m, colour, axial_stiffness_n, damping_time_s,
                        pin_stiffness_n_per_m, linear_density_kg_per_m, air_drag_ns_per_m2))
 BOOST_DESCRIBE_STRUCT(HairCard, (), (points, properties))
-BOOST_DESCRIBE_STRUCT(FarCard, (), (points, root_length_m, strand_count, group, rooted))
-BOOST_DESCRIBE_STRUCT(FarCards, (), (points, cards))
 BOOST_DESCRIBE_STRUCT(Cloth, (),
                       (points, group, triangles, root_distance_m, root_length_m, colour, opacity,
                        stretch_stiffness_n_per_m, shear_stiffness_n_per_m, damping_time_s, pin_stiffness_n_per_m,
@@ -48,7 +46,7 @@ BOOST_DESCRIBE_STRUCT(TriangleMesh, (), (vertices, triangles))
 BOOST_DESCRIBE_STRUCT(Body, (), (mesh, bone_weights, joints, fitted_from_roots))
 BOOST_DESCRIBE_STRUCT(Groom, (),
                       (name, points, strand_begin, strands, group_names, materials, root_blends, clumps, threads, cards,
-                       cloths, knots, far_cards, body))
+                       cloths, knots, body))
 
 BOOST_DESCRIBE_STRUCT(SimulationInputs::Add, (), (character, groom, room, levels_ready, level, pose))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::Level, (), (character, level))

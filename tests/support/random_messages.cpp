@@ -317,10 +317,6 @@ void RandomMessages::add_features(Groom& g) {
       knot.points.push_back(static_cast<std::uint32_t>(integer(0, g.points.size() - 1)));
     g.knots.push_back(knot);
   }
-  for (std::size_t i = g.strand_count() == 0 ? 0 : integer(0, 3); i > 0; --i) {
-    g.far_cards.add(points(2 * integer(2, 6)),
-                    {{}, number(0, 0.1), static_cast<std::uint32_t>(integer(1, g.strand_count())), group(), coin()});
-  }
 }
 
 RecordingHeader RandomMessages::recording_header() {

@@ -43,7 +43,7 @@ class RandomMessages {
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
-  void add_features(Groom& groom);  // threads, cards, cloths, knots, clumps, root blends, far cards
+  void add_features(Groom& groom);  // threads, cards, cloths, knots, clumps, root blends
   std::vector<std::uint8_t> bytes(std::size_t count);
 
   // A value of any type: a struct's fields one after the other. Overloads are for what has ranges of its own.

@@ -9,18 +9,7 @@
 
 namespace hairnet {
 
-// Bytes as hexadecimal digits, two a byte, lower case.
-inline std::string hex(std::span<const std::uint8_t> bytes) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string out;
-  for (const std::uint8_t byte : bytes) {
-    out += kDigits[byte >> 4];
-    out += kDigits[byte & 15];
-  }
-  return out;
-}
-
-// Nothing for what are not such digits.
+// Bytes of hexadecimal digits, two a byte, lower case. Nothing for what are not such digits.
 inline std::optional<std::vector<std::uint8_t>> from_hex(std::string_view digits) {
   const auto value = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1; };
   if (digits.size() % 2 != 0) return std::nullopt;

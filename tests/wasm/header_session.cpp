@@ -15,7 +15,7 @@ void add(std::span<const std::uint8_t> file, hairnet_room* room, hairnet_groom*&
   const hairnet_error error = hairnet_groom_load(file.data(), file.size(), &groom, why.data(), why.size());
   HAIRNET_ASSERT(error == HAIRNET_OK);
   std::uint32_t own = 0;
-  const hairnet_error added = hairnet_add_character(room, groom, nullptr, &own);
+  const hairnet_error added = hairnet_add_character(room, groom, nullptr, &own, why.data(), why.size());
   HAIRNET_ASSERT(added == HAIRNET_OK);
 }
 
@@ -70,11 +70,12 @@ std::string header_results(std::span<const std::uint8_t> bytes) {
     }
     const hairnet_scene* scene = hairnet_room_scene(room);
     for (std::size_t i = 0; i < hairnet_shown_count(scene); ++i) {
-      std::size_t count = 0;
-      if (hairnet_shown_nodes(scene, i, nullptr, &count, nullptr, nullptr, nullptr) != HAIRNET_OK || count == 0)
-        continue;
+      hairnet_shown shown;
+      if (hairnet_get_shown(scene, i, &shown) != HAIRNET_OK || shown.moves == 0) continue;
+      const auto& [x, y, z] = shown.lattice.counts;
+      const std::size_t count = std::size_t{x} * y * z;
       nodes.resize(nodes.size() + 3 * count);
-      hairnet_shown_nodes(scene, i, nodes.data() + nodes.size() - 3 * count, &count, nullptr, nullptr, nullptr);
+      hairnet_shown_nodes(scene, i, nodes.data() + nodes.size() - 3 * count, count);
     }
   }
   points.resize(3 * hairnet_groom_point_count(groom));

@@ -31,7 +31,7 @@ function* steps(bytes) {
 const [PACKET, ADD, POSE, LOSE] = [1, 2, 3, 4];
 
 const all = [...steps(readFileSync(join(folder, "session")))];
-const slot = module.malloc(64), event = module.malloc(64), nodesAt = module.malloc(1 << 16);
+const slot = module.malloc(64), event = module.malloc(64), shown = module.malloc(416), nodesAt = module.malloc(1 << 16);
 module.hairnet_open(0, all[0].now, slot, 0, 0);
 const room = uint32At(slot);
 let groom = 0, events = "";
@@ -47,7 +47,7 @@ for (const { kind, now, bytes } of all) {
   if (kind === ADD) {
     module.hairnet_groom_load(at, bytes.length, slot, 0, 0);
     groom = uint32At(slot);
-    module.hairnet_add_character(room, groom, 0, 0);
+    module.hairnet_add_character(room, groom, 0, 0, 0, 0);
   }
   if (kind === POSE) module.hairnet_push_pose(room, 1, at, 0);
   module.free(at);
@@ -58,12 +58,15 @@ for (const { kind, now, bytes } of all) {
   }
   module.hairnet_advance(room);
   while (module.hairnet_next_event(room, event))
-    events += `${uint32At(event)} ${uint32At(event + 8)} ${textAt(uint32At(event + 32))}\n`;
+    events += `${uint32At(event)} ${uint32At(event + 8)} ${textAt(uint32At(event + 40))}\n`;
   for (let packet = 0; (packet = module.hairnet_take_packet(room, now, slot, 0)); ) sent.push(bytesAt(packet, uint32At(slot)));
   const scene = module.hairnet_room_scene(room);
   for (let i = 0; i < module.hairnet_shown_count(scene); ++i) {
-    new DataView(memory()).setUint32(slot, 1 << 12, true);
-    if (module.hairnet_shown_nodes(scene, i, nodesAt, slot, 0, 0, 0) === 0) nodes.push(bytesAt(nodesAt, 12 * uint32At(slot)));
+    module.hairnet_get_shown(scene, i, shown);
+    if (uint32At(shown + 32) === 0) continue;
+    const count = [392, 396, 400].reduce((product, at) => product * uint32At(shown + at), 1);
+    module.hairnet_shown_nodes(scene, i, nodesAt, count);
+    nodes.push(bytesAt(nodesAt, 12 * count));
   }
 }
 const pointCount = module.hairnet_groom_point_count(groom);

@@ -77,12 +77,10 @@ void geometry_of(const Groom& groom, Results& out) {
   light_of("strands", geometry.strand_vertices, out);
   for (const draw::SimplifiedStrands& list : geometry.simplified_strands)
     out.equal("triangles of strands", list.triangles);
-  for (const auto* cards : {&geometry.cards, &geometry.far_cards}) {
-    out.equal("points of cards", column(cards->vertices, &draw::CardVertex::rest));
-    out.equal("directions of cards", column(cards->vertices, &draw::CardVertex::direction));
-    out.equal("sides of cards", column(cards->vertices, &draw::CardVertex::side));
-    light_of("cards", cards->vertices, out);
-  }
+  out.equal("points of cards", column(geometry.cards.vertices, &draw::CardVertex::rest));
+  out.equal("directions of cards", column(geometry.cards.vertices, &draw::CardVertex::direction));
+  out.equal("sides of cards", column(geometry.cards.vertices, &draw::CardVertex::side));
+  light_of("cards", geometry.cards.vertices, out);
   out.equal("points of fabric", column(geometry.fabric.vertices, &draw::FabricVertex::rest));
   out.equal("directions of fabric", column(geometry.fabric.vertices, &draw::FabricVertex::direction));
   out.equal("colours of fabric", column(geometry.fabric.vertices, &draw::FabricVertex::albedo));

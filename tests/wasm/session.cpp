@@ -92,7 +92,9 @@ void SessionClient::record() {
     const link::Playout::Sample& sample = member->sample;
     times_.push_back(sample.time_ns);
     coefficients_.insert(coefficients_.end(), sample.coefficients.begin(), sample.coefficients.end());
-    displacements_.insert(displacements_.end(), sample.displacement.begin(), sample.displacement.end());
+    std::vector<Vec3f> scratch;
+    const std::span<const Vec3f> nodes = nodes_of(sample.lattice(), scratch);
+    displacements_.insert(displacements_.end(), nodes.begin(), nodes.end());
     if (!sample.valid) continue;
     const RigidTransform& head = sample.pose.head();
     poses_.insert(poses_.end(), head.rotation.coeffs().begin(), head.rotation.coeffs().end());

@@ -8,7 +8,6 @@
 
 #include "client/assets/made/made.hpp"
 #include "client/files/write_file.hpp"
-#include "core/hair_cards/far_cards.hpp"
 #include "core/levels/build.hpp"
 #include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
@@ -161,8 +160,7 @@ Bytes session_case() {
 
 Bytes all_cases(const Bytes& session) {
   Writer to;
-  Groom plait = make_hairstyle("plait", {.strand_count = 200}).value();
-  plait.far_cards = make_far_cards(plait, 6);
+  const Groom plait = make_hairstyle("plait", {.strand_count = 200}).value();
   put_case(to, "groom", "plait", wire::encode_groom(plait));
   for (const std::uint64_t seed : {3u, 4u, 5u})
     put_case(to, "groom", "random " + std::to_string(seed), wire::encode_groom(wire::RandomMessages(seed).groom(20)));

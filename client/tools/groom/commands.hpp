@@ -26,7 +26,6 @@ struct ImportOptions {
   std::optional<double> root_length_m;  // overrides that of the material
   double root_spread = 0;               // random share by which each strand's own root length differs
   MaterialOptions materials;
-  std::optional<std::size_t> card_count;  // for drawing far away; none: the default number
   std::string out;
 };
 Result<void> import_groom(const ImportOptions& options);
@@ -35,7 +34,6 @@ struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;
   MaterialOptions materials;
-  std::optional<std::size_t> card_count;  // see ImportOptions
 };
 Result<void> make_groom(const MakeOptions& options);
 
@@ -45,6 +43,13 @@ struct InspectOptions {
   bool levels = false;         // builds them and prints statistics
 };
 Result<void> inspect_groom(const InspectOptions& options);
+
+struct LevelsOptions {
+  std::string groom;  // a groom file
+  std::string out;    // empty: beside it, with the extension .levels
+};
+// Builds the levels of a groom for programs that simulate it themselves.
+Result<void> write_levels(const LevelsOptions& options);
 
 struct LearnOptions {
   std::vector<std::string> grooms;   // groom files

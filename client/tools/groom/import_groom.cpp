@@ -4,7 +4,6 @@
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
 #include "core/groom/root_lengths.hpp"
-#include "core/hair_cards/far_cards.hpp"
 
 namespace hairnet::groom {
 namespace {
@@ -34,7 +33,6 @@ Result<void> import_groom(const ImportOptions& options) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
   }
   if (options.root_spread > 0) spread_root_lengths(options, groom);
-  groom.far_cards = make_far_cards(groom, options.card_count.value_or(far_card_count_for(groom)));
   return save_groom(groom, options.out);
 }
 

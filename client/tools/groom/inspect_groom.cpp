@@ -5,7 +5,6 @@
 #include "client/assets/load_groom.hpp"
 #include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/groom/commands.hpp"
-#include "core/hair_cards/far_cards.hpp"
 #include "core/levels/build.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/shown_text.hpp"
@@ -119,21 +118,6 @@ void print_groom(const Groom& groom) {
               groom.body.mesh.triangles.size(), groom.body.fitted_from_roots ? ", a skull fitted to the roots" : "");
 }
 
-void print_far_cards(const Groom& groom) {
-  FarCards far = groom.far_cards;
-  const bool has_own = !far.cards.empty();
-  if (!has_own) far = make_far_cards(groom, far_card_count_for(groom));
-  std::vector<std::uint32_t> strands;
-  for (const FarCard& card : far.cards) strands.push_back(card.strand_count);
-  std::ranges::sort(strands);
-  std::printf("far cards  %zu%s", far.cards.size(), has_own || far.cards.empty() ? "" : ", made as it is loaded");
-  if (!strands.empty()) {
-    std::printf("; each for %u / %u / %u strands (least, median, most), %zu points", strands.front(),
-                strands[strands.size() / 2], strands.back(), far.points.size());
-  }
-  std::printf("\n");
-}
-
 void print_learnt(const LearntHair& hair) {
   const auto percent = [](float share) { return 100 * static_cast<double>(share); };
   std::printf(
@@ -195,10 +179,9 @@ void print_levels(const Groom& groom) {
 }  // namespace
 
 Result<void> inspect_groom(const InspectOptions& options) {
-  const Result<Groom> groom = read_groom(options.groom, options.hairstyle);
+  const Result<Groom> groom = load_groom(options.groom, options.hairstyle);
   if (!groom) return Refusal(groom.error());
   print_groom(*groom);
-  print_far_cards(*groom);
   const Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(options.groom);
   if (!learnt) return Refusal(learnt.error());
   if (*learnt) print_learnt(**learnt);

@@ -8,11 +8,11 @@
 #include <thread>
 #include <utility>
 
-#include "client/assets/made_spec.hpp"
 #include "client/files/read_file.hpp"
 #include "client/files/write_file.hpp"
 #include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/groom/commands.hpp"
+#include "client/tools/groom/read_groom.hpp"
 #include "core/learnt/learnt_hair.hpp"
 #include "core/levels/build.hpp"
 #include "core/modes/make_modes.hpp"
@@ -35,10 +35,6 @@ struct Subject {
   Groom groom;
   std::string level_file, copy;  // empty: not wanted
 };
-
-std::span<const std::uint8_t> as_octets(const std::vector<std::byte>& bytes) {
-  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
-}
 
 // Runs a loop on all processors; the body may run another.
 void on_all_processors(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -75,21 +71,13 @@ Result<std::string> copy_of(const std::string& path, const LearnOptions& options
 }
 
 Result<Subject> read_subject(const std::string& path, const LearnOptions& options) {
-  if (is_made_spec(path)) {
-    return Refusal(path + ": only files have learnt hair; 'hairnet-groom make " + std::string(made_name(path)) +
-                   " --out FILE' makes one");
-  }
-  const Result<std::vector<std::byte>> bytes = read_file(path);
-  if (!bytes) return Refusal(path + ": " + bytes.error());
-  Result<Groom> groom = wire::decode_groom(as_octets(*bytes));
-  if (!groom) return Refusal(path + ": " + groom.error());
-  if (groom->points.empty()) return Refusal(path + ": there is no hair to learn");
+  Result<GroomFile> file = read_groom(path);
+  if (!file) return Refusal(file.error());
   const Result<std::string> copy = copy_of(path, options);
   if (!copy) return Refusal(copy.error());
-  const wire::GroomHash hash = wire::hash_groom(as_octets(*bytes));
   const fs::path folder = options.levels;
-  return Subject{path, hash, std::move(*groom), folder.empty() ? "" : (folder / wire::level_file_name(hash)).string(),
-                 *copy};
+  return Subject{path, file->hash, std::move(file->groom),
+                 folder.empty() ? "" : (folder / wire::level_file_name(file->hash)).string(), *copy};
 }
 
 // Null where the folder has no levels that a server would use.

@@ -16,11 +16,12 @@ using namespace hairnet;
 constexpr const char* kFooter = R"(Examples:
   hairnet-groom make long_curly --length 0.45 --curl 0.8 --strands 8000 --out curls.groom
   hairnet-groom make bob --material wet --group-material fringe=stiff --out bob.groom
-  hairnet-groom make short --cards 250 --out short.groom
+  hairnet-groom make short --out short.groom
   hairnet-groom import straight.hair --out straight.groom
   hairnet-groom import back.tfx side.tfx tail.tfx --body head.obj --out tail.groom
   hairnet-groom import short.data --face -y --roots last --strict --out short.groom
   hairnet-groom inspect curls.groom --levels
+  hairnet-groom levels curls.groom --out curls.levels
   hairnet-groom learn curls.groom bob.groom --levels /var/cache/hairnet/levels
   hairnet-groom learn curls.groom --embed upload
   hairnet-groom list
@@ -60,11 +61,6 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
-void add_cards_flag(CLI::App& app, std::optional<std::size_t>& count) {
-  app.add_option("--cards,--strips", count, "for drawing it far away; 0: none (by the number of strands, 400 at most)")
-      ->check(CLI::Range(0, static_cast<int>(GroomLimits().far_card_count_max)));
-}
-
 void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
   CLI::App& import =
       *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data, .obj), to a groom file");
@@ -88,7 +84,6 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
   import.add_option("--root-spread", o.root_spread, "each strand's own lambda_0 is up to this share more or less (0)")
       ->check(in_range(0, 0.95));
   add_material_flags(import, o.materials);
-  add_cards_flag(import, o.card_count);
   import.add_option("--name", o.files.name, "the groom's name (the out file's)");
 }
 
@@ -123,12 +118,16 @@ int run(int argc, char** argv) {
   make_app.add_option("--out,-o", make.out, "groom file to write")->required();
   add_hairstyle_flags(make_app, make.hairstyle);
   add_material_flags(make_app, make.materials);
-  add_cards_flag(make_app, make.card_count);
   groom::InspectOptions inspect;
   CLI::App& inspect_app = *app.add_subcommand("inspect", "what a groom holds, and how its levels are built");
   inspect_app.add_option("groom", inspect.groom, "groom file, or made:STYLE")->required();
   inspect_app.add_flag("--levels", inspect.levels, "build the levels and modes: counts, errors, times");
   add_hairstyle_flags(inspect_app, inspect.hairstyle);
+  groom::LevelsOptions levels;
+  CLI::App& levels_app =
+      *app.add_subcommand("levels", "the mechanical models of a groom file, for pages and programs without a server");
+  levels_app.add_option("groom", levels.groom, "groom file")->required();
+  levels_app.add_option("--out,-o", levels.out, "file to write (beside the groom, .levels)");
   groom::LearnOptions learn;
   const CLI::App& learn_app = add_learn(app, learn);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
@@ -141,6 +140,7 @@ int run(int argc, char** argv) {
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (make_app.parsed()) return report(groom::make_groom(make));
   if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));
+  if (levels_app.parsed()) return report(groom::write_levels(levels));
   if (learn_app.parsed()) {
     install_stop_signal_handlers();
     learn.is_stopped = stop_requested;

@@ -3,7 +3,6 @@
 #include "client/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
-#include "core/hair_cards/far_cards.hpp"
 
 namespace hairnet::groom {
 
@@ -12,7 +11,6 @@ Result<void> make_groom(const MakeOptions& options) {
   Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
   if (!made) return Refusal("made:" + options.style + ": " + made.error());
   if (const Result<void> applied = apply_materials(options.materials, *made); !applied) return applied;
-  made->far_cards = make_far_cards(*made, options.card_count.value_or(far_card_count_for(*made)));
   return save_groom(*made, options.out);
 }
 

@@ -11,8 +11,8 @@ Result<void> save_groom(const Groom& groom, const std::string& path) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(groom);
   const Result<void> written = write_file(path, std::as_bytes(std::span(bytes)));
   if (!written) return Refusal(path + ": " + written.error());
-  std::printf("%s: %zu strands, %zu points, %zu far cards, %.1f MB\n", path.c_str(), groom.strand_count(),
-              groom.points.size(), groom.far_cards.cards.size(), static_cast<double>(bytes.size()) / 1e6);
+  std::printf("%s: %zu strands, %zu points, %.1f MB\n", path.c_str(), groom.strand_count(), groom.points.size(),
+              static_cast<double>(bytes.size()) / 1e6);
   return {};
 }
 

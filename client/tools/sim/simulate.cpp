@@ -47,7 +47,7 @@ struct Run {
 };
 
 Result<Groom> load_sound_groom(const SimulateOptions& o) {
-  Result<Groom> groom = read_groom(o.groom, o.hairstyle, o.hair);
+  Result<Groom> groom = load_groom(o.groom, o.hairstyle, o.hair);
   if (groom && o.material) set_material(*o.material, *groom);
   if (!groom) return Refusal(groom.error());
   if (groom->points.empty()) return Refusal(o.groom + ": has no strand points, so there is nothing to simulate");

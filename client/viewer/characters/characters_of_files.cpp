@@ -6,7 +6,6 @@
 #include "client/assets/load_groom.hpp"
 #include "client/assets/load_motion.hpp"
 #include "client/files/read_file.hpp"
-#include "core/hair_cards/far_cards.hpp"
 
 namespace hairnet::viewer {
 
@@ -31,7 +30,6 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
   if (!foreign.files.empty()) {
     Result<Groom> groom = import_hair(foreign, import);
     if (!groom) return Refusal(groom.error());
-    groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));
     grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
   }
   if (grooms.empty()) {

@@ -173,8 +173,8 @@ void picture_controls(ViewState& state, const Controls& controls) {
   if (state.adapts_quality && state.adaptive_quality.share() < 1)
     ImGui::Text("now %.0f %% of it", 100 * state.adaptive_quality.share());
   const render::StageStatistics& drawn = controls.drawn;
-  ImGui::Text("%zu strands, %zu cards in %zu calls\n%.1f MB of grooms, %.1f MB of points, %.1f kB a character",
-              drawn.strands, drawn.cards, drawn.draw_calls, 1e-6 * static_cast<double>(drawn.groom_bytes),
+  ImGui::Text("%zu strands in %zu calls\n%.1f MB of grooms, %.1f MB of points, %.1f kB a character", drawn.strands,
+              drawn.draw_calls, 1e-6 * static_cast<double>(drawn.groom_bytes),
               1e-6 * static_cast<double>(drawn.point_bytes), 1e-3 * static_cast<double>(drawn.character_bytes));
 }
 

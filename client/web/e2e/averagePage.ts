@@ -1,8 +1,7 @@
 // One head before a plain background, drawn with and without `Picture`, for average.e2e.ts.
 import { Color, PerspectiveCamera, Scene, WebGLRenderer, WebGLRenderTarget, type ColorSpace } from "three";
-import type { Groom } from "../src/hair/groom";
+import { Groom } from "../src/hair/groom";
 import { rigidPose } from "../src/hair/pose";
-import { decodeGroom } from "../src/net/groomFile";
 import { HairScene, Picture, type HairSource } from "../src/scene/index";
 
 /** Rows of red, green and blue, 0 to 255. */
@@ -22,13 +21,13 @@ export class AverageStage implements HairSource {
   /** `groom`: the address of a file. */
   static async open(groom: string, sizePx: number, colour: number): Promise<AverageStage> {
     const bytes = new Uint8Array(await (await fetch(groom)).arrayBuffer());
-    const stage = new AverageStage(decodeGroom(bytes), sizePx);
+    const stage = new AverageStage(await Groom.load(bytes), sizePx);
     for (;;) {
       stage.hair.update(stage.camera);
       const head = stage.hair.characters.get(1);
       head?.hairColour.setHex(colour);
       // All strands, as thin as they are from near: that has most grain.
-      if (head) head.detail = { strandShare: 1, followHairCount: 1, toleranceM: 1e-3, quadratic: 1, cards: 0 };
+      if (head) head.detail = { strandShare: 1, followHairCount: 1, toleranceM: 1e-3, quadratic: 1 };
       if (head?.isReady) return stage;
       await new Promise((done) => setTimeout(done, 20));
     }

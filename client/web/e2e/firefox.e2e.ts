@@ -37,7 +37,7 @@ test("in Firefox hair moves over WebTransport, poses and frames as datagrams", a
   );
   const look = () =>
     page.evaluate(() => {
-      const room = (window as unknown as Globals).hairnet.room!;
+      const room = (window as unknown as Globals).hairnet.served!;
       const [other] = room.members.values();
       const { framesReceived, framesUndecodable } = room.counters;
       return { transport: room.link.transport, yaw: other.pose![1], framesReceived, framesUndecodable };

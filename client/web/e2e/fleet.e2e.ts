@@ -99,7 +99,7 @@ test.each(["on", "off"])("a page follows its room to another server, with WebTra
     console.log(`with WebTransport ${webTransport} the actor's frames had a gap of ${gap.end().toFixed(0)} ms`);
     const look = () =>
       page.evaluate(() => {
-        const room = (window as unknown as Globals).hairnet.room!;
+        const room = (window as unknown as Globals).hairnet.served!;
         const [other] = [...room.members.values()].filter((member) => !member.own);
         return {
           yaw: other.pose![1],

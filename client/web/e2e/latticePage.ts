@@ -1,12 +1,12 @@
 // The GPU's nodes beside those of the CPU, for latticePass.e2e.ts.
 import { WebGLRenderer } from "three";
-import type { HairBasis } from "../src/hair/basis";
-import { ModeLattice, type MovedLattice } from "../src/hair/movedLattice";
+import { nodeCount, type Basis, type Lattice, type MovedLattice } from "../src/hair/movedLattice";
 import { kLatticeRow } from "../src/generated/constants";
 import { CharacterRecords } from "../src/scene/characterRecords";
 import { LatticePass } from "../src/scene/latticePass";
 import { nodeSumFor, rendererName, type NodeSum } from "../src/scene/nodeSum";
-import { fullGrid } from "../test/support/shapes";
+import { plainRecord } from "../test/support/plainRecord";
+import { latticeOf } from "../test/support/shapes";
 
 /** Numbers from 0 up to 1, the same for the same seed. */
 function seeded(seed: number): () => number {
@@ -17,42 +17,40 @@ function seeded(seed: number): () => number {
   };
 }
 
-/** Modes of any shape on a lattice of which every third node follows others. */
-export function anyBasis(dims: [number, number, number], modeCount: number, seed: number): HairBasis {
-  const random = seeded(seed);
-  const { lattice, activeNodes } = fullGrid(dims);
-  const trimmedNodes = activeNodes.filter((node) => node % 3 === 1);
-  const active = activeNodes.filter((node) => node % 3 !== 1);
-  const entries = 5 * trimmedNodes.length;
-  const geometry = {
-    lattice,
-    activeNodes: active,
-    trimmedNodes,
-    trimmedBegin: Uint32Array.from({ length: trimmedNodes.length + 1 }, (_, n) => 5 * n),
-    trimmedFrom: Uint32Array.from({ length: entries }, () => Math.floor(random() * active.length)),
-    trimmedWeights: Float32Array.from({ length: entries }, () => 1.2 * (random() - 0.4)),
-  };
-  const basis = {
-    nodeCount: active.length,
-    deviationM: Float32Array.from({ length: modeCount }, (_, k) => 0.1 / (1 + k)),
-    unit: Float32Array.from({ length: modeCount }, () => (3 + random()) / 32767),
-    modes: Int16Array.from({ length: 3 * modeCount * active.length }, () => 65534 * (random() - 0.5)),
-  };
-  return { geometry, basis, skin: [] };
+interface Hair {
+  readonly lattice: Lattice;
+  readonly basis: Basis;
 }
 
-function movedBy(hair: HairBasis, count: number, seed: number): ModeLattice {
+/** Modes of any shape; later ones are smaller. */
+function anyHair(dims: [number, number, number], modeCount: number, seed: number): Hair {
   const random = seeded(seed);
-  const lattice = new ModeLattice(hair);
-  lattice.show(hair.basis.deviationM.slice(0, count).map((each) => each * (2 * random() - 1)));
-  return lattice;
+  const lattice = latticeOf(dims);
+  const rows = Math.ceil(nodeCount(lattice) / kLatticeRow);
+  const texels = new Float32Array(4 * kLatticeRow * rows * 4 * Math.ceil(modeCount / 4));
+  for (let mode = 0; mode < modeCount; ++mode)
+    for (let i = 0; i < 4 * nodeCount(lattice); ++i)
+      if (i % 4 < 3) texels[4 * kLatticeRow * rows * mode + i] = (6 * (random() - 0.5)) / (1 + mode);
+  return { lattice, basis: { modeCount, texels: () => texels } };
+}
+
+/** By the first `count` of its modes. */
+function movedBy({ lattice, basis }: Hair, count: number, seed: number): MovedLattice {
+  const random = seeded(seed);
+  const coefficients = Float32Array.from({ length: count }, () => 0.2 * (random() - 0.5));
+  const texels = basis.texels();
+  const mode = 4 * kLatticeRow * Math.ceil(nodeCount(lattice) / kLatticeRow);
+  const grid = Float32Array.from({ length: 3 * nodeCount(lattice) }, (_, i) =>
+    coefficients.reduce((sum, c, k) => sum + c * texels[mode * k + 4 * Math.floor(i / 3) + (i % 3)], 0),
+  );
+  return { lattice, grid, modes: { basis, coefficients } };
 }
 
 /** How far the nodes of several characters lie from those of the CPU, m, and how far those move. */
 export function compareNodes(sum: NodeSum): { apartM: number[]; movedM: number; newCounts: number[]; error: number } {
   const renderer = new WebGLRenderer();
-  const [one, other] = [anyBasis([10, 10, 10], 256, 1), anyBasis([12, 13, 14], 31, 2)];
-  const uploaded = { geometry: one.geometry, grid: movedBy(one, 5, 9).grid.slice() };
+  const [one, other] = [anyHair([10, 10, 10], 256, 1), anyHair([12, 13, 14], 31, 2)];
+  const uploaded = { lattice: one.lattice, grid: movedBy(one, 5, 9).grid };
   const lattices: MovedLattice[] = [
     movedBy(one, 256, 3),
     movedBy(other, 31, 4),
@@ -75,20 +73,7 @@ export function compareNodes(sum: NodeSum): { apartM: number[]; movedM: number; 
     const places = shown.map((_, number) => {
       const placed = pass.add(number, records.count);
       if (placed!.basis >= 0) ++newCount;
-      records.add({
-        pose: new Float64Array(35),
-        hairAlbedo: [0, 0, 0],
-        hairTipAlbedo: [0, 0, 0],
-        roughness: 0,
-        skinAlbedo: [0, 0, 0],
-        widthM: 1,
-        detail: { strandShare: 1, followHairCount: 0, toleranceM: 0, quadratic: 1, cards: 0 },
-        strayM: 0,
-        size: 1,
-        bodyVisible: true,
-        lattice: placed,
-        pointRows: { first: 0, count: 0 },
-      });
+      records.add({ ...plainRecord, lattice: placed });
       return placed!.firstNode / kLatticeRow;
     });
     records.end();

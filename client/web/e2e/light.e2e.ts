@@ -1,10 +1,17 @@
 // What only a browser can show of light.test.ts: pixels.
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
+import { strandsFile } from "../test/support/grooms";
 import { Browser } from "./browser";
 import type { LightStage, Shot } from "./lightPage";
 import { StageServer } from "./stageServer";
 
 const browser = new Browser();
+const folder = mkdtempSync(join(tmpdir(), "hairnet-light-"));
+/** address of a groom's file */
+const hair = `/@fs${folder}/strands.groom`;
 let server: StageServer | undefined;
 
 interface Globals {
@@ -13,11 +20,13 @@ interface Globals {
 
 beforeAll(async () => {
   await browser.start();
-  server = await StageServer.open(browser, "lightPage");
+  writeFileSync(`${folder}/strands.groom`, await strandsFile(2000, 24));
+  server = await StageServer.open(browser, "lightPage", [folder]);
 });
 afterAll(async () => {
   await browser.dispose();
   await server?.dispose();
+  rmSync(folder, { recursive: true });
 });
 
 /** The mean of red, green and blue over a square, `at` and `half` as shares of the picture's size. */
@@ -33,12 +42,12 @@ function meanOf({ pixels, size }: Shot, [x, y]: readonly [number, number], half:
 const brightness = (colour: number[]) => colour[0] + colour[1] + colour[2];
 
 test("the ground is darker under a head of hair that casts shadows, and elsewhere as bright as before", async () => {
-  const [with_, without, under] = await server!.page.evaluate(async () => {
+  const [with_, without, under] = await server!.page.evaluate(async (address) => {
     const { LightStage: Stage } = window as unknown as Globals;
     const shots: Shot[] = [];
     let place: [number, number] = [0, 0];
     for (const shadows of [true, false]) {
-      const stage = new Stage(null, { shadows, lights: "scene" });
+      const stage = await Stage.open(address, { shadows, lights: "scene" });
       await stage.ready();
       stage.hair.update(stage.camera);
       shots.push(stage.shoot());
@@ -49,7 +58,7 @@ test("the ground is darker under a head of hair that casts shadows, and elsewher
       stage.dispose();
     }
     return [shots[0], shots[1], place] as const;
-  });
+  }, hair);
   const shadowed = brightness(meanOf(with_, under, 0.015));
   const lit = brightness(meanOf(without, under, 0.015));
   console.log(`under the head ${shadowed.toFixed(0)}, without shadows ${lit.toFixed(0)}`);
@@ -59,11 +68,11 @@ test("the ground is darker under a head of hair that casts shadows, and elsewher
 });
 
 test("a mirrored room, in mirrored light, is the mirrored picture", async () => {
-  const shots = await server!.page.evaluate(async () => {
+  const shots = await server!.page.evaluate(async (address) => {
     const { LightStage: Stage } = window as unknown as Globals;
     const taken: Shot[] = [];
     for (const mirror of [1, -1]) {
-      const stage = new Stage(null, { lights: "scene", shadows: true }, [0.2, 1.2, 0]);
+      const stage = await Stage.open(address, { lights: "scene", shadows: true }, [0.2, 1.2, 0]);
       stage.head.move((_x, y) => [y < 0 ? -0.4 * y : 0, 0, 0]);
       stage.hair.scale.x = mirror;
       stage.sun.position.x = 3 * mirror;
@@ -75,7 +84,7 @@ test("a mirrored room, in mirrored light, is the mirrored picture", async () => 
       stage.dispose();
     }
     return taken;
-  });
+  }, hair);
   const [plain, mirrored] = shots;
   // Means of squares: hair is drawn with other random numbers at other places.
   const half = 0.02;
@@ -95,9 +104,9 @@ test("a mirrored room, in mirrored light, is the mirrored picture", async () => 
 });
 
 test("a mirror, a second camera and a cube camera show hair that the main camera does not see", async () => {
-  const shares = await server!.page.evaluate(async () => {
+  const shares = await server!.page.evaluate(async (address) => {
     const { LightStage: Stage } = window as unknown as Globals;
-    const stage = new Stage(null, { lights: "scene" }, [0, 0, 2]);
+    const stage = await Stage.open(address, { lights: "scene" }, [0, 0, 2]);
     stage.ground.visible = false;
     const { camera } = stage;
     const mirror = stage.addMirror();
@@ -130,7 +139,7 @@ test("a mirror, a second camera and a cube camera show hair that the main camera
     const pictureInPicture = red(stage.shoot(second));
     stage.dispose();
     return { without, inMirror, pictureInPicture };
-  });
+  }, hair);
   console.log(shares);
   expect(shares.without).toBe(0);
   expect(shares.inMirror).toBeGreaterThan(0.002);
@@ -138,9 +147,9 @@ test("a mirror, a second camera and a cube camera show hair that the main camera
 });
 
 test("an environment alone lights hair, and brighter ones more", async () => {
-  const [dark, dim, bright] = await server!.page.evaluate(async () => {
+  const [dark, dim, bright] = await server!.page.evaluate(async (address) => {
     const { LightStage: Stage } = window as unknown as Globals;
-    const stage = new Stage(null, { lights: "scene" });
+    const stage = await Stage.open(address, { lights: "scene" });
     stage.scene.remove(stage.sun);
     stage.scene.traverse((object) => {
       if ((object as { isAmbientLight?: boolean }).isAmbientLight) object.visible = false;
@@ -175,16 +184,16 @@ test("an environment alone lights hair, and brighter ones more", async () => {
     }
     stage.dispose();
     return sums;
-  });
+  }, hair);
   console.log({ dark, dim, bright });
   expect(dim).toBeGreaterThan(1.005 * dark);
   expect(bright).toBeGreaterThan(1.005 * dim);
 });
 
 test("light follows hair that is drawn aside, at rest it is the traced light, and no error is reported", async () => {
-  const [still, moved] = await server!.page.evaluate(async () => {
+  const [still, moved] = await server!.page.evaluate(async (address) => {
     const { LightStage: Stage } = window as unknown as Globals;
-    const stage = new Stage(null, {});
+    const stage = await Stage.open(address, {});
     stage.ground.visible = false;
     stage.camera.position.set(0, 1.3, 1.1);
     stage.camera.lookAt(0, 1.25, 0);
@@ -204,7 +213,7 @@ test("light follows hair that is drawn aside, at rest it is the traced light, an
     const apart = difference();
     stage.dispose();
     return [atRest, apart];
-  });
+  }, hair);
   console.log({ still, moved });
   expect(still).toBeLessThan(0.05);
   expect(moved).toBeGreaterThan(0.2);

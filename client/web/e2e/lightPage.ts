@@ -15,11 +15,9 @@ import {
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import { Reflector } from "three/addons/objects/Reflector.js";
 import { rigidPose } from "../src/hair/pose";
-import type { Groom } from "../src/hair/groom";
-import { decodeGroom } from "../src/net/groomFile";
+import { Groom } from "../src/hair/groom";
 import { HairScene, type HairSceneOptions, type HairSource, type MovedLattice } from "../src/scene/index";
-import { fullGrid } from "../test/support/shapes";
-import { madeGroom } from "../test/support/madeGroom";
+import { latticeOf } from "../test/support/shapes";
 
 const kSize = 400;
 
@@ -38,14 +36,13 @@ class OneHead implements HairSource {
 
   /** Moves every point x by displace(x), approximately: through a lattice about the head. */
   move(displace: (x: number, y: number, z: number) => [number, number, number]): void {
-    const geometry = fullGrid([10, 14, 10], 0.1);
-    geometry.lattice.origin.set([-0.45, -0.9, -0.45]);
+    const lattice = latticeOf([10, 14, 10], 0.1, [-0.45, -0.9, -0.45]);
     const grid = new Float32Array(3 * 10 * 14 * 10);
     for (let n = 0; n < grid.length / 3; ++n) {
       const [i, j, k] = [n % 10, Math.floor(n / 10) % 14, Math.floor(n / 140)];
       grid.set(displace(-0.45 + 0.1 * i, -0.9 + 0.1 * j, -0.45 + 0.1 * k), 3 * n);
     }
-    this.lattice = { geometry, grid };
+    this.lattice = { lattice, grid };
   }
 }
 
@@ -65,11 +62,21 @@ export class LightStage {
   readonly head: OneHead;
   readonly hair: HairScene;
 
-  constructor(groom: Groom | null, options: HairSceneOptions, at: readonly [number, number, number] = [0, 1.2, 0]) {
+  /** `groom`: the address of a file. */
+  static async open(
+    groom: string,
+    options: HairSceneOptions,
+    at: readonly [number, number, number] = [0, 1.2, 0],
+  ): Promise<LightStage> {
+    const bytes = await (await fetch(groom)).arrayBuffer();
+    return new LightStage(await Groom.load(bytes), options, at);
+  }
+
+  constructor(groom: Groom, options: HairSceneOptions, at: readonly [number, number, number]) {
     this.renderer.setSize(kSize, kSize, false);
     this.renderer.shadowMap.enabled = true;
     this.scene.background = new Color(0x506070);
-    this.head = new OneHead(groom ?? madeGroom(2000, 24), at);
+    this.head = new OneHead(groom, at);
     this.hair = new HairScene(this.head, this.renderer, options);
     this.sun.position.set(0.6, 4, 1);
     this.sun.castShadow = true;
@@ -124,8 +131,4 @@ export class LightStage {
   }
 }
 
-export async function loadGroom(address: string): Promise<Groom> {
-  return decodeGroom(new Uint8Array(await (await fetch(address)).arrayBuffer()));
-}
-
-Object.assign(window, { LightStage, loadGroom });
+Object.assign(window, { LightStage });

@@ -4,6 +4,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Page } from "playwright-core";
 import { createServer, type ViteDevServer } from "vite";
+import { wasmFile } from "../scripts/wasmFile";
 import type { Browser } from "./browser";
 
 export class StageServer {
@@ -16,6 +17,7 @@ export class StageServer {
   static async open(browser: Browser, name: string, folders: readonly string[] = []): Promise<StageServer> {
     const server = await createServer({
       configFile: false,
+      plugins: [wasmFile()],
       logLevel: "warn",
       cacheDir: mkdtempSync(join(tmpdir(), "hairnet-vite-")),
       server: { host: "127.0.0.1", port: 0, hmr: false, fs: { allow: [".", "../shaders", ...folders] } },

@@ -1,7 +1,4 @@
-import { mkdtempSync, rmSync } from "node:fs";
 import { createServer, type AddressInfo } from "node:net";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { chromium } from "playwright-core";
 import type { TestProject } from "vitest/node";
 
@@ -11,8 +8,6 @@ declare module "vitest" {
     chromium: string;
     /** Chromium finds the server of the examples' pages, localhost:7420, on this port: another one may have theirs. */
     examplePort: number;
-    /** Levels that one server of the run has built, all others have. */
-    levelCache: string;
   }
 }
 
@@ -27,7 +22,6 @@ export async function freePort(): Promise<number> {
 
 /** Starts what all test files share: Chromium, which draws in software: pictures are few and slow, but correct. */
 export default async function start(project: TestProject): Promise<() => Promise<void>> {
-  const folder = mkdtempSync(join(tmpdir(), "hairnet-e2e-"));
   const examplePort = await freePort();
   const server = await chromium.launchServer({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -51,9 +45,5 @@ export default async function start(project: TestProject): Promise<() => Promise
   });
   project.provide("chromium", server.wsEndpoint());
   project.provide("examplePort", examplePort);
-  project.provide("levelCache", join(folder, "levels"));
-  return async () => {
-    await server.close();
-    rmSync(folder, { recursive: true, force: true });
-  };
+  return () => server.close();
 }

@@ -38,7 +38,7 @@ async function watch(server: HairnetServer, actor: Actor, wait: { usualMs: numbe
   await page.waitForFunction(
     () => {
       const { hairnet } = window as unknown as Globals;
-      const [other] = [...hairnet.room!.members.values()].filter((member) => !member.own);
+      const [other] = [...hairnet.served!.members.values()].filter((member) => !member.own);
       return other?.pose && hairnet.hair?.characters.get(other.member)?.isReady;
     },
     null,
@@ -47,7 +47,7 @@ async function watch(server: HairnetServer, actor: Actor, wait: { usualMs: numbe
   const look = () =>
     page.evaluate(() => {
       const { hairnet } = window as unknown as Globals;
-      const room = hairnet.room!;
+      const room = hairnet.served!;
       const [other] = [...room.members.values()].filter((member) => !member.own);
       const { framesReceived, framesUndecodable } = room.counters;
       return { transport: room.link.transport, yaw: other.pose![1], framesReceived, framesUndecodable };
@@ -84,7 +84,7 @@ test("hair moves over WebTransport, poses and frames as datagrams", async () => 
     const begun = performance.now();
     await page.waitForFunction(
       () => {
-        const { room } = (window as unknown as Globals).hairnet;
+        const { served: room } = (window as unknown as Globals).hairnet;
         return room?.state === "connected" && room.counters.reconnects > 0 && room.link.transport === "webtransport";
       },
       null,
@@ -122,7 +122,7 @@ test("falls back to a WebSocket where UDP is dropped, and goes up by itself once
     };
     const turning = turn(); // its hair is sent while it moves
     const gaps = await page.evaluate(async (waitMs) => {
-      const room = (window as unknown as Globals).hairnet.room!;
+      const room = (window as unknown as Globals).hairnet.served!;
       const endMs = performance.now() + waitMs;
       let [usualMs, changeMs, received, receivedMs] = [0, 0, room.counters.framesReceived, performance.now()];
       while (performance.now() < endMs && changeMs === 0) {
@@ -137,7 +137,7 @@ test("falls back to a WebSocket where UDP is dropped, and goes up by itself once
     }, 75_000);
     console.log(`longest gap between frames before, and that of the change, ms: ${JSON.stringify(gaps)}`);
     const { transport, reconnects, resumes } = await page.evaluate(() => {
-      const room = (window as unknown as Globals).hairnet.room!;
+      const room = (window as unknown as Globals).hairnet.served!;
       return { transport: room.link.transport, reconnects: room.counters.reconnects, resumes: room.counters.resumes };
     });
     expect({ transport, reconnects, resumes }).toEqual({ transport: "webtransport", reconnects: 1, resumes: 1 });

@@ -5,6 +5,7 @@ export default {
   resolve: { dedupe: ["three", "@pixiv/three-vrm"] },
   // The other examples need no build.
   optimizeDeps: {
+    exclude: ["hairnet-client"], // copied into one file with others it would not find its hairnet.wasm
     entries: ["{minimal,vrm,react-three-fiber,babylon}/index.html"],
     include: ["react/jsx-dev-runtime"], // esbuild adds it to each .tsx: found late, it would reload the page
   },

@@ -43,22 +43,21 @@ export function freePart(view: Size, covered: Covered): Size {
   return { width: Math.max(view.width - covered.right, 1), height: Math.max(view.height - covered.bottom, 1) };
 }
 
-const portraits = new WeakMap<Groom, Portrait>();
+const portraits = new WeakMap<Pick<Groom, "points">, Portrait>();
 
 /**
  * The portrait of anyone who wears this hairstyle; null: of a bare head. `size`: of the head, as a share of the
  * hairstyle's own.
  */
-export function portraitOf(groom: Groom | null, size = 1): Portrait {
+export function portraitOf(groom: Pick<Groom, "points"> | null, size = 1): Portrait {
   const portrait = groom ? (portraits.get(groom) ?? measure(groom)) : kBareHead;
   if (groom) portraits.set(groom, portrait);
   if (size === 1) return portrait;
   return { bottom: size * portrait.bottom, top: size * portrait.top, halfWidth: size * portrait.halfWidth };
 }
 
-function measure(groom: Groom): Portrait {
+function measure({ points }: Pick<Groom, "points">): Portrait {
   let { bottom, top, halfWidth } = kBareHead;
-  const { points } = groom;
   for (let i = 0; i + 2 < points.length; i += 3) {
     bottom = Math.min(bottom, points[i + 1]);
     top = Math.max(top, points[i + 1]);

@@ -1,4 +1,4 @@
-import { decodeGroom, HairnetError, type Member } from "../src/index";
+import { Groom, HairnetError, type Member } from "../src/index";
 import { foreignFileWords } from "./faultWords";
 import { isolated } from "./isolated";
 import { hairstyleName } from "./roomDetails";
@@ -6,12 +6,21 @@ import { hairstyleName } from "./roomDetails";
 /** A hairstyle that the user can choose. */
 export interface Hairstyle {
   readonly label: string;
-  /** its file; or a member with this hair */
-  readonly get: () => Promise<Uint8Array | Member>;
+  /** its files; or a member with this hair */
+  readonly get: () => Promise<HairFiles | Member>;
 }
 
-/** Files beside the page: `grooms/index.json` is a list of names, or of {name, file}; a missing list is no error. */
-export async function listedHairstyles(): Promise<Hairstyle[]> {
+export interface HairFiles {
+  readonly groom: Uint8Array;
+  /** for a browser that simulates it, where there is one beside the groom */
+  readonly levels?: Uint8Array;
+}
+
+/**
+ * Files beside the page: `grooms/index.json` is a list of names, or of {name, file}; a missing list is no error.
+ * `withLevels`: the files of their levels are wanted, too.
+ */
+export async function listedHairstyles(withLevels: boolean): Promise<Hairstyle[]> {
   let listed: unknown;
   try {
     const answer = await fetch("grooms/index.json");
@@ -26,8 +35,15 @@ export async function listedHairstyles(): Promise<Hairstyle[]> {
     if (typeof file !== "string" || !/^[\w.-]+\.groom$/.test(file)) return [];
     const name = (entry as { name?: unknown }).name;
     const label = typeof name === "string" ? isolated(name) : hairstyleName(file.replace(/\.groom$/, ""));
-    return [{ label, get: () => download(`grooms/${file}`) }];
+    return [{ label, get: () => files(`grooms/${file}`, withLevels) }];
   });
+}
+
+async function files(address: string, withLevels: boolean): Promise<HairFiles> {
+  // Without them they are built.
+  const noLevels = () => undefined;
+  const levels = withLevels ? download(address.replace(/groom$/, "levels")).catch(noLevels) : undefined;
+  return { groom: await download(address), levels: await levels };
 }
 
 async function download(address: string): Promise<Uint8Array> {
@@ -53,8 +69,8 @@ export async function fileHairstyle(file: Pick<File, "name" | "arrayBuffer">): P
   if (!/\.groom$/i.test(file.name)) throw new HairnetError("invalid", foreignFileWords(file.name));
   const bytes = new Uint8Array(await file.arrayBuffer());
   try {
-    const groom = decodeGroom(bytes);
-    return { label: hairstyleName(groom.name || file.name), get: () => Promise.resolve(bytes) };
+    const groom = await Groom.load(bytes);
+    return { label: hairstyleName(groom.name || file.name), get: () => Promise.resolve({ groom: bytes }) };
   } catch (fault) {
     const why = fault instanceof Error ? fault.message : String(fault);
     throw new HairnetError("malformed", `${isolated(file.name)} is no whole hairstyle file: ${why}`);

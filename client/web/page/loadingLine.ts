@@ -8,11 +8,13 @@ export interface Waiting {
   readonly withGroom: number;
   readonly ready: number;
   readonly downloads: Downloads;
+  /** how far the building of levels is, 0 to 1; null: none are being built */
+  readonly building: number | null;
 }
 
 /** One line of what the page does, and the part of it that is done, 0 to 1, if known; null: nothing to wait for. */
 export function loadingWords(waiting: Waiting): { text: string; share: number | null } | null {
-  const { isConnected, people, withGroom, ready, downloads } = waiting;
+  const { isConnected, people, withGroom, ready, downloads, building } = waiting;
   if (!isConnected) return { text: "Connecting to the room", share: null };
   if (withGroom < people) {
     const { bytes, byteCount } = downloads;
@@ -23,6 +25,7 @@ export function loadingWords(waiting: Waiting): { text: string; share: number | 
     };
   }
   if (ready < people) return { text: `Preparing hair: ${ready} of ${people} heads`, share: ready / people };
+  if (building !== null) return { text: "Preparing how the hair moves", share: building };
   return null;
 }
 

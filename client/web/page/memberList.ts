@@ -1,6 +1,6 @@
 import { Color } from "three";
 import type { HairCharacter } from "../src/scene/index";
-import type { Room } from "../src/index";
+import type { People } from "../src/index";
 import { personName } from "./roomDetails";
 
 /** The people of the room: a button shows one of them, the swatch has the colour of its hair. */
@@ -44,7 +44,7 @@ export class MemberList {
   }
 
   /** The current label of each: its name, and what it waits for. `shown`: the person that the camera shows. */
-  refresh(room: Room, characters: ReadonlyMap<number, HairCharacter>, shown: number | null): void {
+  refresh(room: People, characters: ReadonlyMap<number, HairCharacter>, shown: number | null): void {
     for (const [number, { swatch, button }] of this.#rows) {
       const member = room.members.get(number);
       const character = characters.get(number);

@@ -1,4 +1,4 @@
-import type { MaterialScale, OwnCharacter, Room, WindOptions } from "../src/index";
+import type { MaterialScale, OwnCharacter, People, WindOptions } from "../src/index";
 import type { HairScene } from "../src/scene/index";
 import type { Focus } from "./focus";
 import type { OwnHead } from "./head/ownHead";
@@ -15,7 +15,7 @@ export interface PageHost {
   /** the user's own head, worn or not */
   readonly head: OwnHead;
   readonly query: Query;
-  readonly room: Room | null;
+  readonly room: People | null;
   readonly hair: HairScene | null;
   /** null: the user only watches */
   readonly own: OwnCharacter | null;

@@ -1,4 +1,5 @@
-import { connect, HairnetError, Role, type Room } from "../src/index";
+import { connect, HairnetError, Role, type People, type Room } from "../src/index";
+import type { LocalRoom } from "../src/local/index";
 import type { Query } from "./query";
 
 export type PersistentRoomState = "connecting" | "connected" | "reconnecting" | "closed" | "refused";
@@ -11,22 +12,34 @@ const kWaitMaxS = 10;
  * again when the server has closed the session for a temporary reason. It stops after a permanent refusal.
  */
 export class PersistentRoom {
-  room: Room | null = null;
+  /** a server's */
+  served: Room | null = null;
+  /** of this browser alone */
+  local: LocalRoom | null = null;
   #waitS = kWaitMinS;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly query: Query,
-    private readonly onRoom: (room: Room) => void,
+    private readonly onRoom: (room: People) => void,
     /** `detail`: the client library's line; `waitS`: until the next attempt, in the states "closed" and "reconnecting" */
     private readonly onState: (state: PersistentRoomState, detail: string, waitS: number) => void,
     private readonly onFault: (detail: string) => void,
   ) {}
 
+  get room(): People | null {
+    return this.served ?? this.local;
+  }
+
   async start(): Promise<void> {
     clearTimeout(this.#timer);
     this.onState("connecting", "", 0);
     try {
+      if (this.query.local) {
+        // Other pages need not load it.
+        this.local = await (await import("../src/local/index")).LocalRoom.open();
+        return this.#take(this.local);
+      }
       const room = await connect(this.query.server, {
         clientName: "hairnet page",
         room: this.query.room,
@@ -34,6 +47,7 @@ export class PersistentRoom {
         role: this.query.observe ? Role.observer : Role.participant,
       });
       this.#waitS = kWaitMinS;
+      this.served = room;
       this.#take(room);
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
@@ -42,12 +56,11 @@ export class PersistentRoom {
     }
   }
 
-  #take(room: Room): void {
-    this.room = room;
+  #take(room: People): void {
     room.on("fault", ({ detail }) => this.onFault(detail));
     room.on("state", ({ state, detail, waitS, isRefused }) => {
       if (state === "closed") {
-        this.room = null;
+        this.served = null;
         if (isRefused) this.onState("refused", detail, 0);
         else this.#again(detail);
       } else this.onState(state, detail, waitS);

@@ -46,7 +46,7 @@ export class PlayPanel {
       });
     });
     section.append(row("Record", video, gif));
-    section.append(this.#invitation());
+    section.append(host.query.local ? aloneNote() : this.#invitation());
     addEventListener("keydown", ({ key }) => {
       if (key === "Escape" && this.#firstPerson) this.#toggleFirstPerson();
     });
@@ -167,9 +167,7 @@ export class PlayPanel {
     const details = document.createElement("details");
     const summary = document.createElement("summary");
     summary.textContent = "Invite a friend";
-    const note = document.createElement("p");
-    note.className = "note";
-    note.textContent = inviteNote(link, query);
+    const note = noteOf(inviteNote(link, query));
     note.hidden = note.textContent === "";
     details.append(summary, shown, copy, note);
     details.addEventListener("toggle", () => {
@@ -178,6 +176,17 @@ export class PlayPanel {
     });
     return details;
   }
+}
+
+function aloneNote(): HTMLElement {
+  return noteOf("There is no server: this browser alone simulates the hair, and nobody else sees you.");
+}
+
+function noteOf(text: string): HTMLElement {
+  const note = document.createElement("p");
+  note.className = "note";
+  note.textContent = text;
+  return note;
 }
 
 const kJoinFirst = "Choose a hairstyle first: this needs a head of your own.";

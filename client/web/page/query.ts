@@ -7,24 +7,32 @@ export interface Query {
   readonly token: string;
   /** watch only */
   readonly observe: boolean;
+  /** this browser simulates the hair: there is no server */
+  readonly local: boolean;
 }
+
+/** What a page names that needs no server. */
+const kNone = "none";
 
 /**
  * The server that a page names in its head: `<meta name="hairnet-server" content="wss://...">`. `deploy/web --static`
- * writes it, for a page that another web server hands out. Empty without it.
+ * writes it, for a page that another web server hands out: "none" where there is no server. Empty without it.
  */
 export function pageServer(page: Document): string {
   return page.querySelector<HTMLMetaElement>('meta[name="hairnet-server"]')?.content ?? "";
 }
 
-/** Reads `?room=&server=&token=&observe`. */
+/** Reads `?room=&server=&token=&observe&local`. */
 export function readQuery(address: URL, namedServer = ""): Query {
   const asked = address.searchParams;
-  const observe = asked.get("observe");
+  const is = (name: string) => ![null, "0", "false"].includes(asked.get(name));
+  const server = asked.get("server") || namedServer;
+  const local = is("local") || server === kNone;
   return {
     room: asked.get("room") ?? "",
-    server: asked.get("server") || namedServer || address.origin,
+    server: local ? address.origin : server || address.origin,
     token: asked.get("token") ?? "",
-    observe: observe !== null && observe !== "0" && observe !== "false",
+    observe: is("observe") && !local, // there would be nobody to watch
+    local,
   };
 }

@@ -1,10 +1,16 @@
 import { type PerspectiveCamera, type Scene, Vector3, type WebGLRenderer } from "three";
-import { rigidPose } from "../src/index";
-import type { Groom } from "../src/hair/groom";
+import { Groom } from "../src/hair/groom";
+import { rigidPose } from "../src/hair/pose";
 import { HairScene, type HairSceneOptions } from "../src/scene/index";
 
-/** Too small for a pixel, m. */
-const kTinyM = 1e-6;
+/** The file of a groom: a strand of 1 cm, and a body of four triangles. */
+const kGroom =
+  "MAEAABAAAABITkdaCAAMAAQACAAIAAAAFAIAAAQAAAANAQAAdZA/S8NgEIefi1HkxaGIYAfBQgJ16ODkH/pSx0oRKdLRwcGhLk46uPkN" +
+  "onPHSHHI4CAoJe1Q2y0dnN5FwY/gkk3EISlqm/7guTvufhzH5SxoAPuH1SOoEdIBHnkg4J47mpxywjGblJilDVwKrJFnhRxLLGJTA54n" +
+  "eAPyAlqg/oeGwOrT6267NSgr41RuL9+3gmFxG9gDGEUHFWV83W4Nyl4/1iUBV6Ag07eMoqirjB96/Vgr4/SUcUKvH4fjOnFd95Rxuh/A" +
+  "mE/gC4C5f/tcAFvEsucXRCxr1g808M10WM8IWXKTdANeCgKS8qvlNHuQWCYkgJXRC4bFHeovVWV8DYIAdjprpvXF2fkVwA8AAAA=";
+/** It is too small for a pixel. */
+const kScale = 1e-4;
 const kAheadM = 2;
 
 /**
@@ -14,6 +20,7 @@ const kAheadM = 2;
  */
 export class Rehearsal {
   readonly #hair: HairScene;
+  #groom: Groom | null = null;
   #isOver = false;
 
   constructor(
@@ -24,11 +31,15 @@ export class Rehearsal {
   ) {
     this.#hair = new HairScene({ sample: () => [this.#member()] }, renderer, options);
     this.#hair.lightFollowsHair = false;
+    this.#hair.scale.setScalar(kScale);
+    void this.#load();
   }
 
   /** Call it before pictures. Draws the whole scene to the canvas, once. */
   draw(): void {
     if (this.#isOver) return;
+    const ahead = this.camera.getWorldDirection(new Vector3());
+    this.#hair.position.copy(this.camera.position).addScaledVector(ahead, kAheadM);
     this.#hair.update(this.camera);
     // The worker makes the geometry meanwhile.
     this.#isOver = [...this.#hair.characters.values()].every((one) => one.isReady);
@@ -43,41 +54,15 @@ export class Rehearsal {
     this.#hair.dispose();
   }
 
+  async #load(): Promise<void> {
+    try {
+      this.#groom = await Groom.load(Uint8Array.from(atob(kGroom), (letter) => letter.charCodeAt(0)));
+    } catch {
+      this.#isOver = true; // the first hairstyle will say why
+    }
+  }
+
   #member() {
-    const ahead = this.camera.getWorldDirection(new Vector3()).multiplyScalar(kAheadM);
-    const { x, y, z } = ahead.add(this.camera.position);
-    const pose = rigidPose([0, 0, 0, 1], [x, y, z]);
-    return { member: 1, own: false, groomKey: "tiny", groom: kTinyGroom, pose, lattice: null };
+    return { member: 1, own: false, groomKey: "tiny", groom: this.#groom, pose: rigidPose(), lattice: null };
   }
 }
-
-const kTinyGroom: Groom = {
-  name: "tiny",
-  groupNames: ["hair"],
-  points: Float32Array.of(0, 0, 0, 0, -kTinyM, 0),
-  strands: {
-    count: 1,
-    begin: Uint32Array.of(0, 2),
-    radiusM: Float32Array.of(kTinyM),
-    hairCount: Float32Array.of(1),
-    rootLengthM: Float32Array.of(0.01),
-    group: Uint16Array.of(0),
-    rooted: Uint8Array.of(1),
-  },
-  material: null,
-  groupMaterials: [],
-  rootBlends: [],
-  clumps: [],
-  threads: [],
-  cards: [],
-  cloths: [],
-  knots: [],
-  farCards: { points: new Float32Array(0), cards: [] },
-  body: {
-    vertices: Float32Array.of(0, 0, 0, kTinyM, 0, 0, 0, kTinyM, 0),
-    boneWeights: Float32Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0),
-    triangles: Uint32Array.of(0, 1, 2),
-    joints: new Float32Array(15),
-    fittedFromRoots: false,
-  },
-};

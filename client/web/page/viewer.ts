@@ -1,5 +1,5 @@
 import { Raycaster, Sphere, Vector2, Vector3 } from "three";
-import type { MaterialScale, OwnCharacter, Room, Wind, WindOptions } from "../src/index";
+import type { MaterialScale, OwnCharacter, People, Room, Wind, WindOptions } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { AdaptiveQuality } from "./adaptiveQuality";
 import { AvatarPanel } from "./avatarPanel";
@@ -91,6 +91,7 @@ export class PageViewer implements PageHost {
       () => this.#sliders.material,
       () => this.#identity.named([...(this.room?.members.values() ?? [])].map(givenName)),
       (detail) => this.showFault(detail),
+      query.local,
     );
     this.avatar = new AvatarPanel(element("avatar"), {
       stage: this.stage,
@@ -99,14 +100,18 @@ export class PageViewer implements PageHost {
       join: () => this.#wardrobe.join(),
     });
     this.#play = new PlayPanel(element("play"), this);
-    element("room").textContent = query.room ? `“${query.room}”` : "the lobby";
+    element("room").textContent = query.local ? "this browser" : query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
     for (const id of ["you", "avatar", "play", "hair-and-wind", "join"]) element(id).hidden = query.observe;
     this.#listen();
   }
 
-  get room(): Room | null {
+  get room(): People | null {
     return this.#persistentRoom.room;
+  }
+
+  get served(): Room | null {
+    return this.#persistentRoom.served;
   }
 
   get own(): OwnCharacter | null {
@@ -126,9 +131,11 @@ export class PageViewer implements PageHost {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
     void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
     if (!this.query.observe) await this.#wardrobe.start();
+    // There is nobody else to look at.
+    if (this.query.local) this.#wardrobe.join();
   }
 
-  #enter(room: Room): void {
+  #enter(room: People): void {
     this.hair?.dispose();
     this.#members.clear();
     this.#isOwnShown = false;
@@ -139,7 +146,7 @@ export class PageViewer implements PageHost {
     hair.addEventListener("characteradded", ({ character }) => this.#members.add(character));
     hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
     hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
-    room.fetchFirst(this.focus.person);
+    this.served?.fetchFirst(this.focus.person);
     this.#wardrobe.enter(room);
   }
 
@@ -166,14 +173,14 @@ export class PageViewer implements PageHost {
     const worn = shown.find(({ member }) => member.own);
     this.own?.push(this.avatar.update(worn?.character ?? null, worn?.member.groom ?? null, head, dtS));
     if (hair && room) {
-      room.fetchesOnlyFirst = stage.firstPictures.holdsOthers;
+      if (this.served) this.served.fetchesOnlyFirst = stage.firstPictures.holdsOthers;
       hair.lightFollowsHair = !stage.firstPictures.isBeforeHair;
       hair.quality = stage.detailFor(this.#quality.value);
       if (!isInVr) this.#play.beforeDraw();
       hair.update(stage.camera, ...this.#play.cameras);
     }
     const drawn = shown.filter(({ character }) => character.isReady);
-    if (drawn.length === 0 && (room?.downloads.byteCount ?? 0) > 0) stage.rehearse();
+    if (drawn.length === 0 && (this.served?.downloads.byteCount ?? 0) > 0) stage.rehearse();
     stage.draw(
       hair,
       drawn.map(({ member, character }) => ({
@@ -218,7 +225,7 @@ export class PageViewer implements PageHost {
 
   #announce(person: number | null): void {
     const member = person === null ? undefined : this.room?.members.get(person);
-    this.room?.fetchFirst(person);
+    this.served?.fetchFirst(person);
     element("shown").textContent = member ? `Showing ${personName(member)}` : "Showing everyone";
   }
 
@@ -326,35 +333,40 @@ export class PageViewer implements PageHost {
       if (member.groom) ++withGroom;
       if (hair?.characters.get(member.member)?.isReady) ++ready;
     }
-    const downloads = room?.downloads ?? { bytes: 0, byteCount: 0 };
-    this.#loading.show(loadingWords({ isConnected: room !== null, people, withGroom, ready, downloads }));
+    // The own hair, which nobody else could be waiting for.
+    if (this.query.local && people === 0 && this.#wardrobe.isWearing) people = 1;
+    const downloads = this.served?.downloads ?? { bytes: 0, byteCount: 0 };
+    const building = this.#persistentRoom.local?.building ?? null;
+    this.#loading.show(loadingWords({ isConnected: room !== null, people, withGroom, ready, downloads, building }));
   }
 
   #showFigures(timeMs: number): void {
     const spanS = (timeMs - this.#figuresMs) / 1000;
     this.#figuresMs = timeMs;
     const { room, hair } = this;
-    element("hint").hidden = !(room && room.members.size === 0 && this.#wardrobe.isAcquainted);
+    element("hint").hidden = !(room?.members.size === 0 && this.#wardrobe.isAcquainted && !this.#wardrobe.isWearing);
     element("hint").textContent = this.query.observe
       ? "Nobody is here yet. Others appear as soon as they join this room."
-      : "Nobody is here yet. Join with hair on, or give a .groom file, to be the first.";
+      : `Nobody is here${this.query.local ? "" : " yet"}. Join with hair on, or give a .groom file, to be the first.`;
     this.#showJoin();
     if (!room || !hair) return;
     this.#members.refresh(room, hair.characters, this.focus.person);
     element("show-all").hidden = room.members.size < 2;
     this.#showWind(room);
     if (!this.query.observe) this.#wardrobe.offer();
-    const { bytesReceived } = room.counters;
+    const bytesReceived = this.served?.counters.bytesReceived ?? 0;
     const rate = Math.max(bytesReceived - this.#bytesBefore, 0) / 1000 / spanS;
     this.#bytesBefore = bytesReceived;
-    const delays = [...room.members.values()].map((member) => 1000 * room.delayS(member)).filter((ms) => ms > 0);
+    const delays = [...room.members.values()].map((member) => 1000 * member.delayS).filter((ms) => ms > 0);
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
-    const { drawCalls, strands, cards } = hair.statistics;
-    const shown = `${strands > 0 || cards === 0 ? `${strands} strands` : ""}${cards > 0 ? ` ${cards} far cards` : ""}`;
+    const { drawCalls, strands } = hair.statistics;
+    const { transport, fallbackReason } = this.served?.link ?? { transport: null, fallbackReason: null };
+    const behind = delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`;
+    const line = `${behind}, ${rate.toFixed(0)} kB/s, ${transportName(transport, fallbackReason)}`;
     element("figures").textContent =
-      `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
-      `${shown}, quality ${this.#quality.value.toFixed(2)}, ${transportName(room.link.transport, room.link.fallbackReason)}`;
+      `${this.query.local ? "simulated in this browser" : line}, ${drawCalls} draw calls, ` +
+      `${strands} strands, quality ${this.#quality.value.toFixed(2)}`;
   }
 
   #showJoin(): void {
@@ -365,7 +377,7 @@ export class PageViewer implements PageHost {
     join.disabled = !this.room || (!isWearing && !this.#wardrobe.canJoin);
   }
 
-  #showWind(room: Room): void {
+  #showWind(room: People): void {
     if (room.wind === this.#wind) return;
     this.#wind = room.wind;
     this.#sliders.showWind(room.wind);
@@ -374,7 +386,7 @@ export class PageViewer implements PageHost {
   #showState(state: PersistentRoomState, detail: string, waitS: number): void {
     const texts = {
       connecting: "connecting",
-      connected: "connected",
+      connected: this.query.local ? "no server" : "connected",
       reconnecting: "reconnecting",
       closed: "server gone",
       refused: "refused",

@@ -1,5 +1,5 @@
 import { Vector3 } from "three";
-import { Member, type CharacterOptions, type MaterialScale, type OwnCharacter, type Room } from "../src/index";
+import { Member, type CharacterOptions, type MaterialScale, type OwnCharacter, type People } from "../src/index";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
 import { leastWorn } from "./names";
 import type { OwnHead } from "./head/ownHead";
@@ -15,7 +15,7 @@ export class Wardrobe {
   own: OwnCharacter | null = null;
   /** The room's members are known: who is not there yet joins later. */
   isAcquainted = false;
-  #room: Room | null = null;
+  #room: People | null = null;
   #wanted: Hairstyle | null = null;
   #acquainted: Promise<void> = Promise.resolve();
   #listed: Hairstyle[] = [];
@@ -30,18 +30,19 @@ export class Wardrobe {
     private readonly materialOf: () => MaterialScale,
     private readonly optionsOf: () => CharacterOptions,
     private readonly onFault: (detail: string) => void,
+    private readonly isLocal: boolean,
   ) {
     select.addEventListener("change", () => void this.wear(this.#offered[select.selectedIndex - 1] ?? null));
   }
 
   /** Reads the list of the server's hairstyles. */
   async start(): Promise<void> {
-    this.#listed = await listedHairstyles();
+    this.#listed = await listedHairstyles(this.isLocal);
     this.offer();
   }
 
   /** The own hairstyle carries over to the next room. */
-  enter(room: Room): void {
+  enter(room: People): void {
     this.#room = room;
     this.own = null;
     this.isAcquainted = false;
@@ -85,16 +86,20 @@ export class Wardrobe {
     const room = this.#room;
     if (!room) return;
     try {
-      const groom = hairstyle ? await hairstyle.get() : null;
+      const hair = hairstyle ? await hairstyle.get() : null;
       await this.#acquainted;
       if (room !== this.#room || hairstyle !== this.#wanted) return;
       const isFirst = this.own === null;
       if (this.own) room.removeCharacter(this.own);
       this.own = null;
-      if (!groom) return;
+      if (!hair) return;
       if (isFirst) this.#takePlace(room);
       const options = this.optionsOf();
-      this.own = groom instanceof Member ? room.addCharacterLike(groom, options) : room.addCharacter(groom, options);
+      if (hair instanceof Member) this.own = room.addCharacterLike(hair, options);
+      else {
+        const files = hair.levels ? { levels: hair.levels } : {};
+        this.own = room.addCharacter(hair.groom, { ...options, ...files });
+      }
       this.own.setMaterial(this.materialOf());
     } catch (fault) {
       this.#wanted = null;
@@ -128,7 +133,7 @@ export class Wardrobe {
   }
 
   // Finds a free place beside the other characters.
-  #takePlace(room: Room): void {
+  #takePlace(room: People): void {
     const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
     const height = others.length > 0 ? others.reduce((sum, pose) => sum + pose[5], 0) / others.length : kHeadInVrM;
     for (let n = 0; n < 200; ++n) {

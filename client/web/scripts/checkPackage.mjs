@@ -1,5 +1,6 @@
 // Packs the package as `npm publish` does, which builds it, and lets publint and "are the types wrong" judge the
-// archive. Exits with 1 when one of them finds a problem.
+// archive. Then each of its entries starts the hair module, whether it lies beside or inside. Exits with 1 when something
+// is wrong.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -13,6 +14,15 @@ function succeeds(command, ...args) {
   return spawnSync(command, args, { stdio: "inherit" }).status === 0;
 }
 
+// The module itself says what is wrong with the bytes. Each entry gets a process, because they share the module.
+function starts(file, call) {
+  const program = `
+    const entry = await import(${JSON.stringify(file)});
+    const error = await entry.${call}(new Uint8Array(1)).catch((fault) => fault);
+    if (error.code !== "malformed") throw error;`;
+  return succeeds(process.execPath, "--input-type=module", "--eval", program);
+}
+
 const folder = mkdtempSync(join(tmpdir(), "hairnet-package-"));
 try {
   const isPacked = succeeds("npm", "pack", "--loglevel=error", "--pack-destination", folder);
@@ -20,7 +30,11 @@ try {
   const isSound = isPacked && succeeds("npx", "publint", "--strict", archive);
   // The package has ES modules only: `require` and resolution older than `exports` are no problems.
   const isTyped = isPacked && succeeds("npx", "--yes", "--loglevel=error", kAttw, archive, "--profile", "esm-only");
-  if (!isSound || !isTyped) process.exitCode = 1;
+  const isUnpacked = isPacked && succeeds("tar", "-xzf", archive, "-C", folder);
+  const starting = { "index.js": "Groom.load", "inline.js": "Groom.load", "local.js": "buildLevels" };
+  const isStarted =
+    isUnpacked && Object.entries(starting).every(([name, call]) => starts(join(folder, "package/dist", name), call));
+  if (!isSound || !isTyped || !isStarted) process.exitCode = 1;
 } finally {
   rmSync(folder, { recursive: true });
 }

@@ -6,7 +6,7 @@ import { extname, join } from "node:path";
 import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 
 const kEndings = new Set(
-  ".css .glb .gltf .glsl .groom .hdr .html .js .json .map .md .mjs .svg .task .tflite .txt .vrm .wasm .webmanifest".split(
+  ".css .glb .gltf .glsl .groom .hdr .html .js .json .levels .map .md .mjs .svg .task .tflite .txt .vrm .wasm .webmanifest".split(
     " ",
   ),
 );

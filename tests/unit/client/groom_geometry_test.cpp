@@ -238,42 +238,32 @@ TEST(GroomGeometry, leaves_out_strands_without_length) {
 }
 
 TEST(DrawDetail, falls_continuously_as_a_head_grows_smaller) {
-  DrawDetail before = detail_for(2000, 1, 10'000, 0.5f);
+  DrawDetail before = detail_for(2000, 1, 10'000);
   EXPECT_EQ(before.strand_share, 1);
-  EXPECT_EQ(before.cards, 0);
   EXPECT_EQ(before.quadratic, 1);
   for (float px = 2000; px > 1; px *= 0.99f) {
-    const DrawDetail detail = detail_for(px, 1, 10'000, 0.5f);
+    const DrawDetail detail = detail_for(px, 1, 10'000);
     EXPECT_LE(detail.strand_share, before.strand_share);
     EXPECT_LE(detail.follow_hair_count, before.follow_hair_count);
     EXPECT_GE(detail.tolerance_m, before.tolerance_m);
     EXPECT_LE(detail.quadratic, before.quadratic);
-    EXPECT_GE(detail.cards, before.cards);
     EXPECT_NEAR(detail.strand_share, before.strand_share, 0.02f) << px;
     EXPECT_NEAR(detail.quadratic, before.quadratic, 0.04f) << px;
     EXPECT_NEAR(detail.follow_hair_count, before.follow_hair_count, 0.1f) << px;
-    EXPECT_NEAR(detail.cards, before.cards, 0.04f) << px;
     EXPECT_NEAR(width_scale(detail), width_scale(before), 0.03f * width_scale(before)) << px;
     before = detail;
   }
-  EXPECT_EQ(before.cards, 1);
   EXPECT_EQ(before.quadratic, 0);
 }
 
-TEST(DrawDetail, keeps_the_strands_of_curls_longer_than_those_of_straight_hair) {
-  EXPECT_LT(detail_for(85, 1, 10'000, 1).cards, detail_for(85, 1, 10'000, 0).cards);
-  EXPECT_EQ(detail_for(40, 1, 10'000, 1).cards, 1);
-}
-
 TEST(DrawDetail, takes_quality_as_size_and_draws_few_strands_whole) {
-  const DrawDetail better = detail_for(100, 2, 10'000, 0), larger = detail_for(200, 1, 10'000, 0);
+  const DrawDetail better = detail_for(100, 2, 10'000), larger = detail_for(200, 1, 10'000);
   EXPECT_EQ(better.strand_share, larger.strand_share);
   EXPECT_EQ(better.follow_hair_count, larger.follow_hair_count);
   EXPECT_EQ(better.tolerance_m, larger.tolerance_m);
   EXPECT_EQ(better.quadratic, larger.quadratic);
-  EXPECT_EQ(better.cards, larger.cards);
-  EXPECT_EQ(detail_for(100, 1, 500, 0).strand_share, 1);
-  EXPECT_GT(detail_for(0, 1, 10'000, 0).strand_share, 0);
+  EXPECT_EQ(detail_for(100, 1, 500).strand_share, 1);
+  EXPECT_GT(detail_for(0, 1, 10'000).strand_share, 0);
 }
 
 TEST(DrawDetail, draws_fewer_strands_wider) {

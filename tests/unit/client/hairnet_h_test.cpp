@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -191,6 +192,7 @@ class HairnetHRoom : public ::testing::Test {
   }
   std::int64_t now_ns_ = 1'000'000'000;
   hairnet_room* room_ = nullptr;
+  std::array<char, 200> why_{};
 };
 
 TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
@@ -199,8 +201,9 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   hairnet_groom* groom = make_bob();
   std::uint32_t me = 0;
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
-  options.tag = "Ada";
-  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_OK);
+  options.tag = "Ada\0b";  // tags may have any bytes
+  options.tag_size = 5;
+  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_OK);
   EXPECT_EQ(take<hairnet::wire::AddCharacter>(), 1);
   hairnet::wire::CharacterAdded added;
   added.character = me;
@@ -218,7 +221,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   EXPECT_EQ(shown.member, 31u);
   EXPECT_EQ(shown.own, me);
   EXPECT_EQ(shown.session, 5u);
-  EXPECT_STREQ(shown.tag, "Ada");
+  EXPECT_EQ(std::string(shown.tag, shown.tag_size), std::string("Ada\0b", 5));
   EXPECT_EQ(shown.has_pose, 1u);
   EXPECT_EQ(shown.pose[4], 2);
   EXPECT_EQ(shown.moves, 0u);
@@ -243,22 +246,23 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
   const hairnet_appearance rough{0, 0, 0, 2};
   options.appearance = &rough;
-  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_INVALID);
   options = HAIRNET_CHARACTER_OPTIONS;
   const int beyond = HAIRNET_RIGID + 1;  // an enumeration of C takes it
   std::memcpy(&options.level, &beyond, sizeof beyond);
-  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me), HAIRNET_INVALID);
-  ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me), HAIRNET_OK);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_INVALID);
+  ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me, nullptr, 0), HAIRNET_OK);
   std::vector<double> pose = pose_at(0);
   pose[3] = 2;
   EXPECT_EQ(hairnet_push_pose(room_, me, pose.data(), 0), HAIRNET_INVALID);
   EXPECT_EQ(hairnet_push_pose(room_, me + 1, pose_at(0).data(), 0), HAIRNET_NOT_THERE);
   const hairnet_material heavy{1, 1, -1, 1, 1, 0};
-  EXPECT_EQ(hairnet_set_material(room_, me, &heavy), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_set_material(room_, me, &heavy, why_.data(), why_.size()), HAIRNET_INVALID);
+  EXPECT_NE(std::string_view(why_.data()).find("density"), std::string_view::npos) << why_.data();
   hairnet_wind storm = HAIRNET_STILL_AIR;
   storm.gust_ratio = -1;
-  EXPECT_EQ(hairnet_set_wind(room_, &storm), HAIRNET_INVALID);
-  EXPECT_EQ(hairnet_moderate(room_, HAIRNET_MUTE, 77, nullptr, 0, nullptr), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_set_wind(room_, &storm, nullptr, 0), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_moderate(room_, HAIRNET_MUTE, 77, nullptr, 0, nullptr, nullptr, 0), HAIRNET_NOT_THERE);
   hairnet_counters counters = HAIRNET_COUNTERS;
   hairnet_get_counters(room_, &counters);
   EXPECT_EQ(counters.inputs_dropped, 3u);
@@ -319,7 +323,44 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   EXPECT_EQ(hairnet_world_advance(world, 0.1), HAIRNET_OK);
   EXPECT_EQ(hairnet_world_remove(world, me), HAIRNET_OK);
   EXPECT_EQ(hairnet_shown_count(scene), 0u);
+
+  // Without a pose it is not drawn; the first one is no jump.
+  std::uint32_t later = 0;
+  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, nullptr, &later), HAIRNET_OK);
+  hairnet_shown shown;
+  const auto look = [&] { return hairnet_get_shown(scene, 0, &shown); };
+  ASSERT_EQ(hairnet_world_advance(world, 0.05), HAIRNET_OK);
+  ASSERT_EQ(look(), HAIRNET_OK);
+  EXPECT_FALSE(shown.has_pose);
+  ASSERT_EQ(hairnet_world_push_pose(world, later, pose_at(0.1).data(), 0), HAIRNET_OK);
+  ASSERT_EQ(hairnet_world_advance(world, 0.05), HAIRNET_OK);
+  ASSERT_EQ(look(), HAIRNET_OK);
+  EXPECT_TRUE(shown.has_pose);
+  EXPECT_NEAR(shown.pose[4], 0.1, 1e-6);
+  for (std::size_t i = 0; i < rest.size(); i += 3) rest[i] += 0.1f;
+  EXPECT_LT(furthest(), 0.001f);
   hairnet_world_free(world);
+
+  // Pictures come when they come: the hair of a head that moves evenly follows it as evenly.
+  const auto swung = [&](const std::vector<double>& pictures_s) {
+    hairnet_world* other = nullptr;
+    EXPECT_EQ(hairnet_world_make(60, &other), HAIRNET_OK);
+    EXPECT_EQ(hairnet_world_add(other, groom, levels, nullptr, pose_at(0).data(), nullptr), HAIRNET_OK);
+    double time_s = 0;
+    for (int i = 0; i < 60; ++i) {
+      const double step_s = pictures_s[static_cast<std::size_t>(i) % pictures_s.size()];
+      time_s += step_s;
+      EXPECT_EQ(hairnet_world_push_pose(other, 1, pose_at(0, 2 * time_s).data(), 0), HAIRNET_OK);
+      EXPECT_EQ(hairnet_world_advance(other, step_s), HAIRNET_OK);
+    }
+    EXPECT_EQ(hairnet_shown_points(hairnet_world_scene(other), 0, points.data(), nullptr, count), HAIRNET_OK);
+    hairnet_world_free(other);
+    return points;
+  };
+  const std::vector<float> even = swung({1.0 / 60}), uneven = swung({0.5 / 60, 1.5 / 60});
+  float most = 0;
+  for (std::size_t i = 0; i < even.size(); ++i) most = std::max(most, std::abs(even[i] - uneven[i]));
+  EXPECT_LT(most, 0.0005f);
   hairnet_levels_free(levels);
   hairnet_groom_free(groom);
 }

@@ -56,7 +56,7 @@ class LatticePassTest : public ShaderTest {
     std::vector<ShownCharacter> characters(lattices.size());
     for (std::size_t i = 0; i < lattices.size(); ++i) characters[i].lattice = lattices[i];
     picture_.begin(characters, sum_);
-    for (std::size_t i = lattices.size(); i-- > 0;) picture_.add(i, Vec3::Zero(), {}, 1, false, {});
+    for (std::size_t i = lattices.size(); i-- > 0;) picture_.add(i, Vec3::Zero(), {}, 1, {});
     records_->fill(picture_.records());
     lattices_->run(picture_);
     std::vector<std::vector<Vec3f>> nodes;
@@ -221,7 +221,7 @@ TEST_F(LatticePassTest, basis_that_no_texture_has_room_for_is_summed_up_before) 
   std::array<ShownCharacter, 1> characters;
   characters[0].lattice = moved(c);
   picture_.begin(characters, NodeSum::gpu, mode_rows(hair_->geometry(), *hair_->basis) - 1);
-  picture_.add(0, Vec3::Zero(), {}, 1, false, {});
+  picture_.add(0, Vec3::Zero(), {}, 1, {});
   std::vector<Vec3f> scratch;
   const std::span<const Vec3f> nodes = nodes_of(characters[0].lattice, scratch);
   ASSERT_EQ(picture_.uploaded_nodes().size(), kLatticeRow);

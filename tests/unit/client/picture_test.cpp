@@ -100,7 +100,7 @@ class PictureTest : public testing::Test {
     character_.pose = rigid_pose({});
     character_.hair_colour = colour;
     // All strands, as thin as they are from near: that has most grain.
-    character_.detail = DrawDetail{1, 1, 1e-3f, 1, 0};
+    character_.detail = DrawDetail{1, 1, 1e-3f, 1};
   }
   Pixels averaged(Picture& picture) {
     screen_->bind();

@@ -69,8 +69,8 @@ class ShaderTest : public testing::Test {
     detail.quadratic = quadratic;
     CharacterRecords records;
     records.begin(characters);
-    records.add(0, Vec3::Zero(), {}, 1, false, first);
-    records.add(1, Vec3::Zero(), detail, 4e-4f, false, second);
+    records.add(0, Vec3::Zero(), {}, 1, first);
+    records.add(1, Vec3::Zero(), detail, 4e-4f, second);
     records_->fill(records.records());
     lattices_->run(records);
   }

@@ -35,8 +35,7 @@ struct Points {
   // Adds all drawn parts of a groom that follow the lattice.
   void add(const GroomGeometry& geometry) {
     for (const auto& point : geometry.strand_points.rest) add(point, {});
-    for (const auto* cards : {&geometry.cards, &geometry.far_cards})
-      for (const CardVertex& vertex : cards->vertices) add(vertex.rest, vertex.direction);
+    for (const CardVertex& vertex : geometry.cards.vertices) add(vertex.rest, vertex.direction);
     for (const FabricVertex& vertex : geometry.fabric.vertices) add(vertex.rest, vertex.direction);
   }
   [[nodiscard]] std::vector<Vec3f> positions() const {

@@ -240,28 +240,19 @@ TEST_F(ViewRenderer, shows_follow_hairs_beside_their_strand) {
   EXPECT_GT(height_covered_px(), alone + 1);
 }
 
-TEST_F(ViewRenderer, draws_cards_where_the_strands_were) {
-  Groom groom = *make_hairstyle("long_straight", {.strand_count = 2000});
-  groom.body = {};
-  FarCard card;
+TEST_F(ViewRenderer, draws_cards) {
+  Groom groom = bare();
   for (int i = 0; i < 12; ++i) {
     const float x = -0.12f + 0.02f * static_cast<float>(i);
-    groom.far_cards.add({Vec3f(x, 0.1f, 0.05f), Vec3f(x + 0.025f, 0.1f, 0.05f), Vec3f(x, -0.1f, 0.05f),
-                         Vec3f(x + 0.025f, -0.1f, 0.05f), Vec3f(x, -0.2f, 0.05f), Vec3f(x + 0.025f, -0.2f, 0.05f)},
-                        card);
+    groom.add_card(std::array{Vec3f(x, 0.1f, 0.05f), Vec3f(x + 0.025f, 0.1f, 0.05f), Vec3f(x, -0.1f, 0.05f),
+                              Vec3f(x + 0.025f, -0.1f, 0.05f), Vec3f(x, -0.2f, 0.05f), Vec3f(x + 0.025f, -0.2f, 0.05f)},
+                   {});
   }
   const Image empty = draw_nothing();
   ShownCharacter character = shown(groom);
-  character.detail->cards = 1;
   const Image cards = draw(std::span(&character, 1));
-  EXPECT_EQ(renderer_->stage().statistics().cards, 12u);
-  EXPECT_EQ(renderer_->stage().statistics().strands, 0u);
   EXPECT_GT(difference(cards, empty, column_of(0.01f), row_of(0)), 60);
   EXPECT_EQ(difference(cards, empty, column_of(0.2f), row_of(0)), 0);
-  character.detail->cards = 0.5f;
-  draw(std::span(&character, 1));
-  EXPECT_GT(renderer_->stage().statistics().cards, 0u) << "both while they fade";
-  EXPECT_GT(renderer_->stage().statistics().strands, 0u);
 }
 
 TEST_F(ViewRenderer, shades_skin_that_lies_under_hair) {

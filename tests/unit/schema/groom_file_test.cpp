@@ -28,7 +28,7 @@ Bytes unpacked(const Groom& groom) {
   return unpack(encode_groom(groom), kPackedGroom).value();
 }
 
-// Moves `got`'s rounded numbers to `sent`, and returns the largest distance of a point, a vertex or a far card's point.
+// Moves `got`'s rounded numbers to `sent`, and returns the largest distance of a point or a vertex.
 float replace_rounded(const Groom& got, Groom& sent) {
   float distance_m = 0;
   const auto replace = [&](const std::vector<Vec3f>& from, std::vector<Vec3f>& to) {
@@ -37,7 +37,6 @@ float replace_rounded(const Groom& got, Groom& sent) {
     to = from;
   };
   replace(got.points, sent.points);
-  replace(got.far_cards.points, sent.far_cards.points);
   replace(got.body.mesh.vertices, sent.body.mesh.vertices);
   EXPECT_EQ(got.body.bone_weights.size(), sent.body.bone_weights.size());
   for (std::size_t v = 0; v < sent.body.bone_weights.size(); ++v) {
@@ -308,8 +307,6 @@ TEST(GroomFile, of_version_2_is_read_and_written_as_the_newest) {
   EXPECT_EQ(got->strand_count(), 2u);
   ASSERT_EQ(got->points.size(), 68u);
   EXPECT_EQ(got->points.front(), Vec3f(0.13820800185203552f, 0.27611294388771057f, 0.34484514594078064f));
-  ASSERT_EQ(got->far_cards.points.size(), 24u);
-  EXPECT_EQ(got->far_cards.points.front(), Vec3f(-0.14276637136936188f, -0.17574000358581543f, 0.28538650274276733f));
   EXPECT_EQ(got->body.mesh.vertices.size(), 37u);
   EXPECT_EQ(got->body.mesh.vertices.front(), Vec3f(0.20506231486797333f, 0.1456562727689743f, -0.6849735379219055f));
   EXPECT_FALSE(got->knots.empty() || got->threads.empty() || got->cards.empty() || got->cloths.empty());
@@ -337,8 +334,7 @@ TEST(GroomFile, of_older_versions_survives_every_flipped_bit_and_is_refused_at_e
 Groom groom_with_features(std::uint64_t seed, std::size_t strand_count) {
   RandomMessages random(seed);
   Groom groom = random.groom(strand_count);
-  while (groom.threads.empty() || groom.cards.empty() || groom.cloths.empty() || groom.knots.empty() ||
-         groom.far_cards.cards.empty())
+  while (groom.threads.empty() || groom.cards.empty() || groom.cloths.empty() || groom.knots.empty())
     groom = random.groom(strand_count);
   return groom;
 }
@@ -360,62 +356,6 @@ TEST(GroomFile, with_features_survives_every_flipped_bit) {
     EXPECT_EQ(got ? validate(*got) : std::string(), "");
     bytes[bit / 8] ^= mask;
   }
-}
-
-// Two far cards, of 6 and 10 points, on one strand.
-Groom make_groom_with_far_cards() {
-  Groom groom;
-  groom.group_names = {"all"};
-  groom.add_strand(std::vector<Vec3f>(3, Vec3f(0.1f, 0.2f, 0.3f)), {});
-  groom.far_cards.add(std::vector<Vec3f>(6, Vec3f(0.1f, 0, 0)), {{}, 0.0123f, 1, 0, true});
-  groom.far_cards.add(std::vector<Vec3f>(10, Vec3f(0.2f, 0, 0)), {{}, 0.0123f, 1, 0, false});
-  return groom;
-}
-
-// The offset of the count of the first card's points: before that of its strands and its root length.
-std::size_t far_card_at(const Bytes& bytes) {
-  const float root_length_m = 0.0123f;
-  std::array<std::uint8_t, 12> wanted{6, 0, 0, 0, 1, 0, 0, 0};
-  std::memcpy(wanted.data() + 8, &root_length_m, 4);
-  const auto found = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
-  return found == bytes.end() ? 0 : static_cast<std::size_t>(found - bytes.begin());
-}
-
-TEST(GroomFile, with_far_cards_that_count_other_points_than_there_are_is_refused) {
-  const Bytes bytes = unpacked(make_groom_with_far_cards());
-  ASSERT_TRUE(decode_groom(bytes)) << decode_groom(bytes).error();
-  const std::size_t at = far_card_at(bytes);
-  ASSERT_NE(at, 0u);
-  for (const auto count : std::array<std::uint8_t, 6>{0, 2, 4, 5, 8, 200}) {
-    Bytes other = bytes;
-    other[at] = count;
-    const Result<Groom> got = decode_groom(other);
-    ASSERT_FALSE(got) << int{count};
-    EXPECT_NE(got.error().find("far card"), std::string::npos) << got.error();
-  }
-  Bytes other = bytes;
-  other[at + 3] = 255;
-  EXPECT_FALSE(decode_groom(other)) << "more than memory holds";
-  other = bytes;
-  other[at + 4] = 2;
-  EXPECT_FALSE(decode_groom(other)) << "stands for two strands of one";
-}
-
-TEST(GroomFile, refuses_more_far_cards_than_the_limit) {
-  const Bytes bytes = encode_groom(make_groom_with_far_cards());
-  GroomLimits limits;
-  limits.far_card_count_max = 1;
-  EXPECT_FALSE(decode_groom(bytes, limits));
-  limits = {};
-  limits.far_card_pair_count_max = 4;
-  EXPECT_FALSE(decode_groom(bytes, limits));
-}
-
-TEST(GroomFile, without_far_cards_spends_nothing_on_them) {
-  Groom groom = make_groom_with_far_cards();
-  const std::size_t with = unpacked(groom).size();
-  groom.far_cards = {};
-  EXPECT_GE(with, unpacked(groom).size() + 16 * 9 + 2 * 16);
 }
 
 TEST(GroomFile, is_refused_when_its_stream_or_its_numbers_are_wrong) {

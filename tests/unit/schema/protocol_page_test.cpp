@@ -200,7 +200,7 @@ TEST(ProtocolPage, states_the_limits_that_hold) {
 
 TEST(ProtocolPage, states_the_limits_of_grooms) {
   const auto limits = constants_of(block_of("core/groom/groom.hpp", "struct GroomLimits {"), "(\\w+) = ([\\d'.f]+);");
-  EXPECT_EQ(limits.size(), 9u);
+  EXPECT_EQ(limits.size(), 7u);
   EXPECT_EQ(stated_below("| groom |"), limits);
 }
 

@@ -119,6 +119,7 @@ TEST_F(HttpTest, a_page_comes_with_its_type_and_headers_that_seal_it_off) {
   EXPECT_EQ(body_of(page), "<html>hair</html>");
   EXPECT_EQ(header_value(page, "Content-Type"), "text/html; charset=utf-8");
   EXPECT_EQ(header_value(page, "X-Content-Type-Options"), "nosniff");
+  EXPECT_THAT(header_value(page, "Content-Security-Policy"), HasSubstr("script-src 'self' 'wasm-unsafe-eval';"));
   EXPECT_THAT(header_value(page, "Content-Security-Policy"), HasSubstr("connect-src 'self' ws: wss:"));
   EXPECT_FALSE(header_value(page, "Date").empty());
 }

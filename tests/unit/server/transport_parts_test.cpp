@@ -391,6 +391,10 @@ TEST_F(StaticFilesTest, files_are_found_with_their_type_and_how_long_they_keep) 
   ASSERT_EQ(files_->find("/assets/index-4f3a9b1c.js", file), StaticFind::found);
   EXPECT_EQ(file.content_type, "text/javascript; charset=utf-8");
   EXPECT_THAT(file.cache_control, HasSubstr("immutable"));
+  write("root/assets/hairnet-37d79c72.wasm", "module");
+  ASSERT_EQ(files_->find("/assets/hairnet-37d79c72.wasm", file), StaticFind::found);
+  EXPECT_EQ(file.content_type, "application/wasm");
+  EXPECT_THAT(file.cache_control, HasSubstr("immutable"));
   EXPECT_EQ(find("/a%20b.txt"), StaticFind::found);
   EXPECT_EQ(find("/%69ndex.html"), StaticFind::found);
   EXPECT_EQ(find("/assets/deep/"), StaticFind::found);

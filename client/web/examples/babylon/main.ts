@@ -21,8 +21,7 @@ camera.minZ = 0.05;
 camera.fov = 0.6;
 
 const room = await connect("ws://localhost:7420", { room: "babylon" });
-const file = await fetch("/long_curly.groom");
-const me = room.addCharacter(await file.arrayBuffer());
+const me = room.addCharacter(await (await fetch("/long_curly.groom")).arrayBuffer());
 
 const worn = new Map<number, MemberHair>();
 room.on("left", ({ member }) => {

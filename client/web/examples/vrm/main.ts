@@ -1,4 +1,4 @@
-import { connect, decodeGroom } from "hairnet-client";
+import { connect, Groom } from "hairnet-client";
 import { HairScene } from "hairnet-client/scene";
 import { loadVrm, lowerArms, VrmHair } from "hairnet-client/vrm";
 import { AmbientLight, DirectionalLight, PerspectiveCamera, Scene, Timer, WebGLRenderer } from "three";
@@ -6,23 +6,20 @@ import { AmbientLight, DirectionalLight, PerspectiveCamera, Scene, Timer, WebGLR
 const renderer = new WebGLRenderer({ antialias: true, alpha: true });
 renderer.setSize(innerWidth, innerHeight);
 document.body.append(renderer.domElement);
-const scene = new Scene();
-scene.add(new AmbientLight(0xffffff, 1.5), new DirectionalLight(0xffffff, 2));
 const camera = new PerspectiveCamera(35, innerWidth / innerHeight, 0.1, 100);
 
 const fetched = async (address: string) => (await fetch(address)).arrayBuffer();
 const vrm = await loadVrm(await fetched("/default_avatar.vrm"));
 lowerArms(vrm);
-scene.add(vrm.scene);
 
 const room = await connect("ws://localhost:7420", { room: "avatars" });
 const hair = new HairScene(room, renderer);
-scene.add(hair);
+const scene = new Scene().add(new AmbientLight(0xffffff, 1.5), new DirectionalLight(0xffffff, 2), vrm.scene, hair);
 hair.frame(camera);
 
 const file = await fetched("/wavy.groom");
 const worn = new VrmHair(vrm); // hides the model's own hair
-worn.fit(decodeGroom(new Uint8Array(file))); // measures both heads
+worn.fit(await Groom.load(file)); // measures both heads
 const me = room.addCharacter(file);
 hair.addEventListener("characteradded", ({ character }) => {
   if (character.own) worn.wear(character);

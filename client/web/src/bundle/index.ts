@@ -1,4 +1,4 @@
 /** Everything of the package in one file, for `<script type="module">` with an import map for three. */
-export * from "../index";
+export * from "../inline";
 export * from "../scene/index";
 export * from "../vrm/index";

@@ -1,4 +1,4 @@
-import { HairnetError } from "./hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /** How a character is drawn. Colours are sRGB, 0xrrggbb. */
 export interface Appearance {

@@ -1,4 +1,4 @@
-import { HairnetError } from "./hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 /**
  * Throws `HairnetError` unless `options` is an object whose properties are all in `known`: a misspelt option would

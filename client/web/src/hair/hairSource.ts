@@ -18,7 +18,7 @@ export interface ShownMember {
   readonly pose: Pose | null;
   /** that its hair follows; null: its hair is at rest */
   readonly lattice: MovedLattice | null;
-  /** the skin to keep its hair out of; absent or null: not known, or none */
+  /** the skin to keep its hair out of, the same object for all characters of a groom; absent or null: not known, or none */
   readonly skin?: Skin | null;
   /** how its owner wants it drawn; absent: the default of its number */
   readonly appearance?: Appearance;
@@ -31,7 +31,7 @@ export interface MemberImportance {
   readonly inView: boolean;
 }
 
-/** The source of a `HairScene`'s characters: a `Room`, or another one. */
+/** The source of a `HairScene`'s characters: a `Room`, a `LocalRoom`, or another one. */
 export interface HairSource {
   /**
    * Returns all members at this moment; `nowMs` is a time of `performance.now()`. The result is valid until the next

@@ -1,1 +1,9 @@
-export { LevelIndex } from "../generated/enums";
+/** How a character's hair is computed, the finest first (`hairnet_level` of client/hairnet.h). */
+export enum LevelIndex {
+  high,
+  medium,
+  low,
+  ether,
+  learnt,
+  rigid,
+}

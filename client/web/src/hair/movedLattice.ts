@@ -1,15 +1,33 @@
-import { displacementsOf, type Basis, type HairBasis } from "./basis";
-import { expandDisplacements, nodeCount, type LevelGeometry } from "./lattice";
+/**
+ * A regular grid of nodes in head space. Node (i, j, k) has index i + nx (j + ny k) and lies at
+ * origin + (i dx, j dy, k dz).
+ */
+export interface Lattice {
+  /** m */
+  readonly origin: ArrayLike<number>;
+  /** m, each above 0 */
+  readonly spacing: ArrayLike<number>;
+  /** nodes an axis, 2 to 64 */
+  readonly dims: readonly [number, number, number];
+}
+
+/** What nodes are the sum of: the same object for all characters of a groom. */
+export interface Basis {
+  readonly modeCount: number;
+  /**
+   * For each mode, and for more of 0 until there are a multiple of four, the displacements of all nodes for a coefficient
+   * of 1 m: x y z 0, in whole rows of 1024 (client/shaders/mode_nodes.frag).
+   */
+  texels(): Float32Array<ArrayBuffer>;
+}
 
 /** A lattice at one moment. */
 export interface MovedLattice {
-  readonly geometry: LevelGeometry;
-  /** displacements: 3 a grid node, head space, m */
+  readonly lattice: Lattice;
+  /** displacements: 3 a node, head space, m. Computed when a caller wants them. */
   readonly grid: Float32Array;
   /** of which `grid` is the sum: with them the GPU computes it by itself; absent: of none */
   readonly modes?: MovedModes;
-  /** nearly the same, in half the time, for what needs no more; absent: there is no such */
-  readonly coarse?: MovedLattice;
 }
 
 export interface MovedModes {
@@ -18,52 +36,6 @@ export interface MovedModes {
   readonly coefficients: Float32Array;
 }
 
-/** Of `ModeLattice.coarse`. The others are a twentieth of lively motion: 11 of 196 mm for long curls (RMS). */
-const kCoarseModes = 64;
-
-/** A lattice that moves in the modes of a basis. Its nodes are computed when a caller wants them. */
-export class ModeLattice implements MovedLattice {
-  readonly coarse?: ModeLattice;
-  #coefficients: Float32Array = new Float32Array(0);
-  #active: Float32Array | null = null;
-  #grid: Float32Array | null = null;
-  /** that `#grid` is of */
-  #computed: Float32Array | null = null;
-
-  /** `modesMax`: the others are left out. */
-  constructor(
-    readonly hair: HairBasis,
-    private readonly modesMax = Infinity,
-  ) {
-    if (modesMax > kCoarseModes) this.coarse = new ModeLattice(hair, kCoarseModes);
-  }
-
-  get geometry(): LevelGeometry {
-    return this.hair.geometry;
-  }
-
-  get modes(): MovedModes {
-    return { basis: this.hair.basis, coefficients: this.#coefficients };
-  }
-
-  get grid(): Float32Array {
-    const { geometry, basis } = this.hair;
-    this.#grid ??= new Float32Array(3 * nodeCount(geometry.lattice));
-    const coefficients = this.#coefficients;
-    // Sleeping hair is not computed again.
-    const isSame =
-      coefficients.length === this.#computed?.length && coefficients.every((c, k) => c === this.#computed![k]);
-    if (isSame) return this.#grid;
-    this.#active ??= new Float32Array(3 * basis.nodeCount);
-    displacementsOf(basis, coefficients, this.#active);
-    expandDisplacements(geometry, this.#active, this.#grid);
-    this.#computed = coefficients.slice();
-    return this.#grid;
-  }
-
-  /** Keeps the array until the next call. */
-  show(coefficients: Float32Array): void {
-    this.#coefficients = coefficients.length > this.modesMax ? coefficients.subarray(0, this.modesMax) : coefficients;
-    this.coarse?.show(coefficients);
-  }
+export function nodeCount({ dims }: Lattice): number {
+  return dims[0] * dims[1] * dims[2];
 }

@@ -1,7 +1,5 @@
-import { kPositionMaxM } from "../generated/limits";
-import { HairnetError } from "./hairnetError";
-
-export { kPositionMaxM };
+import { kPositionMaxM } from "../generated/constants";
+import { HairnetError } from "../module/hairnetError";
 
 /**
  * The bones of one character at one moment: 7 numbers a bone, rotation x y z w and position x y z (metres), of a rigid
@@ -79,52 +77,6 @@ export function interpolatePose(a: Pose, b: Pose, s: number, out: Pose): Pose {
     for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = a[axis] + s * (b[axis] - a[axis]);
   }
   return out;
-}
-
-// Nobody sees a smaller step of a bone, m or radians.
-const kStepMin = 1e-9;
-const kAtRest = rigidPose();
-const scratch = rigidPose();
-
-/**
- * How each bone turns (x y z w) and moves from one pose to another. `out` may be either of them. Returns whether any
- * bone does so visibly.
- */
-export function poseStep(from: Pose, to: Pose, out: Pose): boolean {
-  let isStep = false;
-  for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
-    for (let i = at; i < at + 3; ++i) scratch[i] = -from[i];
-    scratch[at + 3] = from[at + 3];
-    multiply(to, scratch, at, out);
-    for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = to[axis] - from[axis];
-    isStep ||= isBoneStep(out, at);
-  }
-  return isStep;
-}
-
-/** Moves `pose` by a share of a step, bone by bone. */
-export function addPoseStep(pose: Pose, step: Pose, share: number): void {
-  for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
-    if (!isBoneStep(step, at)) continue;
-    slerp(kAtRest, step, at, share, scratch);
-    multiply(scratch, pose, at, pose);
-    for (let axis = at + 4; axis < at + 7; ++axis) pose[axis] += share * step[axis];
-  }
-}
-
-function isBoneStep(step: Pose, at: number): boolean {
-  for (let i = at; i < at + kNumbersPerBone; ++i) if (i !== at + 3 && Math.abs(step[i]) > kStepMin) return true;
-  return false;
-}
-
-/** The turn b of a bone, then a; x y z w. `out` may be a or b. */
-function multiply(a: Pose, b: Pose, at: number, out: Pose): void {
-  const [ax, ay, az, aw] = [a[at], a[at + 1], a[at + 2], a[at + 3]];
-  const [bx, by, bz, bw] = [b[at], b[at + 1], b[at + 2], b[at + 3]];
-  out[at] = aw * bx + ax * bw + ay * bz - az * by;
-  out[at + 1] = aw * by - ax * bz + ay * bw + az * bx;
-  out[at + 2] = aw * bz + ax * by - ay * bx + az * bw;
-  out[at + 3] = aw * bw - ax * bx - ay * by - az * bz;
 }
 
 function slerp(a: Pose, b: Pose, at: number, s: number, out: Pose): void {

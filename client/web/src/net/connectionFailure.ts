@@ -1,4 +1,5 @@
-import type { ErrorCode } from "../hair/hairnetError";
+import type { ErrorCode } from "../module/hairnetError";
+import { hostAndPort } from "./url";
 
 const kProbeMs = 2000;
 
@@ -6,12 +7,6 @@ const kProbeMs = 2000;
 export interface ConnectionFailure {
   readonly code: ErrorCode;
   readonly detail: string;
-}
-
-/** As people name a server. The port is named too where it is the scheme's own. */
-export function hostAndPort(url: string): string {
-  const { hostname, port, protocol } = new URL(url);
-  return `${hostname}:${port || (protocol === "wss:" || protocol === "https:" ? 443 : 80)}`;
 }
 
 /**

@@ -1,5 +1,5 @@
-import { HairnetError } from "../hair/hairnetError";
-import type { Transport, WebSocketLike } from "./link";
+import { HairnetError } from "../module/hairnetError";
+import type { Transport, WebSocketLike } from "./socket";
 import { readWebTransportPage, webTransportPageUrl, WebTransportSocket } from "./webTransportSocket";
 
 // Networks that drop UDP say nothing: after this time the WebSocket is tried.

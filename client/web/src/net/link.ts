@@ -1,12 +1,11 @@
-import { checkOptions } from "../hair/checkOptions";
-import { HairnetError, type ErrorCode } from "../hair/hairnetError";
-import { explainFailure, hostAndPort } from "./connectionFailure";
-import type { LinkEvent } from "./events";
-import { FallbackSocket, type TransportChoice, type TransportMemory } from "./fallbackSocket";
-import { isFinal } from "./finalGoodbye";
-import { LinkCore } from "./linkCore";
-import { kDefaultOptions, type LinkCounters, type LinkCoreOptions } from "./linkCoreOptions";
-import type { ClientMessage, ServerAt, Welcome } from "./messages";
+import { HairnetError, type ErrorCode } from "../module/hairnetError";
+import { client } from "../module/client";
+import type { Instance } from "../module/instance";
+import { explainFailure } from "./connectionFailure";
+import { FallbackSocket, type TransportMemory } from "./fallbackSocket";
+import { kClientDefaults, type LinkOptions, Role } from "./linkOptions";
+import type { Transport, WebSocketLike } from "./socket";
+import { urlAt, webSocketUrl } from "./url";
 
 // Bytes that may wait in the socket before no more packets are taken: poses wait in the queue, which can drop old ones.
 const kBufferedBytesMax = 64 << 10;
@@ -14,140 +13,116 @@ const kBufferedWaitMs = 10;
 // Timers' own limit is 2^31 ms.
 const kTimerMsMax = 3_600_000;
 
-/** How packets travel. */
-export type Transport = "webtransport" | "websocket";
-
-/** What a `Link` needs of a WebSocket: browsers' own, or another's for tests and Node. */
-export interface WebSocketLike {
-  binaryType: string;
-  readonly bufferedAmount: number;
-  onopen: ((event: never) => unknown) | null;
-  onmessage: ((event: { readonly data: unknown }) => unknown) | null;
-  onerror: ((event: never) => unknown) | null;
-  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null;
-  send(bytes: Uint8Array): void;
-  close(): void;
-  /** absent: a WebSocket */
-  readonly transport?: Transport;
-  /** why it is not WebTransport, which was tried before, in one line; null or absent: it is, or that was not tried */
-  readonly fallbackReason?: string | null;
-  /** Sends a packet that may get lost or overtake others. False: it was not taken; absent: there are no datagrams. */
-  sendDatagram?(bytes: Uint8Array): boolean;
-  /** Told of an open socket that is better than this open one; who is told uses or closes it. Absent: there never is. */
-  onbetter?: ((socket: WebSocketLike) => unknown) | null;
+/** `hairnet_room_state` of client/hairnet.h. */
+export enum LinkState {
+  connecting,
+  connected,
+  reconnecting,
+  closed,
 }
 
-export interface LinkOptions extends Partial<LinkCoreOptions> {
-  /** "auto" by default: WebTransport where browser, server and network have it, else a WebSocket */
-  readonly transport?: TransportChoice;
-  /** makes sockets; by default the platform's WebTransport, or its WebSocket with the subprotocol "hairnet" */
-  readonly makeSocket?: (url: string) => WebSocketLike;
-  /** this client's monotonic clock, ns; by default performance.now() */
-  readonly nowNs?: () => number;
+/** `hairnet_event_kind` of client/hairnet.h. */
+export enum EventKind {
+  state,
+  joined,
+  left,
+  changed,
+  wind,
+  fault,
 }
 
-/** The WebSocket address of a server: of "host:port", of a page's http(s) address, or of ws(s) itself; path /ws. */
-export function webSocketUrl(server: string): string {
-  let url: URL;
-  try {
-    if (typeof server !== "string" || server === "") throw new TypeError("no text");
-    url = new URL(/^[a-z]+:\/\//i.test(server) ? server : `ws://${server}`);
-  } catch {
-    throw new HairnetError("invalid", `"${String(server)}" is no address of a server, like "ws://localhost:7420"`);
-  }
-  const schemes: Record<string, string> = { "http:": "ws:", "https:": "wss:", "ws:": "ws:", "wss:": "wss:" };
-  const scheme = schemes[url.protocol];
-  if (!scheme) throw new HairnetError("invalid", `"${server}" begins with neither ws(s):// nor http(s)://`);
-  const path = url.protocol.startsWith("ws") && url.pathname !== "/" ? url.pathname : "/ws";
-  return `${scheme}//${url.host}${path}`;
+/** `hairnet_event` of client/hairnet.h, which explains each. */
+export interface LinkEvent {
+  readonly kind: EventKind;
+  readonly state: LinkState;
+  readonly member: number;
+  readonly character: number;
+  readonly isRefused: boolean;
+  readonly session: bigint;
+  readonly waitS: number;
+  readonly text: string;
 }
-
-/** The same address of another server. Throws `TypeError` for a host that is none. */
-function urlAt(home: string, to: ServerAt | null): string {
-  if (!to) return home;
-  const { protocol, pathname } = new URL(home);
-  return new URL(`${protocol}//${to.host.includes(":") ? `[${to.host}]` : to.host}:${to.port}${pathname}`).href;
-}
+const kEventBytes = 48;
+const kOptionsBytes = 72;
 
 /**
- * A client's conversation with a server over WebTransport or a WebSocket: a `LinkCore` (see there for what its calls do, by `core`), and
- * what drives it. It connects, comes back after a lost connection, and says what happened as events, which the caller
- * takes with `poll()`, once a picture for example. Nothing here throws but `HairnetError`, for arguments.
+ * A room of the C++ client, and the sockets that it asks for: WebTransport or a WebSocket. It connects, comes back after
+ * a lost connection, and has events, which the caller takes. Nothing here throws but `HairnetError`, for arguments.
  */
 export class Link {
-  readonly core: LinkCore;
+  /** hairnet_room; 0 once it is freed */
+  readonly room: number;
+  readonly #module: Instance;
   readonly #url: string;
   readonly #makeSocket: (url: string) => WebSocketLike;
   readonly #isPlatforms: boolean;
   readonly #mayReconnect: boolean;
   readonly #memory: TransportMemory = { blockedUntilNs: -Infinity, reason: null };
   readonly #now: () => number;
+  readonly #events: LinkEvent[] = [];
+  /** room for packets that arrive */
+  #packet = { at: 0, byteCount: 0 };
   #socket: WebSocketLike | null = null;
   #isOpen = false;
   #timer: ReturnType<typeof setTimeout> | null = null;
   #turnIsDue = false;
-  #answer: { resolve: (welcome: Welcome) => void; reject: (error: Error) => void } | null = null;
-  #connectCalled = false;
+  #answer: { resolve: () => void; reject: (error: Error) => void } | null = null;
   #failure: ErrorCode = "unreachable";
 
-  constructor(server: string, options: LinkOptions = {}) {
-    checkLinkOptions(options, kLinkOptions);
-    const { makeSocket, nowNs, transport = "auto", ...linkOptions } = options;
+  /** The client must have started. `errorM`: of hair, wanted where a head fills the screen. */
+  constructor(server: string, options: LinkOptions, errorM: number) {
+    const { makeSocket, nowNs, transport = "auto" } = options;
+    this.#module = client();
     this.#url = webSocketUrl(server);
     this.#makeSocket = makeSocket ?? ((url) => makePlatformSocket(url, transport, this.#memory, this.#now));
     this.#isPlatforms = !makeSocket;
-    this.#mayReconnect = linkOptions.reconnect ?? true;
+    this.#mayReconnect = options.reconnect ?? kClientDefaults.reconnect;
     this.#now = nowNs ?? monotonicNs;
-    this.core = new LinkCore({ trace: drawTrace(), ...linkOptions });
+    this.room = this.#openRoom(options, errorM);
   }
 
-  /** This connection's monotonic clock, ns: that of poses' capture times. */
+  /** This connection's monotonic clock, ns. */
   nowNs(): number {
     return this.#now();
   }
 
   /** Once only. Rejects with `HairnetError` when the first attempt fails; what happens later comes as events. */
-  connect(): Promise<Welcome> {
-    if (this.#connectCalled) return Promise.reject(new HairnetError("invalid", "connect() was called before"));
-    this.#connectCalled = true;
+  connect(): Promise<void> {
     return new Promise((resolve, reject) => {
       this.#answer = { resolve, reject };
-      this.core.start();
-      this.#turn();
+      this.turn();
     });
   }
 
-  /** What happened since the last call. A caller that never polls loses the oldest frames, not memory. */
-  poll(): LinkEvent[] {
-    this.#turn();
-    return this.core.takeEvents();
-  }
-
-  /** Sends what was asked for since, at once; otherwise it goes with the next poll(), or within a moment. */
-  flush(): void {
-    this.#turn();
-  }
-
-  /** Sends a request, soon: `send({ type: "removeCharacter", character: 1 })`. See `LinkCore.send`. */
-  send(message: ClientMessage): void {
-    this.use((core) => core.send(message));
-  }
-
-  /** Calls of the caller, and a turn soon after: `use((core) => core.requestGroom(...))`. */
-  use<T>(call: (core: LinkCore) => T): T {
-    const result = call(this.core);
-    if (!this.#turnIsDue) {
-      this.#turnIsDue = true;
-      queueMicrotask(() => {
-        this.#turnIsDue = false;
-        this.#turn();
+  /** What happened up to the room's last advance. */
+  takeEvents(): LinkEvent[] {
+    const module = this.#module;
+    for (;;) {
+      let isThere = 0;
+      const event = module.struct(kEventBytes, (at) => (isThere = module.call("hairnet_next_event", this.room, at)));
+      if (isThere === 0) return this.#events.splice(0);
+      const text = event.getUint32(40, true);
+      this.#events.push({
+        kind: event.getUint32(0, true),
+        state: event.getUint32(4, true),
+        member: event.getUint32(8, true),
+        character: event.getUint32(12, true),
+        isRefused: event.getUint32(16, true) !== 0,
+        session: event.getBigUint64(24, true),
+        waitS: event.getFloat64(32, true),
+        text: module.text(text),
       });
     }
-    return result;
   }
 
-  get counters(): LinkCounters {
-    return this.core.counters;
+  /** Takes a turn within a moment: call it after whatever there is to send. */
+  soon(): void {
+    if (this.#turnIsDue) return;
+    this.#turnIsDue = true;
+    queueMicrotask(() => {
+      this.#turnIsDue = false;
+      this.turn();
+    });
   }
 
   /** How the open connection's packets travel; null: none is open. */
@@ -160,28 +135,63 @@ export class Link {
     return this.#isOpen ? (this.#socket?.fallbackReason ?? null) : null;
   }
 
-  /** Says goodbye. */
-  close(): void {
-    this.core.leave(this.#now());
-    this.#turn();
-  }
-
-  #turn(): void {
-    const { core } = this;
-    core.poll(this.#now());
+  /** Sends and does what is due. */
+  turn(): void {
+    this.#call("hairnet_poll");
     this.#send();
-    if (core.wantsClose) this.#drop();
-    if (core.wantsConnection) this.#open();
+    if (this.#module.call("hairnet_wants_close", this.room)) this.#drop();
+    this.#openIfWanted();
     this.#tellAnswer();
     this.#setTimer();
   }
 
+  /** Calls a function whose last argument is the time. */
+  #call(name: string, ...values: number[]): number {
+    return this.#module.call(name, this.room, ...values, this.#time());
+  }
+  #time(): bigint {
+    return BigInt(Math.round(this.#now()));
+  }
+
+  #openRoom(options: LinkOptions, errorM: number): number {
+    const module = this.#module;
+    const { clientName, room, token, role, connectTimeoutS, reconnect, giveUpAfterS } = {
+      ...kClientDefaults,
+      ...Object.fromEntries(Object.entries(options).filter(([, value]) => value !== undefined)),
+    };
+    const bytes = new DataView(new ArrayBuffer(kOptionsBytes));
+    bytes.setUint32(0, kOptionsBytes, true);
+    bytes.setUint32(8, module.name(room), true);
+    bytes.setUint32(12, module.name(token), true);
+    bytes.setUint32(16, module.name(clientName), true);
+    bytes.setUint32(24, Number(role === Role.observer), true);
+    bytes.setUint32(32, Number(!reconnect), true);
+    bytes.setFloat64(40, connectTimeoutS, true);
+    bytes.setFloat64(48, giveUpAfterS, true);
+    bytes.setFloat32(56, errorM, true);
+    bytes.setBigUint64(64, drawTrace(), true);
+    let opened = 0;
+    module.with(new Uint8Array(bytes.buffer), (at) =>
+      module.struct(4, (result) => {
+        module.check("connect: ", "hairnet_open", at, this.#time(), result);
+        opened = module.u32(result);
+      }),
+    );
+    return opened;
+  }
+
   #send(): void {
+    const module = this.#module;
     const socket = this.#socket;
     while (socket && this.#isOpen && socket.bufferedAmount < kBufferedBytesMax) {
-      const packet = this.core.takePacket(this.#now());
-      if (!packet) return;
-      if (!this.core.takenMayBeLost || !socket.sendDatagram?.(packet)) socket.send(packet);
+      let at = 0;
+      const told = module.struct(8, (result) => {
+        at = module.call("hairnet_take_packet", this.room, this.#time(), result, result + 4);
+      });
+      if (at === 0) return;
+      const mayBeLost = told.getUint32(4, true) !== 0;
+      const packet = module.copy(at, told.getUint32(0, true));
+      if (!mayBeLost || !socket.sendDatagram?.(packet)) socket.send(packet);
     }
   }
 
@@ -189,48 +199,53 @@ export class Link {
     const socket = this.#socket;
     this.#forget();
     socket?.close();
-    this.core.onClosed("", this.#now());
+    this.#call("hairnet_on_closed", 0);
   }
 
-  #open(): void {
-    const to = this.core.redirectedTo;
-    this.core.onOpening(this.#now(), to ? `${to.host}, port ${to.port}` : hostAndPort(this.#url));
-    let url = to ? `${to.host}, port ${to.port}` : this.#url;
+  #openIfWanted(): void {
+    const module = this.#module;
+    let wanted = 0;
+    const to = module.struct(6, (at) => (wanted = module.call("hairnet_wants_connection", this.room, at, at + 4)));
+    if (!wanted) return;
+    const [host, port] = [module.text(to.getUint32(0, true)), to.getUint16(4, true)];
+    const isElsewhere = host !== "";
+    this.#call("hairnet_on_opening");
+    let url = isElsewhere ? `${host}, port ${port}` : this.#url;
     let socket: WebSocketLike;
     try {
-      url = urlAt(this.#url, to);
+      if (isElsewhere) url = urlAt(this.#url, host, port);
       socket = this.#makeSocket(url);
     } catch (error) {
-      this.core.onClosed(`no socket for ${url}: ${String(error)}`, this.#now());
-      return;
+      return this.#tellClosed(`no socket for ${url}: ${String(error)}`);
     }
-    this.#listenTo(socket, url);
+    this.#listenTo(socket, url, isElsewhere);
     socket.onopen = () => this.#onOpen();
     if (this.#mayReconnect) socket.onbetter = (better) => this.#moveTo(better, url);
   }
 
   #onOpen(): void {
     this.#isOpen = true;
-    this.core.onOpen(this.transport === "webtransport");
-    this.#turn();
+    this.#call("hairnet_on_open", Number(this.transport === "webtransport"));
+    this.turn();
   }
 
   /** Goes on over a socket that is open, if the session can. */
   #moveTo(socket: WebSocketLike, url: string): void {
-    if (!this.core.replaceConnection("WebTransport is to be had now", this.#now())) return socket.close();
+    if (!this.#call("hairnet_replace_connection", this.#module.name("WebTransport is to be had now")))
+      return socket.close();
     this.#drop();
-    this.core.onOpening(this.#now(), hostAndPort(url));
-    this.#listenTo(socket, url);
+    this.#call("hairnet_on_opening");
+    this.#listenTo(socket, url, true);
     this.#onOpen();
   }
 
-  #listenTo(socket: WebSocketLike, url: string): void {
+  #listenTo(socket: WebSocketLike, url: string, isElsewhere: boolean): void {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }) => {
-      if (data instanceof ArrayBuffer) this.core.onPacket(new Uint8Array(data), this.#now());
+      if (data instanceof ArrayBuffer) this.#take(new Uint8Array(data));
       else this.#end("the server sent text");
-      this.#turn();
+      this.turn();
     };
     // Browsers, and Node's ws, say after an error that the socket is closed. Node's own WebSocket does not when it could
     // not be opened.
@@ -240,13 +255,21 @@ export class Link {
     socket.onclose = ({ code, reason }) => {
       socket.onclose = null;
       // The first attempt's failure is for people; later ones are temporary.
-      if (!this.#isOpen && !this.core.welcome && this.#isPlatforms && !this.core.redirectedTo)
-        return this.#explain(socket);
+      if (!this.#isOpen && this.#answer && this.#isPlatforms && !isElsewhere) return this.#explain(socket);
       const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
       const what = this.#isOpen ? "the connection broke" : `no server answers at ${url}`;
       this.#end(why ? `${what}: ${why}` : what);
-      this.#turn();
+      this.turn();
     };
+  }
+
+  #take(packet: Uint8Array): void {
+    if (packet.length > this.#packet.byteCount) {
+      this.#module.call("free", this.#packet.at);
+      this.#packet = { at: this.#module.allocate(2 * packet.length), byteCount: 2 * packet.length };
+    }
+    this.#module.write(this.#packet.at, packet);
+    this.#call("hairnet_on_packet", this.#packet.at, packet.length);
   }
 
   /** Ends the attempt when the reason for its failure is known. */
@@ -255,7 +278,7 @@ export class Link {
       if (this.#socket !== socket) return;
       this.#failure = code;
       this.#end(detail);
-      this.#turn();
+      this.turn();
     });
   }
 
@@ -265,7 +288,11 @@ export class Link {
     if (!socket) return;
     this.#forget();
     socket.close();
-    this.core.onClosed(detail, this.#now());
+    this.#tellClosed(detail);
+  }
+
+  #tellClosed(detail: string): void {
+    this.#module.with(new TextEncoder().encode(`${detail}\0`), (why) => this.#call("hairnet_on_closed", why));
   }
 
   #forget(): void {
@@ -276,57 +303,40 @@ export class Link {
   }
 
   #tellAnswer(): void {
-    if (!this.#answer) return;
-    const { welcome, hasEnded, endReason, endDetail } = this.core;
-    if (welcome) this.#answer.resolve(welcome);
-    else if (hasEnded) this.#answer.reject(new HairnetError(isFinal(endReason) ? "refused" : this.#failure, endDetail));
-    else return;
+    const answer = this.#answer;
+    if (!answer) return;
+    this.#module.call("hairnet_advance", this.room);
+    const state = this.#module.call("hairnet_state", this.room);
+    if (state !== LinkState.connected && state !== LinkState.closed) return;
     this.#answer = null;
+    if (state === LinkState.connected) return answer.resolve();
+    const end = this.takeEvents()
+      .filter(({ kind }) => kind === EventKind.state)
+      .at(-1);
+    answer.reject(new HairnetError(end?.isRefused ? "refused" : this.#failure, end?.text ?? ""));
   }
 
   #setTimer(): void {
     if (this.#timer !== null) clearTimeout(this.#timer);
     this.#timer = null;
-    if (this.core.hasEnded) return;
+    const deadlineMs = Number(this.#module.callWide("hairnet_next_deadline", this.room) - this.#time()) / 1e6;
     const isFull = this.#socket !== null && this.#isOpen && this.#socket.bufferedAmount >= kBufferedBytesMax;
-    const deadlineMs = (this.core.nextDeadlineNs - this.#now()) / 1e6;
     const waitMs = isFull ? Math.min(kBufferedWaitMs, deadlineMs) : deadlineMs;
-    if (waitMs === Infinity) return;
-    this.#timer = setTimeout(() => this.#turn(), Math.ceil(Math.min(Math.max(waitMs, 0), kTimerMsMax)));
+    // It waits for ever: it has ended.
+    if (waitMs > 1e12) return;
+    this.#timer = setTimeout(() => this.turn(), Math.ceil(Math.min(Math.max(waitMs, 0), kTimerMsMax)));
   }
 }
 
-const kTransportChoices: readonly string[] = ["auto", "webtransport", "websocket"] satisfies TransportChoice[];
-
-/** @internal The defaults. */
-export const kLinkOptions: Readonly<Record<keyof LinkOptions, unknown>> = {
-  ...kDefaultOptions,
-  transport: "auto",
-  makeSocket: makeWebSocket,
-  nowNs: monotonicNs,
-};
-
-/** @internal Throws `HairnetError` unless each option is in `known`, with the type of its default. */
-export function checkLinkOptions<T extends object>(options: T, known: Readonly<Record<keyof T, unknown>>): void {
-  checkOptions(options, known, "connect");
-  for (const [name, value] of Object.entries(options)) {
-    const wanted = typeof known[name as keyof T];
-    if (value !== undefined && typeof value !== wanted)
-      throw new HairnetError("invalid", `connect: the option '${name}' is a ${wanted}, not ${String(value)}`);
-    if (name === "transport" && value !== undefined && !kTransportChoices.includes(String(value)))
-      throw new HairnetError("invalid", `connect: the option 'transport' is one of ${kTransportChoices.join(", ")}`);
-  }
-}
-
-/** No secret: it only tells clients apart in logs. */
+/** That the logs of all its servers name, and that waits between attempts depend on. */
 function drawTrace(): bigint {
   const word = (): bigint => BigInt(Math.floor(Math.random() * 2 ** 32));
-  return word() * 0x1_0000_0000n + word();
+  return word() * 0x1_0000_0000n + word() || 1n;
 }
 
 function makePlatformSocket(
   url: string,
-  choice: TransportChoice,
+  choice: NonNullable<LinkOptions["transport"]>,
   memory: TransportMemory,
   nowNs: () => number,
 ): WebSocketLike {
@@ -337,7 +347,8 @@ function makePlatformSocket(
   return new FallbackSocket(url, choice === "auto" ? makeWebSocket : null, memory, nowNs);
 }
 
-function makeWebSocket(url: string): WebSocketLike {
+/** @internal */
+export function makeWebSocket(url: string): WebSocketLike {
   if (typeof WebSocket === "undefined")
     throw new HairnetError("unsupported", "this platform has no WebSocket; give makeSocket");
   return new WebSocket(url, "hairnet") as WebSocketLike;

@@ -1,4 +1,4 @@
-import { kPacketBytesMax, kPacketBytesMin } from "../generated/limits";
+import { kPacketBytesMax, kPacketBytesMin } from "../generated/constants";
 
 const kPrefixBytes = 4;
 

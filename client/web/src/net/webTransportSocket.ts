@@ -1,14 +1,12 @@
-import { HairnetError } from "../hair/hairnetError";
-import { kDatagramBytesMax } from "../generated/limits";
-import { isFrameDatagram } from "./frameDatagram";
-import type { WebSocketLike } from "./link";
+import { kDatagramBytesMax } from "../generated/constants";
+import { HairnetError } from "../module/hairnetError";
+import type { WebSocketLike } from "./socket";
 import { PacketSplitter } from "./packetSplitter";
 
 // A tick brings one datagram for every few people, all at once.
 const kIncomingDatagramsMax = 1024;
 // More poses than that are outdated before they leave.
 const kOutgoingDatagramsMax = 16;
-const kPrefixBytes = 4;
 const kHashBytes = 32;
 const kGoodbyeMs = 1000;
 
@@ -213,11 +211,7 @@ export class WebTransportSocket implements WebSocketLike {
     const reader = readable.getReader();
     try {
       for (let read = await reader.read(); !read.done; read = await reader.read()) {
-        const bytes = read.value.slice();
-        const isWhole =
-          bytes.length > kPrefixBytes && new DataView(bytes.buffer).getUint32(0, true) + kPrefixBytes === bytes.length;
-        if (!isWhole && !isFrameDatagram(bytes)) return this.#fail("the server sent a datagram that is no packet");
-        this.onmessage?.({ data: bytes.buffer });
+        this.onmessage?.({ data: read.value.slice().buffer });
       }
     } catch {
       // the session's end is told by `closed`

@@ -1,5 +1,6 @@
-export { materials } from "./materials";
+export { materials, type MaterialScale } from "./materials";
 export { Member } from "./member";
 export { OwnCharacter, type CharacterOptions } from "./ownCharacter";
-export { connect, Room, type RoomCounters, type RoomEvents, type RoomOptions, type RoomState } from "./room";
-export type { WindOptions } from "./wind";
+export { People, type RoomEvents, type RoomState } from "./people";
+export { connect, ModerateAction, Room, type Downloads, type RoomCounters, type RoomOptions } from "./room";
+export type { Wind, WindOptions } from "./wind";

@@ -1,5 +1,14 @@
 import { checkOptions } from "../hair/checkOptions";
-import type { MaterialScale } from "../net/messages";
+
+/** Factors on what the groom was made with, 0.01 to 100 each, and gel, 0 to 10 000 per square second. */
+export interface MaterialScale {
+  readonly stiffness: number;
+  readonly damping: number;
+  readonly density: number;
+  readonly etherDamping: number;
+  readonly airDrag: number;
+  readonly gelPerS2: number;
+}
 
 const normal: MaterialScale = { stiffness: 1, damping: 1, density: 1, etherDamping: 1, airDrag: 1, gelPerS2: 0 };
 
@@ -23,4 +32,16 @@ export const materials = {
 export function materialOf(scale: Partial<MaterialScale>): MaterialScale {
   checkOptions(scale, normal, "setMaterial");
   return { ...normal, ...scale };
+}
+
+/** A hairnet_material. */
+export function materialBytes({
+  stiffness,
+  damping,
+  density,
+  etherDamping,
+  airDrag,
+  gelPerS2,
+}: MaterialScale): Uint8Array {
+  return new Uint8Array(Float32Array.of(stiffness, damping, density, etherDamping, airDrag, gelPerS2).buffer);
 }

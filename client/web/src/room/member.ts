@@ -1,43 +1,59 @@
-import { defaultAppearance, type Appearance } from "../hair/appearance";
+import type { Appearance } from "../hair/appearance";
 import type { Groom } from "../hair/groom";
-import { ModeLattice } from "../hair/movedLattice";
-import { Playout, type PlayoutSample } from "../hair/playout";
-import type { Pose } from "../hair/pose";
+import { LevelIndex } from "../hair/level";
+import type { MovedLattice } from "../hair/movedLattice";
+import { kPoseNumbers, type Pose } from "../hair/pose";
 import type { Skin } from "../hair/skin";
-import type { GroomHash } from "../net/groomHash";
-import { decodeText } from "../net/text";
+import { tagText } from "../hair/tag";
+import { ModuleLattice, type Scene, type Shown } from "./shown";
 
-/** One character of a room, from its frames. */
+/** One character of a room, as it was at the last `sample`. */
 export class Member {
-  readonly playout: Playout;
+  /** its number in the room */
+  readonly member: number;
+  /** this client's own number for it; 0: another client's character */
+  readonly character: number;
+  readonly groomKey: string;
+  /** the owner's own number for it: with `session` it says the same character to all clients */
+  readonly ownerCharacter: number;
+  /** null: not received yet */
   groom: Groom | null = null;
   /** the skin to keep its hair out of; null: not received yet */
   skin: Skin | null = null;
   /** why its groom cannot be shown; empty: it can, or has not arrived yet */
   fault = "";
-  /** Written at every sample; null: no frame has arrived. */
+  /** null: nothing is known of where it is */
   pose: Pose | null = null;
   /** null: its hair is at rest */
-  lattice: ModeLattice | null = null;
+  lattice: MovedLattice | null = null;
+  /** at which its hair is simulated */
+  level = LevelIndex.rigid;
+  /** from sampling its poses to showing them here, s; 0 without a frame */
+  delayS = 0;
   /** Any bytes, at most 256, that the owner's application gave it. */
   tag: Uint8Array = new Uint8Array();
   /** As the owner wants it drawn; the default of its number if the owner does not say. */
   appearance: Appearance;
+  readonly #scene: Scene;
+  #sessionLow = 0;
+  #sessionHigh = 0;
+  #lattice: ModuleLattice | null = null;
+  #index = 0;
 
-  constructor(
-    readonly member: number,
-    /** this client's own number for it; 0: another client's character */
-    readonly character: number,
-    readonly groomKey: GroomHash,
-    /** the owner's; another after this client's session has ended and a new one begun */
-    public session: bigint,
-    /** the owner's own number for it: with `session` it says the same character to all clients */
-    readonly ownerCharacter: number,
-    /** the same character under another number: its shown state continues */
-    former?: Member,
-  ) {
-    this.appearance = defaultAppearance(member);
-    this.playout = former?.playout ?? new Playout();
+  /** @internal */
+  constructor(scene: Scene, shown: Shown) {
+    this.#scene = scene;
+    this.member = shown.member;
+    this.character = shown.own;
+    this.ownerCharacter = shown.ownerCharacter;
+    this.groomKey = shown.groomKey;
+    this.appearance = shown.appearance;
+    this.describe(shown);
+  }
+
+  /** The owner's session; another after this client's has ended and a new one begun. */
+  get session(): bigint {
+    return (BigInt(this.#sessionHigh) << 32n) | BigInt(this.#sessionLow);
   }
 
   get own(): boolean {
@@ -46,28 +62,44 @@ export class Member {
 
   /** The tag as text, such as a person's name; "" if it is no UTF-8 or has control characters. */
   get tagText(): string {
-    return decodeText(this.tag) ?? "";
+    return tagText(this.tag);
   }
 
-  /** @internal `appearance` null: the default. */
-  show(tag: Uint8Array, appearance: Appearance | null): void {
-    this.tag = tag;
-    this.appearance = appearance ?? defaultAppearance(this.member);
+  /**
+   * The points of its hair now, in world space: 3 numbers for each point of its groom. `out`: to write to, of that length.
+   * Null: it has no groom or no pose yet.
+   */
+  points(out?: Float32Array): Float32Array | null {
+    if (!this.groom || !this.pose) return null;
+    const points = out ?? new Float32Array(3 * this.groom.pointCount);
+    this.#scene.pointsOf(this.#index, points);
+    return points;
   }
 
-  /** Updates pose and lattice to the state at `nowNs`. `newest`: a pose that replaces that of the frames. */
-  sample(nowNs: number, newest: Pose | null): void {
-    const sample = this.playout.sample(nowNs);
-    if (!sample) {
-      this.pose = newest;
+  /** @internal Takes tag and appearance. */
+  describe(shown: Shown): void {
+    this.tag = shown.tag;
+    this.appearance = shown.appearance;
+  }
+
+  /** @internal Takes what changes with time. `index`: of the character in the scene. */
+  show(shown: Shown, index: number): void {
+    this.#index = index;
+    this.#sessionLow = shown.sessionLow;
+    this.#sessionHigh = shown.sessionHigh;
+    this.level = shown.level;
+    this.delayS = shown.delayS;
+    if (!this.groom) this.fault = shown.error;
+    if (shown.hasPose) {
+      this.pose ??= new Float64Array(kPoseNumbers);
+      shown.readPose(this.pose);
+    } else this.pose = null;
+    if (!shown.moves) {
+      this.lattice = null;
       return;
     }
-    this.#move(sample);
-    this.pose = newest ?? sample.pose;
-  }
-
-  #move({ basis, coefficients }: PlayoutSample): void {
-    if (this.lattice?.hair !== basis) this.lattice = basis && new ModeLattice(basis);
-    this.lattice?.show(coefficients);
+    if (!this.#lattice?.fits(shown)) this.#lattice = new ModuleLattice(this.#scene, shown, index, shown.basis);
+    this.#lattice.show(shown, index);
+    this.lattice = this.#lattice;
   }
 }

@@ -1,13 +1,11 @@
 import { changedAppearance, defaultAppearance, type Appearance } from "../hair/appearance";
+import { notFinite, type DroppedInput } from "../hair/droppedInput";
+import { HairnetError } from "../module/hairnetError";
 import type { LevelIndex } from "../hair/level";
-import type { DroppedInput } from "../hair/droppedInput";
-import { notFinite } from "../hair/droppedInput";
-import { HairnetError } from "../hair/hairnetError";
-import { poseFormFault, poseNumberFault, type Pose } from "../hair/pose";
-import { tagBytes } from "../net/appearanceCodec";
-import type { Link } from "../net/link";
-import type { MaterialScale } from "../net/messages";
-import { materialOf } from "./materials";
+import { kPoseNumbers, poseFormFault, poseNumberFault, type Pose } from "../hair/pose";
+import { tagBytes } from "../hair/tag";
+import type { Instance } from "../module/instance";
+import { materialBytes, materialOf, type MaterialScale } from "./materials";
 import type { Member } from "./member";
 
 /** How an own character is added. */
@@ -20,9 +18,21 @@ export interface CharacterOptions {
   readonly appearance?: Partial<Appearance>;
 }
 
+/** The room or world of the module that a character belongs to. */
+export interface CharacterHost {
+  readonly module: Instance;
+  readonly handle: number;
+  /** of its functions' names: "hairnet_" or "hairnet_world_" */
+  readonly prefix: string;
+  readonly dropped: DroppedInput;
+  /** There is something to send. */
+  soon(): void;
+  /** It has another tag or appearance. */
+  changed(own: OwnCharacter): void;
+}
+
 /** One of this client's own characters in a room. */
 export class OwnCharacter {
-  #sequence = 0;
   #newest: Pose | null = null;
   #tag: Uint8Array;
   #appearance: Appearance | null;
@@ -31,17 +41,15 @@ export class OwnCharacter {
 
   /** Made by `Room.addCharacter`. */
   constructor(
-    private readonly link: Link,
+    private readonly host: CharacterHost,
     /** this client's own number for it */
     readonly character: number,
     /** identifies its groom */
     readonly groomKey: string,
-    { tag, appearance }: CharacterOptions,
-    private readonly onChanged: () => void,
-    private readonly dropped: DroppedInput,
+    { tag, appearance }: { readonly tag: Uint8Array; readonly appearance: Appearance | null },
   ) {
-    this.#tag = tagBytes(tag === undefined ? "" : tag);
-    this.#appearance = appearance === undefined ? null : this.#changed(appearance);
+    this.#tag = tag;
+    this.#appearance = appearance;
   }
 
   get tag(): Uint8Array {
@@ -69,21 +77,20 @@ export class OwnCharacter {
     if (none) throw new HairnetError("invalid", none);
     const fault = poseNumberFault(pose);
     if (fault) return this.#drop("push", fault);
+    const { module, handle, prefix } = this.host;
+    module.struct(8 * kPoseNumbers, (at) => {
+      module.doubles(at, kPoseNumbers).set(pose);
+      module.call(`${prefix}push_pose`, handle, this.character, at, Number(teleport));
+    });
     this.#newest = Float64Array.from(pose);
-    this.#sequence = (this.#sequence + 1) >>> 0;
-    const sample = {
-      character: this.character,
-      sequence: this.#sequence,
-      captureTimeNs: this.link.nowNs(),
-      teleport,
-      pose: this.#newest,
-    };
-    this.link.use((core) => core.pushPoses([sample]));
+    this.host.soon();
   }
 
   /** The finest level that it may have. */
   setLevel(level: LevelIndex): void {
-    this.link.send({ type: "setLevel", character: this.character, level });
+    const { module, handle, prefix } = this.host;
+    module.call(`${prefix}set_level`, handle, this.character, level);
+    this.host.soon();
   }
 
   /**
@@ -94,30 +101,40 @@ export class OwnCharacter {
     const wrong = notFinite(appearance ?? {});
     if (wrong) return this.#drop("setAppearance", wrong);
     const bytes = tagBytes(tag);
-    this.#appearance = this.#changed(appearance);
-    this.#tag = bytes;
-    this.link.send({
-      type: "setAppearance",
-      character: this.character,
-      tag: this.#tag,
-      appearance: this.#appearance,
-    });
-    this.onChanged();
-  }
-
-  #changed(changes: Partial<Appearance>): Appearance {
     const base = this.#appearance ?? this.member?.appearance ?? defaultAppearance(this.character);
-    return changedAppearance(base, changes);
+    this.#appearance = changedAppearance(base, appearance);
+    this.#tag = bytes;
+    const { module, handle, prefix } = this.host;
+    module.with(appearanceBytes(this.#appearance), (look) =>
+      module.with(bytes, (text) =>
+        module.check("", `${prefix}set_appearance`, handle, this.character, text, bytes.length, look),
+      ),
+    );
+    if (this.member) Object.assign(this.member, { tag: this.#tag, appearance: this.#appearance });
+    this.host.changed(this);
+    this.host.soon();
   }
 
   /** Replaces its material: one of `materials`, or `{ stiffness: 2 }`, where what is absent is normal. */
   setMaterial(scale: Partial<MaterialScale>): void {
     const wrong = notFinite(scale ?? {});
     if (wrong) return this.#drop("setMaterial", wrong);
-    this.link.send({ type: "setMaterial", character: this.character, scale: materialOf(scale) });
+    const { module, handle, prefix } = this.host;
+    module.with(materialBytes(materialOf(scale)), (at) =>
+      module.check("setMaterial: ", `${prefix}set_material`, handle, this.character, at),
+    );
+    this.host.soon();
   }
 
   #drop(call: string, fault: string): void {
-    this.dropped.drop(`${call} of character ${this.character}: ${fault}`);
+    this.host.dropped.drop(`${call} of character ${this.character}: ${fault}`);
   }
+}
+
+/** A hairnet_appearance. */
+export function appearanceBytes({ hairRoot, hairTip, skin, roughness }: Appearance): Uint8Array {
+  const view = new DataView(new ArrayBuffer(16));
+  for (const [i, colour] of [hairRoot, hairTip, skin].entries()) view.setUint32(4 * i, colour, true);
+  view.setFloat32(12, roughness, true);
+  return new Uint8Array(view.buffer);
 }

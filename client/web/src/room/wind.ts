@@ -1,6 +1,22 @@
 import { checkOptions } from "../hair/checkOptions";
-import { HairnetError } from "../hair/hairnetError";
-import type { Wind } from "../net/messages";
+import { HairnetError } from "../module/hairnetError";
+
+/** The air in a room; `hairnet_wind` of client/hairnet.h. */
+export interface Wind {
+  /** world */
+  readonly meanMPerS: readonly [number, number, number];
+  /** gusts vary the speed between (1 - ratio) and (1 + ratio) times its mean; 0 to 1 */
+  readonly gustRatio: number;
+  /** of the slowest gust */
+  readonly gustPeriodS: number;
+  /** of each component */
+  readonly turbulenceRmsMPerS: number;
+  /** the smallest length over which turbulence changes; at least 0.3 */
+  readonly turbulenceScaleM: number;
+  readonly seed: bigint;
+  /** the air goes along with each head, as in a vehicle; else it stands in the room */
+  readonly carried: boolean;
+}
 
 /** A wind in few words. */
 export interface WindOptions {
@@ -23,6 +39,7 @@ const kShort: Readonly<Record<Exclude<keyof WindOptions, "carried">, true>> = {
   gust: true,
   turbulence: true,
 };
+export const kWindBytes = 72;
 const kFrom = 90;
 const kGust = 0.4;
 const kTurbulenceIntensity = 0.15; // usual outdoors
@@ -43,7 +60,7 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
   const full = Object.keys(options).find((name) => name !== "carried" && Object.hasOwn(kStillAir, name));
   const short = Object.keys(options).find((name) => Object.hasOwn(kShort, name));
   if (full && short) throw new HairnetError("invalid", `setWind: give either '${short}' or '${full}', not both`);
-  if (full) return { ...kStillAir, ...options };
+  if (full) return wholeWind(options as Partial<Wind>);
   const {
     speed = 0,
     from = kFrom,
@@ -61,5 +78,39 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
     gustRatio: gust,
     turbulenceRmsMPerS: turbulence,
     carried,
+  };
+}
+
+function wholeWind(options: Partial<Wind>): Wind {
+  const wind = { ...kStillAir, ...options };
+  const mean: unknown = wind.meanMPerS;
+  if (!(Array.isArray(mean) || ArrayBuffer.isView(mean)) || (mean as number[]).length !== 3)
+    throw new HairnetError("invalid", "setWind: meanMPerS is not 3 numbers");
+  if (typeof wind.seed !== "bigint") throw new HairnetError("invalid", "setWind: seed is no bigint");
+  return wind;
+}
+
+const kNumbers = ["gustRatio", "gustPeriodS", "turbulenceRmsMPerS", "turbulenceScaleM"] as const;
+
+/** A hairnet_wind. */
+export function windBytes(wind: Wind): Uint8Array {
+  const view = new DataView(new ArrayBuffer(kWindBytes));
+  const numbers = [...wind.meanMPerS, ...kNumbers.map((name) => wind[name])];
+  for (const [i, number] of numbers.entries()) view.setFloat64(8 * i, number, true);
+  view.setBigUint64(56, BigInt.asUintN(64, wind.seed), true);
+  view.setUint32(64, Number(wind.carried), true);
+  return new Uint8Array(view.buffer);
+}
+
+export function windFrom(view: DataView): Wind {
+  const number = (i: number) => view.getFloat64(8 * i, true);
+  return {
+    meanMPerS: [number(0), number(1), number(2)],
+    gustRatio: number(3),
+    gustPeriodS: number(4),
+    turbulenceRmsMPerS: number(5),
+    turbulenceScaleM: number(6),
+    seed: view.getBigUint64(56, true),
+    carried: view.getUint32(64, true) !== 0,
   };
 }

@@ -1,19 +1,13 @@
 import {
-  BufferGeometry,
-  Camera,
   ClampToEdgeWrapping,
-  GLSL3,
   LinearFilter,
   LinearMipmapLinearFilter,
-  Mesh,
-  NoBlending,
-  RawShaderMaterial,
   WebGLRenderTarget,
   type Texture,
   type WebGLRenderer,
 } from "three";
 import { kCardTextureHeight, kCardTextureWidth } from "../generated/constants";
-import { shader } from "./shaders";
+import { drawAside, Pass } from "./pass";
 
 /** The texture of cards, drawn by the GPU for the first cards, and again after its context was lost. */
 export class CardTexture {
@@ -36,32 +30,16 @@ export class CardTexture {
     this.#isDrawn = false;
   }
 
-  /** Draws it if necessary; do not call it while the renderer draws something else. */
+  /** As `drawAside`, if necessary. */
   draw(renderer: WebGLRenderer): void {
     if (this.#isDrawn) return;
     this.#isDrawn = true;
-    const geometry = new BufferGeometry();
-    geometry.setDrawRange(0, 3);
-    const material = new RawShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: shader("screen.vert"),
-      fragmentShader: shader("card_texture.frag"),
-      uniforms: { exposure: { value: 1 }, encode_srgb: { value: 0 } },
-      depthTest: false,
-      depthWrite: false,
-      blending: NoBlending,
+    const pass = new Pass("screen.vert", "card_texture.frag", { exposure: { value: 1 }, encode_srgb: { value: 0 } });
+    drawAside(renderer, () => {
+      renderer.setRenderTarget(this.#target);
+      pass.draw(renderer, 3);
     });
-    const triangle = new Mesh(geometry, material);
-    triangle.frustumCulled = false;
-    const before = renderer.getRenderTarget();
-    const xr = renderer.xr.enabled;
-    renderer.xr.enabled = false;
-    renderer.setRenderTarget(this.#target);
-    renderer.render(triangle, new Camera());
-    renderer.setRenderTarget(before);
-    renderer.xr.enabled = xr;
-    geometry.dispose();
-    material.dispose();
+    pass.dispose();
   }
 
   dispose(): void {

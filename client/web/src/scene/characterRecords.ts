@@ -6,17 +6,14 @@ import {
   kRecordTexels,
   kTipTexel,
 } from "../generated/constants";
-import type { Pose } from "../hair/pose";
-import { kBoneCount, kNumbersPerBone } from "../hair/pose";
+import type { Lattice } from "../hair/movedLattice";
+import { kBoneCount, kNumbersPerBone, type Pose } from "../hair/pose";
 import type { DensityGrid } from "./densityGrid";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
 
 /** A lattice that moves hair, and its place in `LatticePass`. */
-export interface PlacedLattice {
-  readonly origin: ArrayLike<number>;
-  readonly spacing: ArrayLike<number>;
-  readonly dims: ArrayLike<number>;
+export interface PlacedLattice extends Lattice {
   readonly firstNode: number;
   /** number of its basis in the picture, from 1; 0: its nodes are uploaded; -1: they are there already */
   readonly basis: number;
@@ -102,7 +99,7 @@ export function writeRecord(record: CharacterRecord, out: Float32Array): void {
   put(0, pose[0], pose[1], pose[2], pose[3]);
   put(1, pose[4], pose[5], pose[6], record.pointRows.first);
   put(2, ...record.hairAlbedo, record.widthM);
-  put(3, detail.strandShare, Math.min(2 - 2 * detail.cards, 1), Math.min(2 * detail.cards, 1), detail.quadratic);
+  put(3, detail.strandShare, detail.quadratic, 0, 0);
   put(4, detail.followHairCount, record.strayM, lattice ? 1 : 0, record.size - 1);
   put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
   for (let bone = 0; bone < kBoneCount; ++bone) {

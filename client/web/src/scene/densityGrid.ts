@@ -17,8 +17,8 @@ export interface DensityGrid {
  */
 export function movedBox(rest: Box3, roots: Box3, lattice: MovedLattice | null): Box3 {
   if (!lattice) return rest;
-  const { geometry, grid } = lattice;
-  const { origin, spacing, dims } = geometry.lattice;
+  const { grid } = lattice;
+  const { origin, spacing, dims } = lattice.lattice;
   const near = rest.clone().expandByVector(new Vector3(spacing[0], spacing[1], spacing[2]));
   const box = roots.clone();
   const at = new Vector3();

@@ -10,16 +10,13 @@ export interface DrawDetail {
   toleranceM: number;
   /** 1: quadratic FFD; 0: linear; between: a blend */
   quadratic: number;
-  /** 0: strands; 1: cards; between: both, faded */
-  cards: number;
 }
 
 /**
  * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. The result is continuous in
- * both. `waviness`: of the groom; cards can replace straight hair at a larger size than curls. Equals
- * client/draw/draw_detail.cpp.
+ * both. Equals client/draw/draw_detail.cpp.
  */
-export function detailFor(headPx: number, quality: number, strandCount: number, waviness: number): DrawDetail {
+export function detailFor(headPx: number, quality: number, strandCount: number): DrawDetail {
   const px = Math.max(headPx, 0.1) * quality;
   const strands = Math.max(kFullStrands * (px / kFullHeadPx) ** 1.3, kStrandsMin);
   return {
@@ -27,7 +24,6 @@ export function detailFor(headPx: number, quality: number, strandCount: number, 
     followHairCount: 2 * rise(px, 150, 350) + 2 * rise(px, 600, 1200),
     toleranceM: (0.35 * kHeadM) / px,
     quadratic: rise(px, 70, 120),
-    cards: 1 - rise(px, 75 - 30 * waviness, 110 - 40 * waviness),
   };
 }
 

@@ -1,7 +1,7 @@
 import { Box3, Matrix4, type PerspectiveCamera, Quaternion, Vector3 } from "three";
 import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import { Bone, kNumbersPerBone, type Pose } from "../hair/pose";
 
 export interface FrameOptions {
@@ -13,13 +13,16 @@ export interface FrameOptions {
 const kOptions: Readonly<Record<keyof FrameOptions, true>> = { margin: true, member: true };
 const kMargin = 1.15;
 
+/** What a picture must show of a groom. */
+type Shape = Pick<Groom, "points" | "body">;
+
 /** A character as a camera frames it. */
 export interface Framed {
   /** scene */
   readonly pose: Pose;
   readonly size: number;
   /** null: not received yet */
-  readonly groom: Groom | null;
+  readonly groom: Shape | null;
 }
 
 /** Throws `HairnetError` unless `HairScene.frame` can do that. */
@@ -108,10 +111,10 @@ function cornersOf({ pose, size, groom }: Framed): Vector3[] {
 
 // A head with long hair.
 const kUnknownBox = new Box3(new Vector3(-0.2, -0.35, -0.2), new Vector3(0.2, 0.25, 0.2));
-const boxes = new WeakMap<Groom, Box3>();
+const boxes = new WeakMap<Shape, Box3>();
 
 // Of all points of its hair and body, head space.
-function boxOf(groom: Groom): Box3 {
+function boxOf(groom: Shape): Box3 {
   const known = boxes.get(groom);
   if (known) return known;
   const box = new Box3().setFromArray(groom.points);

@@ -1,7 +1,8 @@
-import { HairnetError } from "../hair/hairnetError";
-import type { Groom } from "../hair/groom";
+import { HairnetError } from "../module/hairnetError";
+import { hairModule } from "../module/moduleFile";
+import { Instance } from "../module/instance";
 import type { GroomGeometry } from "./geometry/groomGeometry";
-import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
+import { readGeometry } from "./geometry/readGeometry";
 import GroomWorker from "./groomWorker?worker&inline";
 
 type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; fault?: string };
@@ -9,7 +10,7 @@ type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; fa
 const kCoarsePictures = 3;
 
 type Waiting = {
-  groom: Groom;
+  file: Uint8Array;
   onCoarse: (geometry: GroomGeometry) => void;
   resolve: (geometry: GroomGeometry) => void;
   reject: (fault: Error) => void;
@@ -23,6 +24,8 @@ type Waiting = {
  */
 export class GroomBuilder {
   #worker: Worker | null = null;
+  /** on this thread, where no worker can run */
+  #instance: Promise<Instance> | null = null;
   #workerFailed = typeof Worker === "undefined";
   #next = 1;
   readonly #waiting = new Map<number, Waiting>();
@@ -33,16 +36,16 @@ export class GroomBuilder {
   }
 
   /**
-   * `onCoarse` may get a geometry of few strands first, to show until the promise gives the whole one; `onPicture` tells
-   * that it is shown.
+   * `file`: of a groom. `onCoarse` may get a geometry of few strands first, to show until the promise gives the whole
+   * one; `onPicture` tells that it is shown.
    */
-  build(groom: Groom, onCoarse: (geometry: GroomGeometry) => void): Promise<GroomGeometry> {
+  build(file: Uint8Array, onCoarse: (geometry: GroomGeometry) => void): Promise<GroomGeometry> {
     return new Promise((resolve, reject) => {
       const id = this.#next++;
-      this.#waiting.set(id, { groom, onCoarse, resolve, reject, pictures: null });
+      this.#waiting.set(id, { file, onCoarse, resolve, reject, pictures: null });
       const worker = this.#start();
-      if (worker) worker.postMessage({ id, groom });
-      else this.#buildHere(id);
+      if (worker) worker.postMessage({ id, file });
+      else void this.#buildHere(id);
     });
   }
 
@@ -71,25 +74,36 @@ export class GroomBuilder {
       return null;
     }
     this.#worker.onmessage = ({ data }: MessageEvent<Answer>) => this.#take(data);
-    this.#worker.onerror = () => {
-      this.#worker?.terminate();
-      this.#worker = null;
-      this.#workerFailed = true;
-      for (const id of this.#waiting.keys()) this.#buildHere(id);
-    };
-    return this.#worker;
+    this.#worker.onerror = () => this.#giveUpWorker();
+    const worker = this.#worker;
+    // What it is asked for before waits there.
+    hairModule().then(
+      (module) => worker.postMessage({ module }),
+      () => this.#giveUpWorker(),
+    );
+    return worker;
   }
 
-  #buildHere(id: number): void {
-    setTimeout(() => {
+  #giveUpWorker(): void {
+    this.#worker?.terminate();
+    this.#worker = null;
+    this.#workerFailed = true;
+    for (const id of this.#waiting.keys()) void this.#buildHere(id);
+  }
+
+  async #buildHere(id: number): Promise<void> {
+    try {
+      this.#instance ??= hairModule().then((module) => Instance.of(module));
+      const instance = await this.#instance;
       const waiting = this.#waiting.get(id);
       if (!waiting) return;
-      try {
-        this.#take({ id, geometry: makeGroomGeometry(waiting.groom) });
-      } catch (fault) {
-        this.#take({ id, fault: String(fault) });
-      }
-    });
+      const groom = instance.makeOf("hairnet_groom_load", waiting.file);
+      const geometry = readGeometry(instance, groom, false)!;
+      instance.call("hairnet_groom_free", groom);
+      this.#take({ id, geometry });
+    } catch (fault) {
+      this.#take({ id, fault: fault instanceof Error ? fault.message : String(fault) });
+    }
   }
 
   #take({ id, coarse, geometry, fault }: Answer): void {

@@ -5,8 +5,6 @@ import {
   FloatType,
   Float16BufferAttribute,
   InstancedBufferGeometry,
-  InterleavedBuffer,
-  InterleavedBufferAttribute,
   Mesh,
   RGBAFormat,
   RGFormat,
@@ -17,8 +15,7 @@ import {
 } from "three";
 import { kDensityStrandsMax, kFollowHairsMax, kPointRow } from "../generated/constants";
 import type { DrawDetail } from "./drawDetail";
-import type { GroomGeometry } from "./geometry/groomGeometry";
-import type { MeshArrays } from "./geometry/meshBuilder";
+import { buffersOf, type Attributes, type GroomGeometry, type MeshArrays } from "./geometry/groomGeometry";
 import { SkinTexture } from "./skinTexture";
 import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
@@ -33,30 +30,19 @@ export interface Drawn {
 export interface DrawCounts {
   drawCalls: number;
   strands: number;
-  cards: number;
   vertices: number;
 }
 
-/**
- * Sorts for `GroomDrawing.show`: characters that are drawn as cards only come last, and those with one list are
- * adjacent.
- */
+/** Sorts for `GroomDrawing.show`: characters with one list are adjacent. */
 export function inDrawingOrder(a: Drawn, b: Drawn): number {
-  return (
-    Number(a.detail.cards >= 1) - Number(b.detail.cards >= 1) ||
-    a.list - b.list ||
-    a.detail.cards - b.detail.cards ||
-    b.detail.strandShare - a.detail.strandShare
-  );
+  return a.list - b.list || b.detail.strandShare - a.detail.strandShare;
 }
 
 /** All characters of one groom: a draw call for each part of it, and one for each list of its strands. */
 export class GroomDrawing {
   readonly strandCount: number;
-  readonly waviness: number;
   readonly strandWidthM: number;
   readonly radiusM: number;
-  readonly hasFarCards: boolean;
   readonly bytes: number;
   /** The strands' points for `StrandDeformPass`: rows of kPointRow. */
   readonly restPoints: DataTexture;
@@ -67,7 +53,6 @@ export class GroomDrawing {
   readonly #geometry: GroomGeometry;
   readonly #strands: Part[];
   readonly #cards: Part | null;
-  readonly #farCards: Part | null;
   readonly #fabric: Part | null;
   readonly #body: Part | null;
   readonly #parts: Part[];
@@ -86,59 +71,44 @@ export class GroomDrawing {
   ) {
     this.#geometry = geometry;
     this.strandCount = geometry.strandCount;
-    this.waviness = geometry.waviness;
     this.strandWidthM = geometry.strandWidthM;
     this.radiusM = geometry.radiusM;
-    this.hasFarCards = geometry.farCards.triangles.length > 0;
-    const make = (part: HairPart, attributes: Attributes, triangles: Uint32Array, own: Record<string, IUniform>) => {
+    const make = (
+      part: HairPart,
+      attributes: BufferAttributes,
+      triangles: Uint32Array,
+      own: Record<string, IUniform>,
+    ) => {
       const material = makeMaterial(part, uniforms, own);
       adapt(material, part);
       const made = new Part(part, attributes, triangles, material, uniforms);
       if (castShadow) made.castShadow(part, uniforms);
       return made;
     };
-    const whole = (part: HairPart, arrays: MeshArrays, extra: Extra[], own: Record<string, IUniform> = {}) =>
-      arrays.triangles.length > 0 ? make(part, attributesOf(arrays, extra), arrays.triangles, own) : null;
-    const side: Extra[] = [["side", 0, 4]];
-    this.#body = whole("body", geometry.body, [["shares", 0, 4]]);
-    const albedoAndCord: Extra[] = [
-      ["albedo", 0, 4],
-      ["cord", 4, 1],
-    ];
-    this.#fabric = whole("fabric", geometry.fabric, albedoAndCord, skin.uniforms);
-    this.#cards = whole("card", geometry.cards, side, {
-      ...skin.uniforms,
-      far_cards: { value: 0 },
-      waviness: { value: 0 },
-    });
-    this.#farCards = whole("card", geometry.farCards, side, {
-      ...skin.uniforms,
-      far_cards: { value: 1 },
-      waviness: { value: geometry.waviness },
-    });
+    const whole = (part: HairPart, { attributes, triangles }: MeshArrays, own: Record<string, IUniform> = {}) =>
+      triangles.length > 0 ? make(part, bufferAttributes(attributes), triangles, own) : null;
+    this.#body = whole("body", geometry.body);
+    this.#fabric = whole("fabric", geometry.fabric, skin.uniforms);
+    this.#cards = whole("card", geometry.cards, skin.uniforms);
     const { strands: points } = geometry;
     const rows = points.rest.length / 4 / kPointRow;
-    this.restPoints = new DataTexture(points.rest as Float32Array<ArrayBuffer>, kPointRow, rows, RGBAFormat, FloatType);
-    this.restArcs = new DataTexture(points.arc as Float32Array<ArrayBuffer>, kPointRow, rows, RGFormat, FloatType);
+    this.restPoints = new DataTexture(points.rest, kPointRow, rows, RGBAFormat, FloatType);
+    this.restArcs = new DataTexture(points.arc, kPointRow, rows, RGFormat, FloatType);
     this.restPoints.needsUpdate = this.restArcs.needsUpdate = true;
     const point = new Vector3();
     for (let p = 0; p < points.pointEnd[geometry.strandCount]; ++p) {
       this.strandBox.expandByPoint(point.fromArray(points.rest, 4 * p));
       if (points.arc[2 * p] === 0) this.rootBox.expandByPoint(point);
     }
-    const strands: Attributes = {
-      sides: new BufferAttribute(points.sides, 4, true),
-      ends: new BufferAttribute(points.ends, 4, true),
-      strand: new BufferAttribute(points.strand, 1),
-    };
+    const strands = bufferAttributes(points.attributes);
     const strandCount = { value: Math.max(geometry.strandCount, 1) };
     this.#strands = points.lists.map((list) =>
       make("strand", strands, list.triangles, { strand_count: strandCount, rest_points: { value: this.restPoints } }),
     );
-    const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands, this.#farCards];
+    const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands];
     this.#parts = parts.filter((part) => part !== null);
     for (const part of this.#parts) group.add(part.mesh);
-    this.bytes = bytesOf(geometry);
+    this.bytes = buffersOf(geometry).reduce((sum, { byteLength }) => sum + byteLength, 0);
   }
 
   /** The list of strands for a tolerance: the coarsest one within it. */
@@ -150,9 +120,9 @@ export class GroomDrawing {
     return best;
   }
 
-  /** The number of drawn strands for the share; 0 for far characters. */
+  /** The number of drawn strands for the share. */
   strandsOf({ detail }: Drawn): number {
-    return this.#isFar(detail) ? 0 : Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
+    return Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
   }
 
   /** The strands of one character that stand for all of its strands in its grid of density. */
@@ -167,7 +137,7 @@ export class GroomDrawing {
 
   /** The last `show` draws cards, which need their texture. */
   get showsCards(): boolean {
-    return this.#cards?.mesh.visible === true || this.#farCards?.mesh.visible === true;
+    return this.#cards?.mesh.visible === true;
   }
 
   /** Rows of kPointRow points in the strands of one character. */
@@ -189,9 +159,8 @@ export class GroomDrawing {
       let end = begin;
       let strands = 0;
       let followHairs = 0;
-      const far = this.#isFar(shown[begin].detail);
       const { list } = shown[begin];
-      for (; end < shown.length && shown[end].list === list && this.#isFar(shown[end].detail) === far; ++end) {
+      for (; end < shown.length && shown[end].list === list; ++end) {
         strands = Math.max(strands, this.strandsOf(shown[end]));
         followHairs = Math.max(followHairs, shown[end].detail.followHairCount);
       }
@@ -204,11 +173,6 @@ export class GroomDrawing {
       }
       begin = end;
     }
-    const farFrom = shown.findIndex((one) => one.detail.cards > 0);
-    if (this.#farCards && farFrom >= 0) {
-      this.#farCards.show(first + farFrom, shown.length - farFrom, 1, counts);
-      counts.cards += this.#geometry.farCardCount * (shown.length - farFrom);
-    }
   }
 
   dispose(): void {
@@ -219,35 +183,19 @@ export class GroomDrawing {
     this.restPoints.dispose();
     this.restArcs.dispose();
   }
-
-  #isFar(detail: DrawDetail): boolean {
-    return this.hasFarCards && detail.cards >= 1;
-  }
 }
 
-type Attributes = Record<string, BufferAttribute | InterleavedBufferAttribute>;
-/** Name in the shader, first number and count of numbers in `extra`. */
-type Extra = readonly [name: string, first: number, size: number];
+type BufferAttributes = Record<string, BufferAttribute>;
 
-function attributesOf(arrays: MeshArrays, extras: readonly Extra[]): Attributes {
-  const attributes: Attributes = {
-    rest: new BufferAttribute(arrays.rest, 4),
-    sides: new BufferAttribute(arrays.sides, 4, true),
-    ends: new BufferAttribute(arrays.ends, 4, true),
-    direction: new Float16BufferAttribute(arrays.direction as Uint16Array<ArrayBuffer>, 4),
-  };
-  const buffer = new InterleavedBuffer(arrays.extra, arrays.extraSize);
-  for (const [name, first, size] of extras) attributes[name] = new InterleavedBufferAttribute(buffer, size, first);
-  return attributes;
-}
-
-function bytesOf(geometry: GroomGeometry): number {
-  const { strands, cards, farCards, fabric, body } = geometry;
-  let bytes = 0;
-  for (const mesh of [strands, cards, farCards, fabric, body])
-    for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) bytes += array.byteLength;
-  for (const list of geometry.strands.lists) bytes += list.triangles.byteLength;
-  return bytes;
+/** The strands' lists share them. */
+function bufferAttributes(attributes: Attributes): BufferAttributes {
+  const made: BufferAttributes = {};
+  for (const [name, { array, size }] of Object.entries(attributes))
+    made[name] =
+      array instanceof Uint16Array
+        ? new Float16BufferAttribute(array, size)
+        : new BufferAttribute(array, size, array instanceof Uint8Array);
+  return made;
 }
 
 const kOrder: Record<HairPart, number> = { body: 0, fabric: 1, card: 2, strand: 3 };
@@ -258,16 +206,13 @@ class Part {
 
   constructor(
     part: HairPart,
-    attributes: Attributes,
+    attributes: BufferAttributes,
     triangles: Uint32Array,
     material: RawShaderMaterial,
     uniforms: SceneUniforms,
   ) {
     const geometry = new InstancedBufferGeometry();
-    for (const [name, attribute] of Object.entries(attributes)) {
-      // The body's shader has another name for this attribute.
-      geometry.setAttribute(part === "body" && name === "direction" ? "normal" : name, attribute);
-    }
+    for (const [name, attribute] of Object.entries(attributes)) geometry.setAttribute(name, attribute);
     geometry.setIndex(new BufferAttribute(triangles, 1));
     geometry.instanceCount = 0;
     this.mesh = new Mesh(geometry, material);

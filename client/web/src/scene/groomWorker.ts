@@ -1,30 +1,35 @@
-import type { Groom } from "../hair/groom";
-import { coarseGroom } from "./geometry/coarseGroom";
+import { Instance } from "../module/instance";
 import { buffersOf } from "./geometry/groomGeometry";
-import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
+import { readGeometry } from "./geometry/readGeometry";
 
-/** Those that were answered with a coarse geometry. */
-const grooms = new Map<number, Groom>();
+/** Grooms of the module that were answered with a coarse geometry, by `id`. */
+const grooms = new Map<number, number>();
+let onModule!: (module: WebAssembly.Module) => void;
+const instance = new Promise<WebAssembly.Module>((resolve) => {
+  onModule = resolve;
+}).then((module) => Instance.of(module));
 
 /**
- * Receives a groom, and answers with a coarse geometry if the whole one takes long, or with the whole one, or with the
- * error. After a coarse one the same `id` without a groom asks for the whole one.
+ * Receives the compiled module, which all else waits for, and files of grooms, and answers each with a coarse geometry if the whole one takes
+ * long, or with the whole one, or with the error. After a coarse one the same `id` without a file asks for the whole one.
  */
-self.onmessage = ({ data }: MessageEvent<{ id: number; groom?: Groom }>) => {
-  const { id } = data;
-  const groom = data.groom ?? grooms.get(id)!;
+self.onmessage = async ({ data }: MessageEvent<{ module?: WebAssembly.Module; id: number; file?: Uint8Array }>) => {
+  if (data.module) return onModule(data.module);
+  const { id, file } = data;
   try {
-    const few = data.groom ? coarseGroom(groom) : null;
-    if (few) {
-      const coarse = makeGroomGeometry(few);
+    const module = await instance;
+    const groom = file ? module.makeOf("hairnet_groom_load", file) : grooms.get(id)!;
+    const coarse = file ? readGeometry(module, groom, true) : null;
+    if (coarse) {
       grooms.set(id, groom);
       self.postMessage({ id, coarse }, { transfer: buffersOf(coarse) });
       return;
     }
     grooms.delete(id);
-    const geometry = makeGroomGeometry(groom);
+    const geometry = readGeometry(module, groom, false)!;
+    module.call("hairnet_groom_free", groom);
     self.postMessage({ id, geometry }, { transfer: buffersOf(geometry) });
   } catch (fault) {
-    self.postMessage({ id, fault: String(fault) });
+    self.postMessage({ id, fault: fault instanceof Error ? fault.message : String(fault) });
   }
 };

@@ -1,24 +1,15 @@
 import {
   AddEquation,
-  Camera,
   ClampToEdgeWrapping,
   Color,
   CustomBlending,
-  DoubleSide,
-  GLSL3,
   HalfFloatType,
-  InstancedBufferGeometry,
   LinearFilter,
-  Mesh,
-  NoBlending,
   OneFactor,
-  Points,
-  RawShaderMaterial,
   RGBAFormat,
   RGFormat,
   WebGLRenderTarget,
   type IUniform,
-  type Object3D,
   type PixelFormat,
   type Texture,
   type WebGLRenderer,
@@ -26,7 +17,7 @@ import {
 import { kDensitySide } from "../generated/constants";
 import type { LightRig } from "./lightRig";
 import type { GroomDrawing } from "./groomDrawing";
-import { shader } from "./shaders";
+import { drawAside, Pass } from "./pass";
 
 /** Characters with one groom, the records of which begin at `first`; the largest count of points that one adds. */
 export interface DenseGroom {
@@ -44,11 +35,8 @@ export class HairDensityPass {
   readonly #density = makeTarget(RGFormat, 1);
   readonly #light = makeTarget(RGBAFormat, 2);
   readonly #uniforms: Record<string, IUniform>;
-  readonly #pointGeometry = new InstancedBufferGeometry();
-  readonly #lightGeometry = new InstancedBufferGeometry();
-  readonly #points: Points<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #march: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #camera = new Camera();
+  readonly #points: Pass;
+  readonly #march: Pass;
   readonly #clearColour = new Color();
 
   constructor(records: Texture, placedPoints: Texture, rig: LightRig) {
@@ -62,11 +50,14 @@ export class HairDensityPass {
       density: { value: this.#density.texture },
       light_direction: { value: rig.towards },
     };
-    this.#lightGeometry.setDrawRange(0, 6);
-    const adding = { blending: CustomBlending, blendEquation: AddEquation, blendSrc: OneFactor, blendDst: OneFactor };
-    this.#points = new Points(this.#pointGeometry, this.#makeMaterial("density_points", adding));
-    this.#march = new Mesh(this.#lightGeometry, this.#makeMaterial("density_light", { blending: NoBlending }));
-    this.#points.frustumCulled = this.#march.frustumCulled = false;
+    const adding = {
+      blending: CustomBlending,
+      blendEquation: AddEquation,
+      blendSrc: OneFactor,
+      blendDst: OneFactor,
+    } as const;
+    this.#points = new Pass("density_points.vert", "density_points.frag", this.#uniforms, adding);
+    this.#march = new Pass("density_light.vert", "density_light.frag", this.#uniforms);
   }
 
   /** The optical depths now and at rest. */
@@ -79,54 +70,37 @@ export class HairDensityPass {
     return renderer.extensions.has("EXT_color_buffer_float");
   }
 
-  /** `grids`: of all characters. Do not call it while the renderer draws something else. */
+  /** As `drawAside`. `grids`: of all characters. */
   run(renderer: WebGLRenderer, grooms: readonly DenseGroom[], grids: number): void {
     if (grids === 0) return;
     this.#reserve(grids);
-    const before = renderer.getRenderTarget();
-    const { autoClear } = renderer;
-    const xr = renderer.xr.enabled;
     const alpha = renderer.getClearAlpha();
     renderer.getClearColor(this.#clearColour);
-    renderer.autoClear = renderer.xr.enabled = false;
-    renderer.setRenderTarget(this.#density);
-    renderer.setClearColor(0, 0);
-    renderer.clear(true, false, false);
-    renderer.setClearColor(this.#clearColour, alpha);
-    let characters = 0;
-    for (const groom of grooms) {
-      characters += groom.characters;
-      if (groom.points === 0) continue;
-      this.#pointGeometry.setDrawRange(0, groom.points);
-      this.#uniforms.rest_points.value = groom.drawing.restPoints;
-      this.#uniforms.rest_arcs.value = groom.drawing.restArcs;
-      this.#draw(renderer, this.#points, groom.first, 4 * groom.characters);
-    }
-    renderer.setRenderTarget(this.#light);
-    this.#draw(renderer, this.#march, 0, characters);
-    renderer.setRenderTarget(before);
-    renderer.autoClear = autoClear;
-    renderer.xr.enabled = xr;
+    drawAside(renderer, () => {
+      renderer.setRenderTarget(this.#density);
+      renderer.setClearColor(0, 0);
+      renderer.clear(true, false, false);
+      renderer.setClearColor(this.#clearColour, alpha);
+      let count = 0;
+      for (const { drawing, first, characters, points } of grooms) {
+        count += characters;
+        if (points === 0) continue;
+        this.#uniforms.rest_points.value = drawing.restPoints;
+        this.#uniforms.rest_arcs.value = drawing.restArcs;
+        this.#uniforms.first_record.value = first;
+        this.#points.draw(renderer, points, 4 * characters);
+      }
+      renderer.setRenderTarget(this.#light);
+      this.#uniforms.first_record.value = 0;
+      this.#march.draw(renderer, 6, count);
+    });
   }
 
   dispose(): void {
     this.#density.dispose();
     this.#light.dispose();
-    this.#pointGeometry.dispose();
-    this.#lightGeometry.dispose();
-    this.#points.material.dispose();
-    this.#march.material.dispose();
-  }
-
-  #draw(
-    renderer: WebGLRenderer,
-    object: Object3D & { geometry: InstancedBufferGeometry },
-    first: number,
-    instances: number,
-  ) {
-    object.geometry.instanceCount = instances;
-    this.#uniforms.first_record.value = first;
-    renderer.render(object, this.#camera);
+    this.#points.dispose();
+    this.#march.dispose();
   }
 
   #reserve(grids: number): void {
@@ -136,19 +110,6 @@ export class HairDensityPass {
     this.#density.setSize(width, rows);
     this.#light.setSize(width, rows);
     this.#uniforms.target_rows.value = rows;
-  }
-
-  #makeMaterial(name: string, blending: object): RawShaderMaterial {
-    return new RawShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: shader(`${name}.vert`),
-      fragmentShader: shader(`${name}.frag`),
-      uniforms: this.#uniforms,
-      side: DoubleSide,
-      depthTest: false,
-      depthWrite: false,
-      ...blending,
-    });
   }
 }
 

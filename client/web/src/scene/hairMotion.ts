@@ -139,18 +139,24 @@ function headToScene({ pose, size }: MovingCharacter): Matrix4 {
 // Reuses the array of an earlier copy.
 function copied(lattice: MovedLattice | null, into: MovedLattice | null): MovedLattice | null {
   if (!lattice) return null;
-  const { geometry, grid } = lattice;
+  const { grid } = lattice;
   const copy = into?.grid.length === grid.length ? into.grid : new Float32Array(grid.length);
   copy.set(grid);
-  return { geometry, grid: copy };
+  return { lattice: lattice.lattice, grid: copy };
 }
 
 /** The hair's displacement by linear FFD at a place at rest; beyond the lattice it is that of its border. */
-export function displacementAt(lattice: MovedLattice | null, x: number, y: number, z: number, out: Float64Array): void {
+export function displacementAt(
+  lattice: MovedLattice | null,
+  x: number,
+  y: number,
+  z: number,
+  out: Float64Array,
+): Float64Array {
   out.fill(0);
-  if (!lattice) return;
+  if (!lattice) return out;
   const { grid } = lattice;
-  const { origin, spacing, dims } = lattice.geometry.lattice;
+  const { origin, spacing, dims } = lattice.lattice;
   const gx = Math.min(Math.max((x - origin[0]) / spacing[0], 0), dims[0] - 1);
   const gy = Math.min(Math.max((y - origin[1]) / spacing[1], 0), dims[1] - 1);
   const gz = Math.min(Math.max((z - origin[2]) / spacing[2], 0), dims[2] - 1);
@@ -167,4 +173,5 @@ export function displacementAt(lattice: MovedLattice | null, x: number, y: numbe
     out[1] += share * grid[node + 1];
     out[2] += share * grid[node + 2];
   }
+  return out;
 }

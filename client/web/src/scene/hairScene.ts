@@ -14,12 +14,9 @@ import { kBallMarginM, kBallShare, kCopies, kDensityGridsMax, kStrayM } from "..
 import { kRoughness } from "../hair/appearance";
 import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
-import type { Groom } from "../hair/groom";
 import { poseFault } from "../hair/pose";
-import type { Skin } from "../hair/skin";
-import { SkinPush } from "../hair/skinPush";
 import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
 import { detailFor, widthScale, type DrawDetail } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
@@ -67,8 +64,6 @@ export interface HairStatistics extends DrawCounts {
 }
 
 const kImportanceEveryMs = 250;
-/** of grooms without a material, whose hair is normal (core/groom/material.hpp) */
-const kNormalThicknessM = 0.006;
 
 /** The events of `HairScene.addEventListener`, by name. */
 export interface HairSceneEventMap {
@@ -106,7 +101,6 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly statistics: HairStatistics = {
     drawCalls: 0,
     strands: 0,
-    cards: 0,
     vertices: 0,
     characters: 0,
     grooms: 0,
@@ -265,7 +259,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
       const groom = this.#grooms.get(member.groomKey);
       if (groom) groom.isWorn = true;
-      if (groom && member.groom && member.skin) keepOut(groom, member.skin, member.groom);
+      if (groom && member.skin) groom.skin.fill(member.skin);
     }
     for (const [number, character] of this.characters) if (!here.has(number)) this.#removeCharacter(character);
     for (const [key, groom] of this.#grooms) {
@@ -289,16 +283,16 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
-    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [], skin: null, skinTexture: new SkinTexture() };
+    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [], skin: new SkinTexture() };
     this.#grooms.set(key, entry);
     const show = (geometry: GroomGeometry): void => {
       // The groom may have been removed meanwhile, or removed and added again.
       if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
       const adapt = this.#options.onMaterial ?? (() => {});
       entry.drawing?.dispose();
-      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skinTexture);
+      entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skin);
     };
-    this.#builder.build(groom, show).then(show, (fault: Error) => {
+    this.#builder.build(groom.file, show).then(show, (fault: Error) => {
       if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
     });
   }
@@ -330,7 +324,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const radius = ballRadiusM * size;
       const seen = seenBy(views, placed.pose, radius, size);
       const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, size);
-      const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
+      const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1);
       const detail = character.detail ? this.#finiteDetail(character.detail, chosen) : chosen;
       const one: ShownCharacter = {
         member,
@@ -338,13 +332,12 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         character,
         pose: placed.pose,
         size: placed.size,
-        detail: groom?.hasFarCards ? detail : { ...detail, cards: 0 },
+        detail,
         list: groom?.listFor(detail.toleranceM) ?? 0,
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
         ballRadiusM,
         screenHeight: seen.screenHeight,
-        // Nodes that the processor has summed up anyway cost nothing more.
-        lattice: (this.#nodeSum === "gpu" && member.lattice?.coarse) || member.lattice,
+        lattice: member.lattice,
       };
       this.#shown.push(one);
       if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
@@ -375,7 +368,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     );
     this.#records.begin(rows);
     const counts = this.statistics;
-    counts.drawCalls = counts.strands = counts.cards = counts.vertices = counts.groomBytes = counts.grooms = 0;
+    counts.drawCalls = counts.strands = counts.vertices = counts.groomBytes = counts.grooms = 0;
     const rowsMax = this.#placement.rowsMax(this.#renderer);
     fitShares([...this.#grooms.values()], rowsMax);
     const placed: PlacedGroom[] = [];
@@ -483,24 +476,16 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 }
 
-/** Its hair is kept out of the skin from now on. */
-function keepOut(entry: GroomEntry, skin: Skin, groom: Groom): void {
-  if (entry.skin === skin) return;
-  entry.skin = skin;
-  entry.skinTexture.fill(new SkinPush(skin, groom.material?.thicknessM ?? kNormalThicknessM));
-}
-
-function disposeGroom({ drawing, skinTexture }: GroomEntry): void {
+function disposeGroom({ drawing, skin }: GroomEntry): void {
   drawing?.dispose();
-  skinTexture.dispose();
+  skin.dispose();
 }
 
 interface GroomEntry {
   /** null: still being made; at first of few strands */
   drawing: GroomDrawing | null;
-  /** that `skinTexture` has */
-  skin: Skin | null;
-  readonly skinTexture: SkinTexture;
+  /** to keep its hair out of */
+  readonly skin: SkinTexture;
   /** a current member has it */
   isWorn: boolean;
   /** characters that are drawn with it */

@@ -1,31 +1,10 @@
-import {
-  Camera,
-  DataTexture,
-  DoubleSide,
-  GLSL3,
-  InstancedBufferGeometry,
-  Mesh,
-  NearestFilter,
-  NoBlending,
-  RawShaderMaterial,
-  FloatType,
-  RGBAFormat,
-  RGBAIntegerFormat,
-  UnsignedIntType,
-  WebGLRenderTarget,
-  type IUniform,
-  type Texture,
-  type WebGLRenderer,
-} from "three";
+import { DataTexture, FloatType, RGBAFormat, type IUniform, type Texture, type WebGLRenderer } from "three";
 import { kCoefficientMaxM, kLatticeRow, kNodesAreThere } from "../generated/constants";
-import type { Basis } from "../hair/basis";
-import type { LevelGeometry } from "../hair/lattice";
-import type { MovedLattice, MovedModes } from "../hair/movedLattice";
+import { nodeCount, type Basis, type Lattice, type MovedLattice, type MovedModes } from "../hair/movedLattice";
 import type { PlacedLattice } from "./characterRecords";
 import { FloatTexture } from "./floatTexture";
-import { modeRows, modeTexels, nodeRows } from "./modeTexels";
 import type { NodeSum } from "./nodeSum";
-import { shader } from "./shaders";
+import { bitsTarget, drawAside, Pass, readBits } from "./pass";
 
 /** The records, from `first` to `last`, whose lattices have one source. */
 interface Source {
@@ -53,15 +32,7 @@ interface Nodes {
  * stay from picture to picture, so that hair that sleeps costs nothing.
  */
 export class LatticePass {
-  readonly #nodes = new WebGLRenderTarget(kLatticeRow, 1, {
-    format: RGBAIntegerFormat,
-    type: UnsignedIntType,
-    internalFormat: "RGBA32UI",
-    minFilter: NearestFilter,
-    magFilter: NearestFilter,
-    generateMipmaps: false,
-    depthBuffer: false,
-  });
+  readonly #nodes = bitsTarget(kLatticeRow);
   readonly #uploaded = new FloatTexture(kLatticeRow);
   readonly #bases = new Map<Basis, DataTexture>();
   /** of this picture; the first is that of uploaded nodes, the others have the numbers of bases */
@@ -74,10 +45,8 @@ export class LatticePass {
   #rowsMax = 0;
   #uploadedRows = 0;
   readonly #uniforms: Record<string, IUniform>;
-  readonly #geometry = new InstancedBufferGeometry();
-  readonly #summing: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #copying: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #camera = new Camera();
+  readonly #summing: Pass;
+  readonly #copying: Pass;
 
   constructor(records: Texture) {
     this.#uniforms = {
@@ -88,9 +57,8 @@ export class LatticePass {
       target_rows: { value: 1 },
       basis: { value: 0 },
     };
-    this.#geometry.setDrawRange(0, 6);
-    this.#summing = this.#makePass("mode_nodes.frag");
-    this.#copying = this.#makePass("uploaded_nodes.frag");
+    this.#summing = new Pass("nodes.vert", "mode_nodes.frag", this.#uniforms);
+    this.#copying = new Pass("nodes.vert", "uploaded_nodes.frag", this.#uniforms);
   }
 
   /** The nodes of all lattices: displacements, as the bits of floats. */
@@ -156,36 +124,27 @@ export class LatticePass {
       source.first = Math.min(source.first, record);
       source.last = record;
     }
-    return { ...lattice.geometry.lattice, firstNode: kLatticeRow * nodes.firstRow, ...placed };
+    return { ...lattice.lattice, firstNode: kLatticeRow * nodes.firstRow, ...placed };
   }
 
-  /** Records must have been written. Do not call it while the renderer draws something else. */
+  /** As `drawAside`. Records must have been written. */
   run(renderer: WebGLRenderer): void {
     if (this.#uploadedRows > 0) this.#uploaded.write();
-    const before = renderer.getRenderTarget();
-    const { autoClear } = renderer;
-    const xr = renderer.xr.enabled;
-    renderer.autoClear = renderer.xr.enabled = false;
-    renderer.setRenderTarget(this.#nodes); // Shaders need the texture also where it has nothing.
-    for (const [basis, { first, last, modes }] of this.#sources.entries()) {
-      if (last < first) continue;
-      this.#geometry.instanceCount = last + 1 - first;
-      this.#uniforms.first_record.value = first;
-      this.#uniforms.basis.value = basis;
-      this.#uniforms.modes.value = modes;
-      renderer.render(modes ? this.#summing : this.#copying, this.#camera);
-    }
-    renderer.setRenderTarget(before);
-    renderer.autoClear = autoClear;
-    renderer.xr.enabled = xr;
+    drawAside(renderer, () => {
+      renderer.setRenderTarget(this.#nodes); // Shaders need the texture also where it has nothing.
+      for (const [basis, { first, last, modes }] of this.#sources.entries()) {
+        if (last < first) continue;
+        this.#uniforms.first_record.value = first;
+        this.#uniforms.basis.value = basis;
+        this.#uniforms.modes.value = modes;
+        (modes ? this.#summing : this.#copying).draw(renderer, 6, last + 1 - first);
+      }
+    });
   }
 
   /** The nodes from a row on, 4 numbers each, as the GPU has them. For tests. */
   read(renderer: WebGLRenderer, row: number, nodes: number): Float32Array {
-    const rows = Math.ceil(nodes / kLatticeRow);
-    const bits = new Uint32Array(4 * kLatticeRow * rows);
-    renderer.readRenderTargetPixels(this.#nodes, 0, row, kLatticeRow, rows, bits);
-    return new Float32Array(bits.buffer);
+    return readBits(renderer, this.#nodes, row, nodes);
   }
 
   dispose(): void {
@@ -193,16 +152,15 @@ export class LatticePass {
     this.#uploaded.dispose();
     for (const texture of this.#bases.values()) texture.dispose();
     this.#bases.clear();
-    this.#geometry.dispose();
-    this.#summing.material.dispose();
-    this.#copying.material.dispose();
+    this.#summing.dispose();
+    this.#copying.dispose();
   }
 
   /** Rows move when lattices before theirs come, leave or become larger. */
   #placeRows(): void {
     let row = 0;
     this.#rows = this.#lattices.map((lattice, number) => {
-      const rowCount = lattice ? nodeRows(lattice.geometry) : 0;
+      const rowCount = lattice ? rowsOf(lattice.lattice) : 0;
       const firstRow = row;
       row += rowCount;
       const before = this.#rows[number];
@@ -218,12 +176,15 @@ export class LatticePass {
   }
 
   /** The processor sums up a basis that is too large for a texture. */
-  #isSummed({ geometry, modes }: MovedLattice): boolean {
-    return this.#sum === "gpu" && modes !== undefined && modeRows(geometry, modes.basis) <= this.#rowsMax;
+  #isSummed({ lattice, modes }: MovedLattice): boolean {
+    // The texels of a basis have the modes in fours.
+    return (
+      this.#sum === "gpu" && !!modes && 4 * Math.ceil(modes.basis.modeCount / 4) * rowsOf(lattice) <= this.#rowsMax
+    );
   }
 
   #fill(lattice: MovedLattice, nodes: Nodes): PlacedNodes | null {
-    const { geometry, modes } = lattice;
+    const { modes } = lattice;
     nodes.basis = null;
     let count = 0;
     if (modes) {
@@ -236,16 +197,16 @@ export class LatticePass {
       nodes.coefficients = coefficients.slice(0, count);
     }
     if (!this.#isSummed(lattice)) return this.#upload(lattice.grid, nodes.rowCount);
-    return { basis: this.#numberOf(geometry, modes!.basis), coefficients: nodes.coefficients, uploadedRow: 0 };
+    return { basis: this.#numberOf(modes!.basis), coefficients: nodes.coefficients, uploadedRow: 0 };
   }
 
-  #numberOf(geometry: LevelGeometry, basis: Basis): number {
+  #numberOf(basis: Basis): number {
     const known = this.#numbers.get(basis);
     if (known !== undefined) return known;
     let modes = this.#bases.get(basis);
     if (!modes) {
-      const rows = modeRows(geometry, basis);
-      modes = new DataTexture(modeTexels(geometry, basis), kLatticeRow, rows, RGBAFormat, FloatType);
+      const texels = basis.texels();
+      modes = new DataTexture(texels, kLatticeRow, texels.length / 4 / kLatticeRow, RGBAFormat, FloatType);
       modes.needsUpdate = true;
       this.#bases.set(basis, modes);
     }
@@ -268,28 +229,17 @@ export class LatticePass {
     this.#uploadedRows += rows;
     return { basis: 0, coefficients: kNone, uploadedRow: first / kLatticeRow };
   }
-
-  #makePass(fragment: string): Mesh<InstancedBufferGeometry, RawShaderMaterial> {
-    const material = new RawShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: shader("nodes.vert"),
-      fragmentShader: shader(fragment),
-      uniforms: this.#uniforms,
-      side: DoubleSide,
-      depthTest: false,
-      depthWrite: false,
-      blending: NoBlending,
-    });
-    const mesh = new Mesh(this.#geometry, material);
-    mesh.frustumCulled = false;
-    return mesh;
-  }
 }
 
 type PlacedNodes = Pick<PlacedLattice, "basis" | "coefficients" | "uploadedRow">;
 
 const kNone = new Float32Array(0);
 const kThere: PlacedNodes = { basis: kNodesAreThere, coefficients: kNone, uploadedRow: 0 };
+
+/** of nodes in a texture */
+function rowsOf(lattice: Lattice): number {
+  return Math.ceil(nodeCount(lattice) / kLatticeRow);
+}
 
 function isSame({ coefficients }: MovedModes, nodes: Nodes): boolean {
   const { length } = nodes.coefficients;

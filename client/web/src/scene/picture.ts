@@ -1,23 +1,18 @@
 import {
-  BufferGeometry,
-  Camera,
   DepthFormat,
   DepthStencilFormat,
   DepthTexture,
-  GLSL3,
   HalfFloatType,
   LinearFilter,
   Matrix4,
-  Mesh,
   NearestFilter,
-  NoBlending,
-  RawShaderMaterial,
   RedFormat,
   UnsignedInt248Type,
   UnsignedIntType,
   Vector2,
   Vector3,
   WebGLRenderTarget,
+  type Camera,
   type ColorSpace,
   type IUniform,
   type Object3D,
@@ -26,7 +21,7 @@ import {
 } from "three";
 import { kMovingMax, type HairMotion } from "./hairMotion";
 import type { HairScene } from "./hairScene";
-import { shader } from "./shaders";
+import { drawAside, Pass } from "./pass";
 
 /** Pictures after which the places of the samples repeat. */
 const kPlaces = 32;
@@ -50,10 +45,9 @@ interface CameraBefore {
  */
 export class Picture {
   readonly #renderer: WebGLRenderer;
-  readonly #screen = new Mesh(new BufferGeometry());
-  readonly #noCamera = new Camera();
-  readonly #accumulate: RawShaderMaterial;
-  readonly #present: RawShaderMaterial;
+  readonly #accumulate: Pass;
+  readonly #present: Pass;
+  readonly #average: IUniform = { value: null };
   readonly #uniforms: Record<string, IUniform>;
   readonly #canAverage: boolean;
   #targets: Targets | null = null;
@@ -65,8 +59,6 @@ export class Picture {
     this.#renderer = renderer;
     this.#canAverage =
       renderer.extensions.has("EXT_color_buffer_float") || renderer.extensions.has("EXT_color_buffer_half_float");
-    this.#screen.geometry.setDrawRange(0, 3);
-    this.#screen.frustumCulled = false;
     this.#uniforms = {
       current: { value: null },
       depth: { value: null },
@@ -81,8 +73,8 @@ export class Picture {
       radius_m: { value: new Float32Array(kMovingMax) },
       swing: { value: null },
     };
-    this.#accumulate = screenPass("accumulate.frag", this.#uniforms);
-    this.#present = screenPass("present.frag", { average: { value: null } });
+    this.#accumulate = new Pass("screen.vert", "accumulate.frag", this.#uniforms);
+    this.#present = new Pass("screen.vert", "present.frag", { average: this.#average });
     renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
   }
 
@@ -126,9 +118,13 @@ export class Picture {
     }
     const isCounted = renderer.info.autoReset;
     renderer.info.autoReset = false; // the statistics are those of the scene
-    this.#draw(this.#accumulate, targets.next);
-    this.#present.uniforms.average.value = targets.next.textures[0];
-    this.#draw(this.#present, null);
+    this.#average.value = targets.next.textures[0];
+    drawAside(renderer, () => {
+      renderer.setRenderTarget(targets.next);
+      this.#accumulate.draw(renderer, 3);
+      renderer.setRenderTarget(null);
+      this.#present.draw(renderer, 3);
+    });
     renderer.info.autoReset = isCounted;
     targets.swap();
     hair?.motion.remember();
@@ -149,7 +145,6 @@ export class Picture {
     this.#targets = null;
     this.#accumulate.dispose();
     this.#present.dispose();
-    this.#screen.geometry.dispose();
     this.cut();
   }
 
@@ -190,17 +185,6 @@ export class Picture {
       all.head_to_clip_before.value[n].multiplyMatrices(before.sceneToClip, one.headToSceneBefore);
       all.radius_m.value[n] = one.ballRadiusM;
     }
-  }
-
-  #draw(material: RawShaderMaterial, target: WebGLRenderTarget | null): void {
-    const renderer = this.#renderer;
-    const { autoClear } = renderer;
-    renderer.autoClear = false;
-    this.#screen.material = material;
-    renderer.setRenderTarget(target);
-    renderer.render(this.#screen, this.#noCamera);
-    renderer.setRenderTarget(null);
-    renderer.autoClear = autoClear;
   }
 }
 
@@ -257,18 +241,6 @@ function averageTarget(width: number, height: number): WebGLRenderTarget {
   target.textures[1].format = RedFormat;
   target.textures[1].minFilter = target.textures[1].magFilter = NearestFilter;
   return target;
-}
-
-function screenPass(fragment: string, uniforms: Record<string, IUniform>): RawShaderMaterial {
-  return new RawShaderMaterial({
-    glslVersion: GLSL3,
-    vertexShader: shader("screen.vert"),
-    fragmentShader: shader(fragment),
-    uniforms,
-    depthTest: false,
-    depthWrite: false,
-    blending: NoBlending,
-  });
 }
 
 function cameraOf(camera: Camera): CameraBefore {

@@ -1,7 +1,7 @@
 import { DataTexture, type IUniform } from "three";
 import { kSkinRow } from "../generated/constants";
-import type { SkinPush } from "../hair/skinPush";
 import { kBoneCount } from "../hair/pose";
+import type { Skin } from "../hair/skin";
 
 /** A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before `fill` none is known. */
 export class SkinTexture {
@@ -13,12 +13,13 @@ export class SkinTexture {
     skin_thickness: { value: 0 },
   } satisfies Record<string, IUniform>;
 
-  get bytes(): number {
-    return this.uniforms.skin_nodes.value?.image.data?.byteLength ?? 0;
-  }
+  #skin: Skin | null = null;
 
-  fill(skin: SkinPush): void {
+  /** The same object again costs nothing. */
+  fill(skin: Skin): void {
+    if (skin === this.#skin) return;
     this.dispose();
+    this.#skin = skin;
     const { skin_nodes, skin_place, skin_dims, skin_thickness } = this.uniforms;
     skin_place.value.fill(0);
     for (const { bone, origin, cellM, dims, first } of skin.grids) {
@@ -36,5 +37,6 @@ export class SkinTexture {
   dispose(): void {
     this.uniforms.skin_nodes.value?.dispose();
     this.uniforms.skin_nodes.value = null;
+    this.#skin = null;
   }
 }

@@ -1,22 +1,7 @@
-import {
-  Camera,
-  DoubleSide,
-  GLSL3,
-  InstancedBufferGeometry,
-  Mesh,
-  NearestFilter,
-  NoBlending,
-  RawShaderMaterial,
-  RGBAIntegerFormat,
-  UnsignedIntType,
-  WebGLRenderTarget,
-  type IUniform,
-  type Texture,
-  type WebGLRenderer,
-} from "three";
+import type { IUniform, Texture, WebGLRenderer } from "three";
 import { kPointRow, kRowsMax } from "../generated/constants";
 import type { Drawn, GroomDrawing } from "./groomDrawing";
-import { shader } from "./shaders";
+import { bitsTarget, drawAside, Pass, readBits } from "./pass";
 import { SkinTexture } from "./skinTexture";
 
 /** Characters with one groom: their records from `first` on. */
@@ -28,17 +13,15 @@ export interface PlacedGroom {
 
 /**
  * Places the points of strands before the strands are drawn: deforms them, pushes them out of the skin, and limits
- * every strand to its length at rest (`SkinPush` and `StrandLengths` in shaders). Two passes write textures of points; client/shaders/strand_points.glsl has their
+ * every strand to its length at rest. Two passes write textures of points; client/shaders/strand_points.glsl has their
  * layout.
  */
 export class StrandDeformPass {
-  readonly #deformed = makeTarget();
-  readonly #placed = makeTarget();
+  readonly #deformed = bitsTarget(kPointRow);
+  readonly #placed = bitsTarget(kPointRow);
   readonly #uniforms: Record<string, IUniform>;
-  readonly #geometry = new InstancedBufferGeometry();
-  readonly #deform: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #place: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
-  readonly #camera = new Camera();
+  readonly #deform: Pass;
+  readonly #place: Pass;
 
   constructor(records: Texture, lattices: Texture) {
     this.#uniforms = {
@@ -51,9 +34,8 @@ export class StrandDeformPass {
       target_rows: { value: 1 },
       ...new SkinTexture().uniforms,
     };
-    this.#geometry.setDrawRange(0, 6);
-    this.#deform = this.#makePass("deform_points.frag");
-    this.#place = this.#makePass("limit_lengths.frag");
+    this.#deform = new Pass("points.vert", "deform_points.frag", this.#uniforms);
+    this.#place = new Pass("points.vert", "limit_lengths.frag", this.#uniforms);
   }
 
   /** The placed points. */
@@ -70,39 +52,34 @@ export class StrandDeformPass {
     return Math.min(renderer.capabilities.maxTextureSize, kRowsMax);
   }
 
-  /**
-   * `rows`: of all characters; their records say which rows each has. Do not call it while the renderer draws something
-   * else.
-   */
+  /** As `drawAside`. `rows`: of all characters; their records say which rows each has. */
   place(renderer: WebGLRenderer, grooms: readonly PlacedGroom[], rows: number): void {
     if (rows === 0) return;
     this.#reserve(rows);
-    const before = renderer.getRenderTarget();
-    const { autoClear } = renderer;
-    const xr = renderer.xr.enabled;
-    renderer.autoClear = renderer.xr.enabled = false;
-    for (const { drawing, first, characters } of grooms) {
-      this.#geometry.instanceCount = characters;
-      this.#uniforms.first_record.value = first;
-      this.#uniforms.rest_points.value = drawing.restPoints;
-      this.#uniforms.rest_arcs.value = drawing.restArcs;
-      for (const [name, { value }] of Object.entries(drawing.skin.uniforms)) this.#uniforms[name].value = value;
-      renderer.setRenderTarget(this.#deformed);
-      renderer.render(this.#deform, this.#camera);
-      renderer.setRenderTarget(this.#placed);
-      renderer.render(this.#place, this.#camera);
-    }
-    renderer.setRenderTarget(before);
-    renderer.autoClear = autoClear;
-    renderer.xr.enabled = xr;
+    drawAside(renderer, () => {
+      for (const { drawing, first, characters } of grooms) {
+        this.#uniforms.first_record.value = first;
+        this.#uniforms.rest_points.value = drawing.restPoints;
+        this.#uniforms.rest_arcs.value = drawing.restArcs;
+        for (const [name, { value }] of Object.entries(drawing.skin.uniforms)) this.#uniforms[name].value = value;
+        renderer.setRenderTarget(this.#deformed);
+        this.#deform.draw(renderer, 6, characters);
+        renderer.setRenderTarget(this.#placed);
+        this.#place.draw(renderer, 6, characters);
+      }
+    });
+  }
+
+  /** The points from row 0 on, 4 numbers each, as the GPU has them. For tests. */
+  read(renderer: WebGLRenderer, points: number): Float32Array {
+    return readBits(renderer, this.#placed, 0, points);
   }
 
   dispose(): void {
     this.#deformed.dispose();
     this.#placed.dispose();
-    this.#geometry.dispose();
-    this.#deform.material.dispose();
-    this.#place.material.dispose();
+    this.#deform.dispose();
+    this.#place.dispose();
   }
 
   // The textures' contents are lost when their size changes.
@@ -113,22 +90,6 @@ export class StrandDeformPass {
     this.#deformed.setSize(kPointRow, wanted);
     this.#placed.setSize(kPointRow, wanted);
     this.#uniforms.target_rows.value = wanted;
-  }
-
-  #makePass(fragment: string): Mesh<InstancedBufferGeometry, RawShaderMaterial> {
-    const material = new RawShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: shader("points.vert"),
-      fragmentShader: shader(fragment),
-      uniforms: this.#uniforms,
-      side: DoubleSide,
-      depthTest: false,
-      depthWrite: false,
-      blending: NoBlending,
-    });
-    const mesh = new Mesh(this.#geometry, material);
-    mesh.frustumCulled = false;
-    return mesh;
   }
 }
 
@@ -149,16 +110,4 @@ export function fitShares(
   const scale = Math.max(rowsMax - characters, 0) / rows;
   for (const { shown } of grooms)
     for (const one of shown) one.detail = { ...one.detail, strandShare: scale * Math.min(one.detail.strandShare, 1) };
-}
-
-function makeTarget(): WebGLRenderTarget {
-  return new WebGLRenderTarget(kPointRow, 1, {
-    format: RGBAIntegerFormat,
-    type: UnsignedIntType,
-    internalFormat: "RGBA32UI",
-    minFilter: NearestFilter,
-    magFilter: NearestFilter,
-    generateMipmaps: false,
-    depthBuffer: false,
-  });
 }

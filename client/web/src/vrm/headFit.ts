@@ -38,7 +38,7 @@ const kMeasuredShareMin = 0.3;
  * bones whose triangles do not.
  */
 export function fitHead(
-  groom: Groom,
+  groom: Pick<Groom, "body">,
   vrm: VRM,
   anchor: Object3D,
   hidden: readonly Mesh[],

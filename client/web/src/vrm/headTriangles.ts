@@ -10,7 +10,7 @@ import { atRest } from "./vrmSkeleton";
 const kWornName = /hat|cap(?!e)|helmet|hood|glasses|goggles|horn|ribbon|hair_?band|head_?phone|crown|halo|antenna/i;
 
 /** The part of the groom's own body that moves with the head. */
-export function groomHeadTriangles({ body }: Groom): Triangles {
+export function groomHeadTriangles({ body }: Pick<Groom, "body">): Triangles {
   const out: number[] = [];
   for (let t = 0; t < body.triangles.length; t += 3) {
     const corners = [...body.triangles.subarray(t, t + 3)];

@@ -1,6 +1,6 @@
 import { VRMLoaderPlugin, VRMUtils, type VRM } from "@pixiv/three-vrm";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 
 export const kVrmBytesMax = 128 * 1024 * 1024;
 /** Numbers of all arrays together: a small file can claim arrays of any length. */

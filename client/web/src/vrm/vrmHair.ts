@@ -75,8 +75,8 @@ export class VrmHair {
     this.#hidden = [...meshes];
   }
 
-  /** Measures this groom against the model's head, unless `headFit` was given. */
-  fit(groom: Groom): void {
+  /** Measures the body of this groom against the model's head, unless `headFit` was given. */
+  fit(groom: Pick<Groom, "body">): void {
     if (this.#fitIsGiven) return;
     this.skeleton.setAnchor(kNoFit.offset, kNoFit.size);
     this.#fit = fitHead(groom, this.skeleton.vrm, this.skeleton.anchor, this.#hidden, this.#bones);

@@ -1,6 +1,6 @@
 import type { VRM, VRMHumanBoneName } from "@pixiv/three-vrm";
 import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
-import { HairnetError } from "../hair/hairnetError";
+import { HairnetError } from "../module/hairnetError";
 import { Bone, kBoneCount, kNumbersPerBone, kPoseNumbers, type Pose } from "../hair/pose";
 
 /** The model's bones that serve as ours; the first existing one is used. */

@@ -1,6 +1,6 @@
 import { describe, expect, test } from "vitest";
 import { checkOptions } from "../../src/hair/checkOptions";
-import { HairnetError } from "../../src/hair/hairnetError";
+import { HairnetError } from "../../src/module/hairnetError";
 
 const known = { room: true, token: true, clientName: true, reconnect: true };
 const faultOf = (options: unknown): HairnetError | null => {

@@ -1,6 +1,5 @@
 import { afterEach, describe, expect, test, vi } from "vitest";
-import { HairnetError } from "../../src/hair/hairnetError";
-import { Link } from "../../src/net/link";
+import { connect, HairnetError } from "../../src/index";
 
 /** A platform on which every WebSocket fails as browsers report it: without a reason. */
 function stubPlatform(page: string, answers: boolean, tellsClosed = true): string[] {
@@ -23,7 +22,7 @@ function stubPlatform(page: string, answers: boolean, tellsClosed = true): strin
   return asked;
 }
 const failureOf = async (server: string) => {
-  const fault: unknown = await new Link(server).connect().catch((error: unknown) => error);
+  const fault: unknown = await connect(server).catch((error: unknown) => error);
   expect(fault).toBeInstanceOf(HairnetError);
   return fault as HairnetError;
 };

@@ -1,134 +1,128 @@
-import { afterEach, describe, expect, it, vi } from "vitest";
-import { HairnetError } from "../../src/hair/hairnetError";
-import { Link, webSocketUrl } from "../../src/net/link";
+import { once } from "node:events";
+import type { AddressInfo } from "node:net";
+import { afterAll, afterEach, beforeAll, describe, expect, it } from "vitest";
+import { WebSocketServer, type WebSocket } from "ws";
+import { connect, rigidPose, type RoomOptions, type WebSocketLike } from "../../src/index";
 import { FakeSocket } from "../support/fakeSocket";
-import { LinkCoreDriver, addCharacter } from "../support/linkCoreDriver";
-import { serverPacket } from "../support/serverPacket";
+import { strandsFile } from "../support/grooms";
+import { openSocket, Person } from "../support/person";
+import { Server } from "../support/server";
+import { until } from "../support/until";
 
-const welcome = serverPacket(1, new LinkCoreDriver().welcome());
+const like = (socket: WebSocket) => socket as unknown as WebSocketLike;
+const refusalOf = (server: string, options: RoomOptions) =>
+  connect(server, options).then(
+    () => "none",
+    ({ code, message }: { code: string; message: string }) => `${code}: ${message}`,
+  );
 
-function connected(): { connection: Link; sockets: FakeSocket[]; answer: Promise<unknown> } {
-  const sockets: FakeSocket[] = [];
-  const connection = new Link("localhost:7420", {
-    makeSocket: () => {
-      sockets.push(new FakeSocket());
-      return sockets[sockets.length - 1];
-    },
-    nowNs: () => Date.now() * 1e6,
-    random: () => 0.5,
-  });
-  const answer = connection.connect();
-  return { connection, sockets, answer };
-}
-
-describe("connection", () => {
-  afterEach(() => void vi.useRealTimers());
-
-  it("finds the WebSocket of a host, a page and itself", () => {
-    expect(webSocketUrl("myhost:7420")).toBe("ws://myhost:7420/ws");
-    expect(webSocketUrl("http://localhost:7420/room.html?x=1")).toBe("ws://localhost:7420/ws");
-    expect(webSocketUrl("https://a.b/")).toBe("wss://a.b/ws");
-    expect(webSocketUrl("ws://[::1]:7420/other")).toBe("ws://[::1]:7420/other");
-    expect(() => webSocketUrl("ftp://a")).toThrow(HairnetError);
-    expect(() => webSocketUrl("http://")).toThrow(HairnetError);
-  });
-
-  it("is welcomed, sends what it is asked to, and says goodbye", async () => {
-    const { connection, sockets, answer } = connected();
-    const [socket] = sockets;
-    expect(socket.binaryType).toBe("arraybuffer");
-    socket.open();
-    socket.tell(welcome);
-    await expect(answer).resolves.toMatchObject({ type: "welcome", session: 77n });
-    connection.send(addCharacter(1, "00".repeat(32)));
-    await Promise.resolve();
-    expect(socket.saidTypes).toEqual(["hello", "addCharacter"]);
-    connection.close();
-    expect(socket.saidTypes.at(-1)).toBe("goodbye");
-    expect(socket.closed).toBe(true);
-    expect(connection.poll().map((event) => event.type)).toEqual(["connected", "disconnected"]);
-  });
-
-  it("goes where a server sends it, by the same kind of address, and only where an address leads", () => {
-    vi.useFakeTimers();
-    const urls: string[] = [];
-    const sockets: FakeSocket[] = [];
-    const makeSocket = (url: string): FakeSocket => {
-      urls.push(url);
-      sockets.push(new FakeSocket());
-      return sockets[sockets.length - 1];
+describe("a first attempt fails in one line", () => {
+  it("where no socket is to be had, or it does not open", async () => {
+    const broken = (): WebSocketLike => {
+      const socket = new FakeSocket();
+      queueMicrotask(() => socket.break());
+      return socket;
     };
-    const connection = new Link("wss://hair-1:7420/hair/ws", { makeSocket, nowNs: () => Date.now() * 1e6 });
-    void connection.connect();
-    for (const host of ["hair-2", "2001:db8::1", "no:address"]) {
-      sockets[sockets.length - 1].open();
-      sockets[sockets.length - 1].tell(serverPacket(1, { type: "redirect", to: { host, port: 7421 } }));
+    const none = (): never => {
+      throw new Error("not today");
+    };
+    expect(await refusalOf("localhost:1", { makeSocket: broken })).toBe(
+      "unreachable: no server answers at ws://localhost:1/ws",
+    );
+    expect(await refusalOf("localhost:1", { makeSocket: none })).toBe(
+      "unreachable: no socket for ws://localhost:1/ws: Error: not today",
+    );
+  });
+
+  it("at a server that says nothing, text, or no packet of Hairnet", async () => {
+    const peer = new WebSocketServer({ port: 0, host: "127.0.0.1" });
+    await once(peer, "listening");
+    const { port } = peer.address() as AddressInfo;
+    const options: RoomOptions = { makeSocket: (url) => like(openSocket(url)), connectTimeoutS: 0.3 };
+    const answers: [string | Uint8Array | null, RegExp][] = [
+      [null, /^unreachable: no welcome from the server within the time-out$/],
+      ["hello", /^unreachable: the server sent text$/],
+      [new Uint8Array(40), /^refused: the server sent a bad packet: [^\n]+$/],
+    ];
+    for (const [answer, expected] of answers) {
+      peer.once("connection", (socket) => socket.on("message", () => answer !== null && socket.send(answer)));
+      expect(await refusalOf(`127.0.0.1:${port}`, options)).toMatch(expected);
     }
-    expect(urls).toEqual([
-      "wss://hair-1:7420/hair/ws",
-      "wss://hair-2:7421/hair/ws",
-      "wss://[2001:db8::1]:7421/hair/ws",
-    ]);
-    vi.advanceTimersByTime(1000);
-    expect(urls.at(-1)).toBe("wss://hair-1:7420/hair/ws");
-    const [first, ...others] = sockets.slice(0, 3).map((socket) => socket.said[0]);
-    expect(first).toMatchObject({ type: "hello", trace: expect.toSatisfy((trace: bigint) => trace !== 0n) });
-    for (const other of others) expect(other).toMatchObject({ trace: (first as { trace: bigint }).trace });
+    await until("no connection is left open", () => peer.clients.size === 0);
+    peer.close();
+  });
+});
+
+describe("with a server", () => {
+  const server = new Server();
+  const people: Person[] = [];
+  const join = async (options: RoomOptions = {}) => {
+    const person = await Person.join(server.address, options);
+    people.push(person);
+    return person;
+  };
+  beforeAll(() => server.start());
+  afterEach(() => {
+    for (const person of people.splice(0)) person.leave();
+  });
+  afterAll(() => server.dispose());
+
+  it("takes no more packets than the socket takes, and goes on when it does", async () => {
+    let buffered = 0;
+    const person = await join({
+      makeSocket: (url) => Object.defineProperty(like(openSocket(url)), "bufferedAmount", { get: () => buffered }),
+    });
+    buffered = 1 << 20;
+    const { bytesSent } = person.room.counters;
+    person.own = person.room.addCharacter(await strandsFile(20, 6), { tag: "Ann" });
+    person.room.link.turn();
+    expect(person.room.counters.bytesSent).toBe(bytesSent);
+    buffered = 0;
+    await person.meets("Ann");
   });
 
-  it("says in one line why it could not connect", async () => {
-    const { sockets, answer } = connected();
-    sockets[0].onclose?.({ code: 1006, reason: "" });
-    await expect(answer).rejects.toThrow(/no server answers at ws:\/\/localhost:7420\/ws/);
+  it("moves to a socket that is better, and the session goes on", async () => {
+    const sockets: WebSocket[] = [];
+    const makeSocket = (url: string): WebSocketLike => {
+      sockets.push(openSocket(url));
+      return like(sockets[sockets.length - 1]);
+    };
+    const person = await join({ makeSocket });
+    const { session } = person.room;
+    const first = like(sockets[0]);
+    const better = openSocket(sockets[0].url);
+    await once(better, "open");
+    first.onbetter!(like(better));
+    expect(first.onmessage).toBeNull();
+    await until("it has resumed", () => person.room.counters.resumes === 1);
+    await until("it is told", () => person.heard.at(-1) === "connected");
+    expect(person.heard).toEqual(["connected", "reconnecting: WebTransport is to be had now", "connected"]);
+    expect(person.room.session).toBe(session);
+    expect(sockets).toHaveLength(1);
+    await until("the first is closed", () => sockets[0].readyState === sockets[0].CLOSED);
+
+    const staying = await join({ makeSocket, reconnect: false });
+    expect(like(sockets[1]).onbetter).toBeUndefined();
+    sockets[1].terminate();
+    await until("it has ended", () => staying.room.state === "closed");
+    expect(staying.heard.at(-1)).toMatch(/^closed: .*the connection broke$/);
   });
 
-  it("takes no more packets than the socket takes, and goes on when it does", () => {
-    vi.useFakeTimers();
-    const { connection, sockets } = connected();
-    const [socket] = sockets;
-    socket.open();
-    socket.tell(welcome);
-    socket.bufferedAmount = 1 << 20;
-    connection.core.send(addCharacter(1, "00".repeat(32)));
-    connection.flush();
-    expect(socket.saidTypes).toEqual(["hello"]);
-    socket.bufferedAmount = 0;
-    vi.advanceTimersByTime(20);
-    expect(socket.saidTypes).toEqual(["hello", "addCharacter"]);
-  });
-
-  it("comes back by itself after the connection broke", () => {
-    vi.useFakeTimers();
-    const { connection, sockets } = connected();
-    sockets[0].open();
-    sockets[0].tell(welcome);
-    sockets[0].onclose?.({ code: 1006, reason: "" });
-    expect(sockets.length).toBe(1);
-    vi.advanceTimersByTime(200);
-    expect(sockets.length).toBe(2);
-    sockets[1].open();
-    sockets[1].tell(serverPacket(2, new LinkCoreDriver().welcome({ resumed: true })));
-    expect(connection.poll().map((event) => event.type)).toEqual(["connected", "reconnecting", "connected"]);
-    // Messages of the old socket are ignored.
-    sockets[0].tell(welcome);
-    expect(connection.core.isActive).toBe(true);
-  });
-
-  it("ends with a server that sends text", async () => {
-    const { connection, sockets, answer } = connected();
-    sockets[0].open();
-    sockets[0].onmessage?.({ data: "hello" });
-    expect(connection.core.hasEnded).toBe(true);
-    expect(sockets[0].closed).toBe(true);
-    await expect(answer).rejects.toThrow(HairnetError);
-  });
-
-  it("keeps alive a connection that nobody uses", () => {
-    vi.useFakeTimers();
-    const { sockets } = connected();
-    sockets[0].open();
-    sockets[0].tell(welcome);
-    vi.advanceTimersByTime(6_000);
-    expect(sockets[0].saidTypes).toEqual(["hello", "poseBatch", "poseBatch"]);
+  it("says goodbye at once, and forgets everyone", async () => {
+    const other = await join();
+    const person = await join();
+    person.own = person.room.addCharacter(await strandsFile(20, 6), { tag: "Ben" });
+    await other.meets("Ben");
+    await person.meets("Ben");
+    person.leave();
+    expect(person.room.state).toBe("closed");
+    expect(person.room.members.size).toBe(0);
+    expect(person.own.member).toBeNull();
+    expect(person.room.sample(0)).toEqual([]);
+    person.own.push(rigidPose());
+    await until("the other sees it leave", () => other.named("Ben") === undefined);
+    await until("its socket is closed", () => person.socket.readyState === person.socket.CLOSED);
+    expect(person.heard.filter((line) => line.startsWith("closed"))).toEqual(["closed"]);
+    expect(person.heard).toContain("left Ben");
   });
 });

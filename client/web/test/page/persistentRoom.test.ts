@@ -1,78 +1,64 @@
-import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { afterAll, afterEach, beforeEach, expect, test, vi } from "vitest";
+import WebSocket from "ws";
 import { PersistentRoom, type PersistentRoomState } from "../../page/persistentRoom";
-import { LinkCoreDriver } from "../support/linkCoreDriver";
-import { serverPacket } from "../support/serverPacket";
-import { GoodbyeReason, type ServerMessage } from "../../src/net/messages";
+import { ModerateAction } from "../../src/index";
+import { strandsFile } from "../support/grooms";
+import { GuardedServer } from "../support/guardedServer";
+import { Person } from "../support/person";
+import { until } from "../support/until";
 
-/** The page's WebSocket, controlled by the test. */
-class FakeSocket {
-  static made: FakeSocket[] = [];
-  binaryType = "";
-  bufferedAmount = 0;
-  onopen?: () => void;
-  onmessage?: (event: { data: unknown }) => void;
-  onclose?: (event: { code: number; reason: string }) => void;
-  constructor() {
-    FakeSocket.made.push(this);
-  }
-  send(): void {}
-  close(): void {}
-  tell(message: ServerMessage): void {
-    const packet = serverPacket(1e9, message);
-    this.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
+const server = new GuardedServer();
+
+class Page {
+  readonly states: PersistentRoomState[] = [];
+  readonly faults: string[] = [];
+  readonly session: PersistentRoom;
+  last = "";
+
+  constructor(query: { room?: string; token?: string }) {
+    this.session = new PersistentRoom(
+      { room: "hall", server: server.address, token: "", observe: false, local: false, ...query },
+      () => {},
+      (state, detail) => {
+        if (state !== this.states.at(-1)) this.states.push(state);
+        this.last = detail;
+      },
+      (detail) => this.faults.push(detail),
+    );
   }
 }
 
-beforeEach(() => {
-  FakeSocket.made = [];
-  vi.useFakeTimers();
-  vi.stubGlobal("WebSocket", FakeSocket);
-});
-afterEach(() => {
-  vi.unstubAllGlobals();
-  vi.useRealTimers();
-});
+beforeEach(() => void vi.stubGlobal("WebSocket", WebSocket));
+afterEach(() => void vi.unstubAllGlobals());
+afterAll(() => server.dispose());
 
-function begin(room = "hall"): { states: PersistentRoomState[]; session: PersistentRoom; started: Promise<void> } {
-  const states: PersistentRoomState[] = [];
-  const query = { room, server: "http://localhost:7420", token: "", observe: false };
-  const session = new PersistentRoom(
-    query,
-    () => {},
-    (state) => states.push(state),
-    () => {},
-  );
-  return { states, session, started: session.start() };
-}
+test("a server that is not there is tried again until it is; a permanent refusal is not", async () => {
+  await server.start();
+  await server.kill();
+  const page = new Page({ token: server.token("--subject", "eve") });
+  await page.session.start();
+  expect(page.states).toEqual(["connecting", "closed"]);
+  expect(page.last).toMatch(/^no server answers at 127\.0\.0\.1:\d+: is hairnet-server running there\?$/);
+  await server.start();
+  await until("it is there", () => page.session.room !== null);
+  expect(page.states).toEqual(["connecting", "closed", "connecting", "connected"]);
 
-test("a server that is not there is tried again", async () => {
-  const { states, started } = begin();
-  FakeSocket.made[0].onclose?.({ code: 1006, reason: "" });
-  await started;
-  expect(states).toEqual(["connecting", "closed"]);
-  vi.advanceTimersByTime(60_000);
-  expect(FakeSocket.made.length).toBeGreaterThan(1);
-});
+  for (const query of [{ room: "no such name" }, { token: "none" }]) {
+    const refused = new Page(query);
+    await refused.session.start();
+    expect(refused.states).toEqual(["connecting", "refused"]);
+    expect(refused.session.room).toBeNull();
+  }
 
-test("a permanent refusal is reported and not tried again", async () => {
-  const wrong = begin("no such name");
-  await wrong.started;
-  expect(wrong.states).toEqual(["connecting", "refused"]);
-  expect(FakeSocket.made).toHaveLength(0);
-
-  const refused = begin();
-  FakeSocket.made[0].onopen?.();
-  FakeSocket.made[0].tell({ type: "goodbye", reason: GoodbyeReason.tokenRefused, detail: "expired" });
-  await refused.started;
-  expect(refused.states).toEqual(["connecting", "refused"]);
-
-  const later = begin();
-  FakeSocket.made[1].onopen?.();
-  FakeSocket.made[1].tell(new LinkCoreDriver().welcome());
-  await later.started;
-  FakeSocket.made[1].tell({ type: "goodbye", reason: GoodbyeReason.sessionTakenOver, detail: "" });
-  later.session.room!.sample(0);
-  expect([...new Set(later.states)]).toEqual(["connecting", "connected", "refused"]);
-  vi.advanceTimersByTime(60_000);
-  expect(FakeSocket.made).toHaveLength(2);
+  const moderator = await Person.join(server.address, { room: "hall", token: server.token("--moderate") });
+  const room = page.session.room!;
+  room.addCharacter(await strandsFile(20, 6), { tag: "Eve" });
+  moderator.room.moderate(ModerateAction.remove, await moderator.meets("Eve"), 60, "be kind");
+  await until("it is told", () => {
+    room.sample(0);
+    return page.states.at(-1) === "refused";
+  });
+  expect(page.last).toContain("be kind");
+  expect(page.session.room).toBeNull();
+  moderator.leave();
 });

@@ -57,7 +57,7 @@ test("a file of another program leads to the command that makes a groom of it", 
 
 test("the loading line says what the page waits for, with bytes", () => {
   const downloads = { bytes: 1_234_000, byteCount: 2_400_000 };
-  const waiting = { isConnected: true, people: 3, withGroom: 1, ready: 0, downloads };
+  const waiting = { isConnected: true, people: 3, withGroom: 1, ready: 0, downloads, building: null };
   expect(loadingWords({ ...waiting, isConnected: false })?.text).toBe("Connecting to the room");
   expect(loadingWords(waiting)).toEqual({
     text: "Downloading hairstyles: 1.2 of 2.4 MB",
@@ -70,6 +70,7 @@ test("the loading line says what the page waits for, with bytes", () => {
   expect(loadingWords({ ...waiting, withGroom: 3, ready: 1 })?.text).toBe("Preparing hair: 1 of 3 heads");
   expect(loadingWords({ ...waiting, withGroom: 3, ready: 3 })).toBeNull();
   expect(loadingWords({ ...waiting, people: 0, withGroom: 0 })).toBeNull();
+  expect(loadingWords({ ...waiting, withGroom: 3, ready: 3, building: 0.4 })?.share).toBe(0.4);
 });
 
 test("hairstyles have names for people", () => {

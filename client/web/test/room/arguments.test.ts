@@ -1,31 +1,18 @@
-import { describe, expect, test, vi } from "vitest";
+import { afterEach, describe, expect, test, vi } from "vitest";
 import {
   connect,
   HairnetError,
   kPoseNumbers,
-  Link,
   materials,
   poseFault,
   rigidPose,
+  type OwnCharacter,
   type Room,
   type Wind,
 } from "../../src/index";
-import type { ClientMessage } from "../../src/net/messages";
-import { kPlain } from "../support/linkCoreDriver";
-import { ServedRoom } from "../support/servedRoom";
-
-/** A room, and what it sent since the last call. */
-function joined(): { room: Room; sent: () => ClientMessage[] } {
-  const served = new ServedRoom();
-  served.sent();
-  return {
-    room: served.room,
-    sent: () => {
-      served.link.flush();
-      return served.sent();
-    },
-  };
-}
+import { windOf } from "../../src/room/wind";
+import { strandsFile } from "../support/grooms";
+import { waitingRoom } from "../support/waitingRoom";
 
 const faultOf = (call: () => unknown): HairnetError => {
   try {
@@ -60,28 +47,21 @@ describe("addresses and options of connect", () => {
     );
     expect(await refusalOf({ room: 5 })).toBe("invalid: connect: the option 'room' is a string, not 5");
     expect(await refusalOf({ reconnect: "no" })).toBe("invalid: connect: the option 'reconnect' is a boolean, not no");
-    expect(await refusalOf({ room: "no/slash" })).toMatch(/^invalid: a room's name is up to 64/);
+    expect(await refusalOf({ room: "no/slash" })).toMatch(/^invalid: connect: room: a name has at most 64/);
   });
 
-  test("for the error of hair are in its range, and the server is asked for it", async () => {
+  test("for the error of hair are in its range", async () => {
     const refusalOf = (errorM: unknown) =>
       connect("localhost:1", { errorM: any(errorM) }).catch((error: HairnetError) => `${error.code}: ${error.message}`);
     expect(await refusalOf("small")).toBe("invalid: connect: the option 'errorM' is a number, not small");
-    for (const bad of [-0.001, NaN, 2]) expect(await refusalOf(bad)).toMatch(/^invalid: observe: errorM not in \[0, /);
-    const served = new ServedRoom({ errorM: 0.005 });
-    expect(served.sent()).toMatchObject([{ type: "hello" }, { type: "observe", errorM: Math.fround(0.005) }]);
-    expect(new ServedRoom().sent()[1]).toMatchObject({ type: "observe", errorM: Math.fround(0.001) });
-  });
-
-  test("that are undefined are as absent", () => {
-    expect(() => new Link("localhost", { room: undefined, token: undefined })).not.toThrow();
+    for (const bad of [-0.001, NaN, 2])
+      expect(await refusalOf(bad)).toMatch(/^invalid: connect: error_m is not in \[0, 1\]$/);
   });
 });
 
 describe("arguments of a room", () => {
-  test("that are no groom are refused, and the message says what to give", () => {
-    const { room, sent } = joined();
-    sent();
+  test("that are no groom are refused, and the message says what to give", async () => {
+    const room = await waitingRoom();
     const page = new TextEncoder().encode("<!DOCTYPE html><title>404</title>");
     for (const [bad, pattern] of [
       [undefined, /not undefined; give the bytes of a \.groom file/],
@@ -99,18 +79,11 @@ describe("arguments of a room", () => {
     expect(faultOf(() => room.addCharacter(new Uint8Array(1), any({ lvl: 2 }))).message).toMatch(/'level'\?/);
     expect(faultOf(() => room.addCharacterLike(any(5))).message).toMatch(/one of room\.members/);
     expect(faultOf(() => room.removeCharacter(any(undefined))).message).toMatch(/what addCharacter returned/);
-    expect(sent()).toEqual([]);
+    room.close();
   });
 });
 
 describe("winds", () => {
-  const windOf = (wind: unknown): Wind | undefined => {
-    const { room, sent } = joined();
-    sent();
-    room.setWind(any(wind));
-    const [message] = sent();
-    return message?.type === "setWind" ? message.wind : undefined;
-  };
   const close = (numbers: readonly number[]) => numbers.map((x) => expect.closeTo(x, 4));
 
   test("in few words get the rest by default", () => {
@@ -144,9 +117,8 @@ describe("winds", () => {
     expect(windOf({ meanMPerS: [1, 0, 0] })).toMatchObject({ gustRatio: 0, gustPeriodS: 4, seed: 1n });
   });
 
-  test("that are none are refused", () => {
-    const { room, sent } = joined();
-    sent();
+  test("that are none are refused", async () => {
+    const room = await waitingRoom();
     for (const [bad, pattern] of [
       [{ sped: 3 }, /no option 'sped'; did you mean 'speed'/],
       [{ speed: "3" }, /speed is not a number/],
@@ -159,7 +131,7 @@ describe("winds", () => {
       [undefined, /options are an object/],
     ] as const)
       expect(faultOf(() => room.setWind(any(bad))).message).toMatch(pattern);
-    expect(sent()).toEqual([]);
+    room.close();
   });
 });
 
@@ -178,29 +150,29 @@ describe("materials", () => {
   });
 });
 
-describe("numbers that a moment's computation has spoilt", () => {
-  function withCharacter() {
-    const served = new ServedRoom();
-    served.receive({ type: "memberJoined", member: 1, session: 9n, character: 1, groom: "ab".repeat(32), ...kPlain });
-    const { room } = served;
-    const me = room.addCharacterLike(room.sample(0)[0]);
-    const sent = () => {
-      served.link.flush();
-      return served.sent();
-    };
-    return { room, me, sent };
-  }
+test("a pose that is too far away is told with the limit", () => {
+  expect(poseFault(rigidPose([0, 0, 0, 1], [0, 0, -10001]))).toBe(
+    "pose is too far away: -10001 m along an axis, of at most 10000 m",
+  );
+});
 
-  test("are dropped, counted and told once a second, and what was before stays", () => {
+describe("numbers that a moment's computation has spoilt", () => {
+  let room: Room;
+  const withCharacter = async (): Promise<OwnCharacter> => {
+    room = await waitingRoom();
+    return room.addCharacter(await strandsFile(20, 6));
+  };
+  afterEach(() => room.close());
+
+  test("are dropped, counted and told once a second, and what was before stays", async () => {
+    const me = await withCharacter();
     const warn = vi
       .spyOn(console, "warn")
       .mockReset()
       .mockImplementation(() => {});
     const clock = vi.spyOn(performance, "now").mockReturnValue(50_000);
-    const { room, me, sent } = withCharacter();
     const good = rigidPose([0, 0, 0, 1], [1, 2, 3]);
     me.push(good);
-    sent();
     const turned = (...rotation: number[]) => rigidPose(rotation, [1, 2, 3]);
     const calls: (() => void)[] = [
       () => me.push(turned(0, 0, 0, NaN)),
@@ -223,19 +195,13 @@ describe("numbers that a moment's computation has spoilt", () => {
     });
     expect(warn).toHaveBeenCalledTimes(1);
     expect(warn.mock.calls[0][0]).toBe("hairnet: push of character 1: pose is not finite; it was dropped (1 so far)");
-    expect(sent()).toEqual([]);
     expect(me.newestPose).toEqual(good);
     clock.mockRestore();
+    warn.mockRestore();
   });
 
-  test("too far away are told with the limit", () => {
-    expect(poseFault(rigidPose([0, 0, 0, 1], [0, 0, -10001]))).toBe(
-      "pose is too far away: -10001 m along an axis, of at most 10000 m",
-    );
-  });
-
-  test("are no excuse for what is no pose at all", () => {
-    const { me } = withCharacter();
+  test("are no excuse for what is no pose at all", async () => {
+    const me = await withCharacter();
     for (const bad of [undefined, null, 5, [1, 2], new Float64Array(7)])
       expect(faultOf(() => me.push(any(bad))).code).toBe("invalid");
   });

@@ -1,248 +1,172 @@
-import { expect, test } from "vitest";
-import { LevelIndex } from "../../src/hair/level";
-import { rigidPose } from "../../src/hair/pose";
-import { GoodbyeReason, ModerateAction } from "../../src/net/messages";
-import { LinkCoreDriver, kPlain } from "../support/linkCoreDriver";
-import { ServedRoom } from "../support/servedRoom";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import { LevelIndex, materials, nodeCount, rigidPose, type Member } from "../../src/index";
+import { strandsFile } from "../support/grooms";
+import { Person } from "../support/person";
+import { Server } from "../support/server";
+import { until } from "../support/until";
 
-const kSecond = 1e9;
-const groom = "ab".repeat(32);
+const server = new Server(["--wind", "1", "0", "2"]);
+const people: Person[] = [];
+const join = async (room: string) => {
+  const person = await Person.join(server.address, { room });
+  people.push(person);
+  return person;
+};
+/** Someone with a character of that name. `shape`: of its strands. */
+const wearer = async (room: string, tag: string, ...shape: Parameters<typeof strandsFile>) => {
+  const person = await join(room);
+  person.own = person.room.addCharacter(await strandsFile(...shape), { tag });
+  return person;
+};
+/** How far its hair is from rest, m. */
+const swing = ({ lattice }: Member) => (lattice ? Math.max(...lattice.grid.map(Math.abs)) : 0);
+/** The largest coordinate of its points, and of what they would be at rest. */
+const far = (points: Float32Array) => Math.max(...points.map(Math.abs));
 
-test("shows a sleeping member whose only frame came together with the news of it", () => {
-  const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  served.receiveAsleep(5);
-  const [member] = served.room.sample(0);
-  expect(member.member).toBe(5);
-  served.nowNs += kSecond;
-  served.room.sample(0);
-  expect(member.pose && [...member.pose]).toEqual([...rigidPose()].map((x) => expect.closeTo(x, 4)));
+beforeAll(() => server.start());
+afterEach(() => {
+  for (const person of people.splice(0)) person.leave();
 });
+afterAll(() => server.dispose());
 
-/** Requests for grooms that it sends in so many seconds, with a picture every 0.1 s. */
-function requestsAfter(served: ServedRoom, seconds: number): number {
-  for (let s = 0; s < seconds; s += 0.1) {
-    served.nowNs += 0.1 * kSecond;
-    served.room.sample(0);
-  }
-  served.link.flush();
-  return served.sent().filter((message) => message.type === "groomRequest").length;
-}
+test("two people see each other: head, hairstyle, and hair that moves", async () => {
+  const ann = await wearer("two", "Ann", 20, 6);
+  const ben = await wearer("two", "Ben", 20, 6);
+  const seen = await ben.meets("Ann");
+  await until("her hair moves", () => swing(seen) > 1e-3);
+  expect(seen).toMatchObject({ own: false, character: 0, ownerCharacter: ann.own!.character, fault: "" });
+  expect(seen.session).toBe(ann.room.session);
+  expect(ben.room.memberOf(ann.room.session, ann.own!.character)).toBe(seen);
+  expect(seen.delayS).toBeGreaterThan(0);
 
-test("asks for a missing groom, and again later when no member can give it", () => {
-  const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  const requests = () => requestsAfter(served, 0.8);
-  expect(requests()).toBe(1);
-  served.receive({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
-  expect(requests()).toBe(0);
-  expect(requestsAfter(served, 4)).toBe(1);
-});
-
-test("forgets members that have left, and reports members in order", () => {
-  const served = new ServedRoom();
-  const heard: string[] = [];
-  served.room.on("joined", ({ member }) => heard.push(`joined ${member.member}`));
-  const stop = served.room.on("left", ({ member }) => heard.push(`left ${member.member}`));
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  served.receive({ type: "memberJoined", member: 6, session: 9n, character: 2, groom, ...kPlain });
-  served.receive({ type: "memberLeft", member: 5 });
-  expect(served.room.sample(0).map((member) => member.member)).toEqual([6]);
-  expect(heard).toEqual(["joined 5", "joined 6", "left 5"]);
-  stop();
-  served.receive({ type: "memberLeft", member: 6 });
-  expect(served.room.sample(0)).toEqual([]);
-  expect(heard).toHaveLength(3);
-});
-
-test("an own character is drawn with the last pushed pose, independent of frames", () => {
-  const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  served.room.sample(0);
-  const own = served.room.addCharacterLike(served.room.members.get(5)!);
-  served.receive({ type: "characterAdded", character: own.character, groom, level: LevelIndex.rigid, member: 7 });
-  served.receiveAsleep(7);
-  own.push(rigidPose([0, 0, 0, 1], [1, 2, 3]));
-  served.room.sample(0);
-  const mine = served.room.members.get(7)!;
-  expect(mine.own).toBe(true);
-  expect([...mine.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
-  own.push(rigidPose([0, 0, 0, 1], [NaN, 2, 3]));
-  expect([...served.room.members.get(7)!.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
-});
-
-test("all own characters exist when a new server swaps their numbers, and their hair continues", () => {
-  const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  served.room.sample(0);
-  const like = served.room.members.get(5)!;
-  const own = [served.room.addCharacterLike(like), served.room.addCharacterLike(like)];
-  const add = (n: number, member: number) =>
-    served.receive({ type: "characterAdded", character: own[n].character, groom, level: LevelIndex.rigid, member });
-  add(0, 1);
-  add(1, 2);
-  served.room.sample(0);
-  const playouts = own.map(
-    ({ character }) => [...served.room.members.values()].find((one) => one.character === character)!.playout,
+  const { groom, lattice, skin, pose } = seen;
+  expect(groom!.key).toBe(seen.groomKey);
+  expect(groom!.file).toEqual(await strandsFile(20, 6));
+  expect([...pose!.subarray(4, 7)]).toEqual([0, 1.6, 0].map((x) => expect.closeTo(x, 3)));
+  expect(lattice!.grid).toHaveLength(3 * nodeCount(lattice!.lattice));
+  expect(lattice!.modes!.coefficients.length).toBeGreaterThan(0);
+  expect(lattice!.modes!.coefficients.length).toBeLessThanOrEqual(lattice!.modes!.basis.modeCount);
+  // What a GPU sums up is what the grid has.
+  const { basis, coefficients } = lattice!.modes!;
+  const texels = basis.texels();
+  const modeFloats = texels.length / (4 * Math.ceil(basis.modeCount / 4));
+  const sums = Array.from({ length: 10 }, (_, node) =>
+    coefficients.reduce((sum, c, k) => sum + c * texels[k * modeFloats + 4 * node], 0),
   );
-  served.socket.onclose?.({ code: 1006, reason: "" });
-  served.nowNs += 20 * kSecond;
-  served.room.sample(0);
-  served.socket.open();
-  served.receive(new LinkCoreDriver().welcome());
-  add(0, 2);
-  add(1, 1);
-  served.receiveAsleep(2); // before any sample has processed the new numbers
-  served.room.sample(0);
-  expect([...served.room.members.keys()].sort()).toEqual([1, 2]);
-  own.forEach(({ character }, n) => {
-    const member = served.room.members.get(2 - n)!;
-    expect(member.character).toBe(character);
-    expect(member.playout).toBe(playouts[n]);
-  });
-  expect(served.room.delayS(served.room.members.get(2)!)).toBeGreaterThan(0);
-  expect(served.room.delayS(served.room.members.get(1)!)).toBe(0);
-});
+  expect(sums).toEqual(Array.from({ length: 10 }, (_, node) => expect.closeTo(lattice!.grid[3 * node], 5)));
+  expect(skin!.nodes.length).toBe(4 * skin!.grids.reduce((sum, { dims: [x, y, z] }) => sum + x * y * z, 0));
+  const points = seen.points()!;
+  expect(points).toHaveLength(3 * groom!.pointCount);
+  expect(far(points)).toBeGreaterThan(1.6);
+  expect(far(points)).toBeLessThan(2);
+  expect(seen.points(points)).toBe(points);
 
-test("an unused groom is not requested again, and not kept as damaged", () => {
-  const served = new ServedRoom();
-  const requests = () => requestsAfter(served, 0.8);
-  const join = (member: number) =>
-    served.receive({ type: "memberJoined", member, session: 9n, character: 1, groom, ...kPlain });
-  const leave = (member: number) => served.receive({ type: "memberLeft", member });
-  join(5);
-  expect(requests()).toBe(1);
-  leave(5);
-  served.receive({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
-  expect(requests()).toBe(0);
-  expect(requestsAfter(served, 4)).toBe(0);
-  // A groom that was damaged on its way may arrive intact the next time.
-  join(6);
-  expect(requests()).toBe(1);
-  served.receive({ type: "groomData", hash: groom, offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
-  served.room.sample(0);
-  expect(served.room.members.get(6)!.fault).not.toBe("");
-  leave(6);
-  join(7);
-  expect(requests()).toBe(1);
-  expect(served.room.members.get(7)!.fault).toBe("");
-});
-
-test("reports a lost and a restored connection", () => {
-  const served = new ServedRoom();
-  const states: string[] = [];
-  served.room.on("state", ({ state }) => states.push(state));
-  served.room.sample(0);
-  served.socket.onclose?.({ code: 1006, reason: "" });
-  served.room.sample(0);
-  expect(served.room.state).toBe("reconnecting");
-  served.nowNs += 20 * kSecond;
-  served.room.sample(0);
-  served.socket.open();
-  served.receive(new LinkCoreDriver().welcome({ resumed: true }));
-  served.room.sample(0);
-  expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "reconnecting", "connected"]);
-  served.room.close();
-  expect(served.room.state).toBe("closed");
-});
-
-test("moderates the owner of a member, a named person, or the room", () => {
-  const served = new ServedRoom();
-  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom, ...kPlain });
-  served.room.sample(0);
-  served.link.flush();
-  served.sent();
-  const { room } = served;
-  room.moderate(ModerateAction.remove, room.members.get(5)!, 60, "be kind");
-  room.moderate(ModerateAction.mute, "sub:mallory");
-  room.moderate(ModerateAction.lock);
-  served.link.flush();
-  const nobody = { type: "moderate", session: 0n, subject: "", seconds: 0, reason: "" };
-  expect(served.sent()).toEqual([
-    { ...nobody, action: ModerateAction.remove, session: 9n, seconds: 60, reason: "be kind" },
-    { ...nobody, action: ModerateAction.mute, subject: "sub:mallory" },
-    { ...nobody, action: ModerateAction.lock },
+  // A head that is small on the screen needs few coefficients, and gets them.
+  const sent = () => seen.lattice!.modes!.coefficients.filter((c) => c !== 0).length;
+  await until("many are sent", () => sent() > 60);
+  ben.room.reportImportance([
+    { member: seen.member, screenHeight: 0.001, inView: true },
+    { member: 999, screenHeight: 1, inView: true },
   ]);
-  expect(() => room.moderate(ModerateAction.remove, "sub:mallory", -1)).toThrow("seconds of a ban");
+  await until("few are sent", () => sent() < 10);
+  ben.room.reportImportance([{ member: seen.member, screenHeight: 1, inView: true }]);
+  await until("many are sent again", () => sent() > 60);
+
+  // Her own picture has her newest pose, and what is hers.
+  const mine = ann.own!.member!;
+  expect(mine).toMatchObject({ own: true, character: ann.own!.character, groom: { key: seen.groomKey } });
+  ann.moves = false;
+  const pushed = rigidPose([0, 0, 0, 1], [1, 2, 3]);
+  ann.own!.push(pushed, true);
+  ann.room.sample(0);
+  expect(mine.pose).toEqual(pushed);
+  expect(ann.own!.newestPose).toEqual(pushed);
+
+  // The groom, the skin and the modes of one hairstyle are the same objects for all who have it.
+  const bens = ben.own!.member!;
+  await until("his hair moves", () => swing(bens) > 1e-3);
+  expect(bens.groom).toBe(groom);
+  expect(bens.skin).toBe(skin);
+  expect(bens.lattice!.modes!.basis).toBe(basis);
+  expect(ben.room.counters).toMatchObject({ framesUndecodable: 0, inputsDropped: 0, reconnects: 0 });
+  expect(ben.room.counters.framesReceived).toBeGreaterThan(10);
 });
 
-test("a removal by a moderator closes the room as refused", () => {
-  const served = new ServedRoom();
-  const closed: { detail: string; isRefused: boolean }[] = [];
-  served.room.on("state", ({ state, detail, isRefused }) => {
-    if (state === "closed") closed.push({ detail, isRefused });
-  });
-  served.receive({ type: "goodbye", reason: GoodbyeReason.removed, detail: "be kind" });
-  served.room.sample(0);
-  expect(closed).toEqual([{ detail: "the server says goodbye: be kind", isRefused: true }]);
-  expect(served.sockets.length).toBe(1);
+test("what an owner changes of its character reaches everyone, and its removal", async () => {
+  const ann = await wearer("changes", "Ann", 20, 6);
+  const ben = await join("changes");
+  const seen = await ben.meets("Ann");
+  await until("her hair moves", () => swing(seen) > 1e-3);
+  ann.own!.setLevel(LevelIndex.low);
+  await until("its level is another", () => seen.level === LevelIndex.low);
+  ann.own!.setMaterial(materials.gel);
+  const other = ann.room.addCharacterLike(ann.own!.member!, { tag: "Anna", level: LevelIndex.rigid });
+  other.push(rigidPose([0, 0, 0, 1], [5, 1.6, 0]));
+  const second = await ben.meets("Anna");
+  await until("it stands there", () => second.pose !== null && second.groom !== null);
+  expect(second).toMatchObject({ groomKey: seen.groomKey, level: LevelIndex.rigid, lattice: null });
+  expect([...second.pose!.subarray(4, 7)]).toEqual([5, 1.6, 0].map((x) => expect.closeTo(x, 3)));
+  expect(far(second.points()!)).toBeGreaterThan(4.9);
+
+  ann.room.removeCharacter(other);
+  expect(other.member).toBeNull();
+  await until("it has left", () => ben.named("Anna") === undefined);
+  expect(ben.named("Ann")).toBe(seen);
+  const stop = ben.room.on("left", () => expect.unreachable());
+  stop();
+  ann.leave();
+  await until("both have left", () => ben.room.members.size === 0);
+  const met = ben.heard.filter((line) => line !== "connected");
+  expect(met).toEqual(["joined Ann", "joined Anna", "left Anna", "left Ann"]);
+  expect(ann.heard.filter((line) => line.startsWith("fault"))).toEqual([]);
 });
 
-test("a refusal that would come again closes the room as refused", () => {
-  const served = new ServedRoom();
-  const closed: boolean[] = [];
-  served.room.on("state", ({ state, isRefused }) => state === "closed" && closed.push(isRefused));
-  served.receive({ type: "goodbye", reason: GoodbyeReason.tokenRefused, detail: "expired" });
-  served.room.sample(0);
-  expect(closed).toEqual([true]);
+test("of grooms the one that is named is fetched first, and no other until that is allowed", async () => {
+  const ann = await wearer("grooms", "Ann", 20, 6);
+  const ben = await wearer("grooms", "Ben", 20, 8);
+  for (const { own } of [ann, ben]) await until("the server has their hair", () => own!.member !== null);
+  const { room } = await join("grooms");
+  room.fetchesOnlyFirst = true;
+  const joined: Member[] = [];
+  room.on("joined", ({ member }) => joined.push(member));
+  await until("both are met", () => joined.length === 2);
+  const [first, other] = [...joined].sort((a, b) => b.tagText.localeCompare(a.tagText));
+  expect(first.tagText).toBe("Ben");
+  room.fetchFirst(first.member);
+  await until("the first is here", () => first.groom !== null);
+  expect(other.groom).toBeNull();
+  const { bytes, byteCount } = room.downloads;
+  expect(bytes).toBe(first.groom!.file.length);
+  expect(byteCount).toBe(bytes);
+  room.fetchesOnlyFirst = false;
+  await until("the other is here, too", () => other.groom !== null);
 });
 
-test("fetches a member's groom first, also when it is named before it joins", () => {
-  const served = new ServedRoom();
-  const grooms = ["1", "2"].map((digit) => digit.repeat(64));
-  served.room.fetchFirst(2);
-  for (const [i, hash] of grooms.entries())
-    served.receive({ type: "memberJoined", member: 1 + i, session: 9n, character: 1 + i, groom: hash, ...kPlain });
-  served.room.sample(0);
-  served.link.flush();
-  const asked = served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
-  expect(asked).toEqual([grooms[1]]);
-});
-
-test("asks for no other groom while it fetches only the first", () => {
-  const served = new ServedRoom();
-  const hash = "1".repeat(64);
-  const asked = () => {
-    for (let n = 0; n < 2; ++n) served.room.reportImportance([{ member: 1, screenHeight: 0.9, inView: true }]);
-    served.room.sample(0);
-    served.link.flush();
-    return served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
-  };
-  served.room.fetchesOnlyFirst = true;
-  served.receive({ type: "memberJoined", member: 1, session: 9n, character: 1, groom: hash, ...kPlain });
-  expect(asked()).toEqual([]);
-  served.room.fetchesOnlyFirst = false;
-  expect(asked()).toEqual([hash]);
-});
-
-test("fetches one groom after the other, that of the largest head first", () => {
-  const served = new ServedRoom();
-  const grooms = ["1", "2", "3"].map((digit) => digit.repeat(64));
-  const asked = () => {
-    served.room.sample(0);
-    served.link.flush();
-    return served.sent().flatMap((message) => (message.type === "groomRequest" ? [message.hash] : []));
-  };
-  for (const [i, hash] of grooms.entries())
-    served.receive({
-      type: "memberJoined",
-      member: 1 + i,
-      session: 9n,
-      character: 1 + i,
-      groom: hash,
-      tag: new Uint8Array(0),
-      appearance: null,
-    });
-  expect(asked()).toEqual([]);
-  const importance = [
-    { member: 2, screenHeight: 0.9, inView: false },
-    { member: 3, screenHeight: 0.1, inView: true },
-  ];
-  for (let n = 0; n < 2; ++n) served.room.reportImportance(importance);
-  expect(asked()).toEqual([grooms[2]]);
-  expect(asked()).toEqual([]);
-  served.receive({ type: "error", reason: 20, character: 0, groom: grooms[2], detail: "not here" }); // groomUnavailable
-  expect(asked()).toEqual([grooms[1]]);
-  served.receive({ type: "groomData", hash: grooms[1], offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
-  expect(asked()).toEqual([grooms[0]]);
+test("the wind is the server's until someone sets another, and again when they leave", async () => {
+  const ann = await join("wind");
+  const ben = await join("wind");
+  expect(ann.room.maySetWind).toBe(true);
+  await until("she knows the server's", () => ann.room.wind.meanMPerS[0] === 1);
+  expect(ann.room.wind.meanMPerS).toEqual([1, 0, 2]);
+  const told: [readonly number[], bigint][] = [];
+  ann.room.on("wind", ({ wind, session }) => told.push([wind.meanMPerS, session]));
+  const full = {
+    meanMPerS: [1, 2, 3],
+    gustRatio: 0.5,
+    gustPeriodS: 2,
+    turbulenceRmsMPerS: 0.25,
+    turbulenceScaleM: 1,
+    seed: 7n,
+    carried: true,
+  } as const;
+  ben.room.setWind(full);
+  await until("she is told", () => told.length === 1);
+  expect(ann.room.wind).toEqual(full);
+  ben.leave();
+  await until("she is told again", () => told.length === 2);
+  expect(ann.room.wind.meanMPerS).toEqual([1, 0, 2]);
+  expect(told).toEqual([
+    [[1, 2, 3], ben.room.session],
+    [[1, 0, 2], 0n],
+  ]);
 });

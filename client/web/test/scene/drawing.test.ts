@@ -13,7 +13,6 @@ import {
 } from "three";
 import { kNumbersPerBone, kPoseNumbers, rigidPose, type Pose } from "../../src/hair/pose";
 import { detailFor } from "../../src/scene/drawDetail";
-import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { kCoefficientTexel, kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
@@ -23,7 +22,7 @@ import { CharacterRecords, writeRecord, type CharacterRecord } from "../../src/s
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
-import { madeGroom } from "../support/madeGroom";
+import { geometryOf, strandsFile } from "../support/grooms";
 
 const record: CharacterRecord = {
   pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
@@ -32,7 +31,7 @@ const record: CharacterRecord = {
   roughness: 0.5,
   skinAlbedo: [0.4, 0.5, 0.6],
   widthM: 4e-4,
-  detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1, cards: 0.25 },
+  detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1 },
   strayM: 0.002,
   size: 1.25,
   bodyVisible: false,
@@ -56,7 +55,7 @@ describe("records", () => {
     expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
     expect(texel(1)).toEqual([1, 2, 3, 7]);
     expect(texel(7)).toEqual([1, 2, 3, 11]);
-    expect(texel(3)).toEqual([0.5, 1, 0.5, 1]);
+    expect(texel(3)).toEqual([0.5, 1, 0, 0]);
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
     expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
@@ -104,17 +103,16 @@ describe("records", () => {
   });
 });
 
-describe("draw calls", () => {
-  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
+describe("draw calls", async () => {
+  const made = await geometryOf(await strandsFile());
+  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, vertices: 0 });
   const group = new Group();
   const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
-  const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) =>
-    materials.push(material),
-  );
+  const drawing = new GroomDrawing(made, group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
-    const detail = detailFor(px, 1, drawing.strandCount, drawing.waviness);
-    return { detail: { ...detail, cards: 0 }, list: drawing.listFor(detail.toleranceM) };
+    const detail = detailFor(px, 1, drawing.strandCount);
+    return { detail, list: drawing.listFor(detail.toleranceM) };
   };
 
   test("characters of one groom and one drawing level share one", () => {
@@ -135,7 +133,7 @@ describe("draw calls", () => {
     expect(material.uniforms.first_record.value).toBe(5);
   });
 
-  test("one that is far has no strands and no rows for their points; all others as many as their share needs", () => {
+  test("strands and rows for their points are as many as their share needs", () => {
     const near = at(400);
     expect(drawing.pointRowsOf(near)).toBeGreaterThan(0);
     expect(drawing.strandsOf(near)).toBe(Math.ceil(near.detail.strandShare * drawing.strandCount));
@@ -166,15 +164,13 @@ describe("draw calls", () => {
   });
 
   test("with details of their own, too, all are drawn: those of one list together", () => {
-    const made = makeGroomGeometry(madeGroom());
-    const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
     const hall = new Group();
-    const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});
-    const one = (list: number, cards: number) => ({
+    const mixed = new GroomDrawing(made, hall, uniforms, () => {});
+    const one = (list: number, strandShare: number) => ({
       list,
-      detail: { ...detailFor(400, 1, 40, 0), followHairCount: 0, cards },
+      detail: { ...detailFor(400, 1, 40), followHairCount: 0, strandShare },
     });
-    const shown = [one(1, 0), one(0, 0.5), one(1, 0.5), one(0, 0), one(2, 1), one(0, 1)].sort(inDrawingOrder);
+    const shown = [one(1, 1), one(0, 0.5), one(1, 0.5), one(0, 1)].sort(inDrawingOrder);
     const drawn = counts();
     mixed.show(shown, 0, drawn);
     const strands = hall.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
@@ -182,7 +178,6 @@ describe("draw calls", () => {
       (mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount,
     );
     expect(instances).toEqual([2, 2]);
-    expect(drawn.cards).toBeGreaterThanOrEqual(3 * 4);
   });
 
   test("draws nothing without members, and disposed objects leave the scene", () => {

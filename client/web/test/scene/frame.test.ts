@@ -1,18 +1,19 @@
 import { describe, expect, test } from "vitest";
 import { Group, OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
 import type { ShownMember } from "../../src/hair/hairSource";
-import { HairnetError } from "../../src/hair/hairnetError";
+import { HairnetError } from "../../src/module/hairnetError";
 import { rigidPose } from "../../src/hair/pose";
 import { checkFrame, frameCamera, type Framed } from "../../src/scene/frameCamera";
 import { HairScene } from "../../src/scene/hairScene";
 import { idleRenderer as renderer } from "../support/idleRenderer";
-import { madeGroom } from "../support/madeGroom";
+import { someGroom } from "../support/grooms";
 
-const groom = madeGroom();
+const groom = await someGroom();
+const shape = { points: groom.points, body: groom.body };
 const at = (x: number, y: number, z: number, yaw = 0): Framed => ({
   pose: rigidPose([0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)], [x, y, z]),
   size: 1,
-  groom,
+  groom: shape,
 });
 
 /** The largest |x| and |y| of all points of hair and body in the picture, which is -1 to 1. */
@@ -20,18 +21,20 @@ function extent(camera: PerspectiveCamera, characters: readonly Framed[]): { x: 
   camera.updateProjectionMatrix();
   camera.updateWorldMatrix(true, false);
   const most = { x: 0, y: 0 };
+  let nearest = -Infinity;
   const point = new Vector3();
   for (const { pose, size } of characters)
-    for (const points of [groom.points, groom.body.vertices])
+    for (const points of [shape.points, shape.body.vertices])
       for (let i = 0; i < points.length; i += 3) {
         point.fromArray(points, i).multiplyScalar(size);
         point.applyQuaternion({ x: pose[0], y: pose[1], z: pose[2], w: pose[3] } as never);
         point.add(new Vector3(pose[4], pose[5], pose[6]));
-        expect(point.clone().applyMatrix4(camera.matrixWorldInverse).z).toBeLessThan(0);
+        nearest = Math.max(nearest, point.clone().applyMatrix4(camera.matrixWorldInverse).z);
         point.project(camera);
         most.x = Math.max(most.x, Math.abs(point.x));
         most.y = Math.max(most.y, Math.abs(point.y));
       }
+  expect(nearest).toBeLessThan(0);
   return most;
 }
 

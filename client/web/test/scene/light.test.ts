@@ -26,15 +26,14 @@ import { kCellsBeside, kDensitySide } from "../../src/generated/constants";
 import { densityGrid, movedBox } from "../../src/scene/densityGrid";
 import { detailFor } from "../../src/scene/drawDetail";
 import { addEnvironment } from "../../src/scene/environmentLight";
-import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { GroomDrawing } from "../../src/scene/groomDrawing";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { HairScene } from "../../src/scene/hairScene";
 import { makeLightRig, sceneLights } from "../../src/scene/lightRig";
 import { shader } from "../../src/scene/shaders";
 import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf } from "../../src/scene/view";
-import { madeGroom } from "../support/madeGroom";
-import { fullGrid } from "../support/shapes";
+import { geometryOf, strandsFile } from "../support/grooms";
+import { latticeOf } from "../support/shapes";
 
 const kPx = 600;
 
@@ -131,7 +130,8 @@ describe("further cameras", () => {
   });
 });
 
-describe("shadow maps", () => {
+describe("shadow maps", async () => {
+  const geometry = await geometryOf(await strandsFile());
   const scene = new Scene();
   const sun = new DirectionalLight();
   sun.position.set(0, 5, 0);
@@ -164,9 +164,9 @@ describe("shadow maps", () => {
   const drawingWith = (castShadow: boolean) => {
     const group = new Group();
     const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
-    const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, () => {}, castShadow);
-    const detail = { ...detailFor(600, 1, drawing.strandCount, drawing.waviness), followHairCount: 2, cards: 0 };
-    drawing.show([{ detail, list: 0 }], 0, { drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
+    const drawing = new GroomDrawing(geometry, group, uniforms, () => {}, castShadow);
+    const detail = { ...detailFor(600, 1, drawing.strandCount), followHairCount: 2 };
+    drawing.show([{ detail, list: 0 }], 0, { drawCalls: 0, strands: 0, vertices: 0 });
     const strands = group.children.find((mesh) => mesh.visible && mesh.name === "hairnet strand");
     return { uniforms, group, strands: strands as Mesh<InstancedBufferGeometry, RawShaderMaterial> };
   };
@@ -269,15 +269,14 @@ describe("the grid of density", () => {
 
   test("is about the resting hair without a lattice, and contains hair that has moved, and its roots", () => {
     expect(movedBox(rest, roots, null)).toBe(rest);
-    const geometry = fullGrid([6, 8, 6], 0.1);
-    geometry.lattice.origin.set([-0.25, -0.45, -0.25]);
+    const lattice = latticeOf([6, 8, 6], 0.1, [-0.25, -0.45, -0.25]);
     const aside = new Float32Array(3 * 6 * 8 * 6);
     for (let n = 0; n < aside.length; n += 3) aside[n] = 0.5;
-    const box = movedBox(rest, roots, { geometry, grid: aside });
+    const box = movedBox(rest, roots, { lattice, grid: aside });
     expect(box.containsBox(roots)).toBe(true);
     expect(box.max.x).toBeGreaterThanOrEqual(0.6);
     aside.fill(NaN);
-    expect(movedBox(rest, roots, { geometry, grid: aside }).equals(roots)).toBe(true);
+    expect(movedBox(rest, roots, { lattice, grid: aside }).equals(roots)).toBe(true);
   });
 
   test("has empty cells beside the hair, and its optical depth does not depend on the size of its cells", () => {

@@ -4,9 +4,9 @@ import type { MemberImportance, ShownMember } from "../../src/hair/hairSource";
 import { rigidPose } from "../../src/hair/pose";
 import { HairScene } from "../../src/scene/hairScene";
 import { idleRenderer } from "../support/idleRenderer";
-import { madeGroom } from "../support/madeGroom";
+import { someGroom } from "../support/grooms";
 
-const groom = madeGroom();
+const groom = await someGroom();
 const member: ShownMember = { member: 1, own: false, groomKey: "a", groom, pose: rigidPose(), lattice: null };
 
 describe("numbers of a program that are not finite, or scales that hair cannot follow,", () => {
@@ -49,7 +49,6 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
         followHairCount: 0,
         toleranceM: 0,
         quadratic: 1,
-        cards: 0,
       }),
     "an anchor": () => {
       const anchor = new Group();

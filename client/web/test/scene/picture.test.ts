@@ -1,23 +1,21 @@
 import { PerspectiveCamera, Scene, Vector2, type WebGLRenderer } from "three";
 import { expect, test } from "vitest";
-import { Deformer } from "../../src/hair/deform";
 import type { MovedLattice } from "../../src/hair/movedLattice";
 import { rigidPose } from "../../src/hair/pose";
 import { displacementAt, HairMotion, kMovingMax, type MovingCharacter } from "../../src/scene/hairMotion";
 import { Picture, placeOf } from "../../src/scene/picture";
 import { shader } from "../../src/scene/shaders";
-import { fullGrid } from "../support/shapes";
+import { latticeOf } from "../support/shapes";
 
 /** Displacements that grow with the place: x += share * y, so that places before and after differ. */
 function slanted(share: number, wave = 0): MovedLattice {
-  const geometry = fullGrid([6, 6, 6], 0.2);
-  geometry.lattice.origin.fill(-0.5);
+  const lattice = latticeOf([6, 6, 6], 0.2, [-0.5, -0.5, -0.5]);
   const grid = new Float32Array(3 * 216);
   for (let node = 0; node < 216; ++node) {
     const y = -0.5 + 0.2 * (Math.floor(node / 6) % 6);
     grid[3 * node] = share * y + wave * Math.sin(12.9898 * node);
   }
-  return { geometry, grid };
+  return { lattice, grid };
 }
 
 function character(name: object, lattice: MovedLattice | null, x = 0, screenHeight = 0.4): MovingCharacter {
@@ -37,16 +35,15 @@ const fromHalf = (half: number) => {
   return (half >> 15 ? -1 : 1) * (power === 0 ? size * 2 ** -14 : (1 + size) * 2 ** (power - 15));
 };
 
-test("a displacement between nodes is the linear FFD's", () => {
-  const { geometry, grid } = slanted(0.1, 0.03);
-  const rest = Float32Array.of(0.013, -0.21, 0.33);
-  const points = new Float32Array(3);
-  new Deformer(geometry.lattice, rest, Float32Array.of(1), "linear").deform(grid, { points });
-  const out = new Float64Array(3);
-  displacementAt({ geometry, grid }, rest[0], rest[1], rest[2], out);
-  for (let axis = 0; axis < 3; ++axis) expect(rest[axis] + out[axis]).toBeCloseTo(points[axis], 6);
-  displacementAt(null, rest[0], rest[1], rest[2], out);
-  expect([...out]).toEqual([0, 0, 0]);
+test("a displacement is that of its node, between nodes it is linear, and beyond the lattice that of the border", () => {
+  const lattice = slanted(0.1, 0.03);
+  const at = (x: number, y: number, z: number) => displacementAt(lattice, x, y, z, new Float64Array(3))[0];
+  const nodeAt = (i: number, j: number, k: number) => lattice.grid[3 * (i + 6 * (j + 6 * k))];
+  expect(at(-0.1, 0.1, 0.3)).toBeCloseTo(nodeAt(2, 3, 4), 6);
+  const [low, high] = [2, 3].map((i) => 0.75 * nodeAt(i, 3, 4) + 0.25 * nodeAt(i, 4, 4));
+  expect(at(-0.02, 0.15, 0.3)).toBeCloseTo(0.6 * low + 0.4 * high, 6);
+  expect(at(9, 0.1, -9)).toBeCloseTo(nodeAt(5, 3, 0), 6);
+  expect(displacementAt(null, 0, 0, 0, Float64Array.of(1, 2, 3))).toEqual(new Float64Array(3));
 });
 
 test("swing leads from where hair is to where it was", () => {

@@ -1,6 +1,4 @@
-import type { WebSocketLike } from "../../src/net/link";
-import type { ClientMessage } from "../../src/net/messages";
-import { decodePacket } from "../../src/net/packet";
+import type { WebSocketLike } from "../../src/net/socket";
 
 /** A socket whose other end is the test. */
 export class FakeSocket implements WebSocketLike {
@@ -22,13 +20,7 @@ export class FakeSocket implements WebSocketLike {
   open(): void {
     this.onopen?.(undefined as never);
   }
-  tell(packet: Uint8Array): void {
-    this.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
-  }
-  get said(): ClientMessage[] {
-    return this.sent.map((packet) => decodePacket(packet).message as ClientMessage);
-  }
-  get saidTypes(): string[] {
-    return this.said.map((message) => message.type);
+  break(reason = ""): void {
+    this.onclose?.({ code: 1006, reason });
   }
 }

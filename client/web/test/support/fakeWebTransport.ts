@@ -1,3 +1,12 @@
+import type WebSocket from "ws";
+
+/** What a server's `/wt.json` says. */
+export const kWebTransportPage = JSON.stringify({
+  port: 7421,
+  path: "/wt",
+  hashes: [btoa(String.fromCharCode(...Array(32).fill(7)))],
+});
+
 /** The other end of a WebTransport session is the test. Put it in the place of the platform's `WebTransport`. */
 export class FakeWebTransport {
   static made: FakeWebTransport[] = [];
@@ -5,6 +14,12 @@ export class FakeWebTransport {
   static fate: "open" | "fail" | "silence" = "open";
   /** how a browser lets datagrams be sent */
   static datagramsBy: "writable" | "createWritable" = "writable";
+  /** open: sessions' packets go to a server by it; null: to the test alone */
+  static relay: WebSocket | null = null;
+
+  static reset(): void {
+    Object.assign(FakeWebTransport, { made: [], fate: "open", datagramsBy: "writable", relay: null });
+  }
 
   readonly ready: Promise<void>;
   readonly closed: Promise<{ closeCode: number; reason: string }>;
@@ -14,6 +29,7 @@ export class FakeWebTransport {
   streamEnded = false;
   readonly datagrams;
   readonly incomingUnidirectionalStreams;
+  readonly #relay = FakeWebTransport.relay;
   #end!: (info: { closeCode: number; reason: string }) => void;
   #refuse!: (error: Error) => void;
   #stream!: ReadableStreamDefaultController<Uint8Array>;
@@ -25,6 +41,7 @@ export class FakeWebTransport {
     readonly options: { serverCertificateHashes?: { algorithm: string; value: Uint8Array }[] },
   ) {
     FakeWebTransport.made.push(this);
+    this.#relay?.on("message", (bytes: Buffer) => this.tell(new Uint8Array(bytes)));
     this.ready = new Promise((resolve, reject) => {
       this.#refuse = reject;
       if (FakeWebTransport.fate === "open") resolve();
@@ -39,7 +56,7 @@ export class FakeWebTransport {
         this.#streams = controller;
       },
     });
-    const writable = () => new WritableStream<Uint8Array>({ write: (bytes) => void this.datagramsSent.push(bytes) });
+    const writable = () => new WritableStream<Uint8Array>({ write: (bytes) => this.#take(bytes, this.datagramsSent) });
     this.datagrams = {
       maxDatagramSize: 1200,
       incomingHighWaterMark: 1,
@@ -60,7 +77,7 @@ export class FakeWebTransport {
         },
       }),
       writable: new WritableStream<Uint8Array>({
-        write: (bytes) => void this.sent.push(bytes),
+        write: (bytes) => this.#take(bytes, this.sent),
         close: () => {
           this.streamEnded = true;
         },
@@ -68,8 +85,14 @@ export class FakeWebTransport {
     });
   }
 
+  #take(bytes: Uint8Array, taken: Uint8Array[]): void {
+    taken.push(bytes);
+    this.#relay?.send(bytes);
+  }
+
   close(): void {
     this.isClosed = true;
+    this.#relay?.close();
     this.#refuse(new Error("closed"));
   }
 

@@ -1,8 +1,11 @@
 import type { Groom } from "../../src/hair/groom";
 
 /** `strands` hairs of `points` points that hang from the top of an egg of a head, wavy by `waveM`. */
-export function madeGroom(strands = 40, points = 12, waveM = 0.004): Groom {
-  const begin = Uint32Array.from({ length: strands + 1 }, (_, s) => s * points);
+export function madeStrands(
+  strands = 40,
+  points = 12,
+  waveM = 0.004,
+): { points: Float32Array<ArrayBuffer>; counts: Uint32Array<ArrayBuffer> } {
   const xyz = new Float32Array(3 * strands * points);
   for (let s = 0; s < strands; ++s) {
     const turn = (2 * Math.PI * s) / strands;
@@ -12,38 +15,14 @@ export function madeGroom(strands = 40, points = 12, waveM = 0.004): Groom {
       xyz.set([out * Math.sin(turn), 0.16 - down, out * Math.cos(turn)], 3 * (s * points + i));
     }
   }
+  return { points: xyz, counts: new Uint32Array(strands).fill(points) };
+}
+
+/** What a groom shows of itself: those strands, and an egg. */
+export function madeGroom(...shape: Parameters<typeof madeStrands>): Pick<Groom, "points" | "body"> {
   const { vertices, triangles } = egg();
-  const count = vertices.length / 3;
-  return {
-    name: "made",
-    groupNames: ["all"],
-    points: xyz,
-    strands: {
-      count: strands,
-      begin,
-      radiusM: new Float32Array(strands).fill(4e-5),
-      hairCount: new Float32Array(strands).fill(10),
-      rootLengthM: new Float32Array(strands).fill(0.02),
-      group: new Uint16Array(strands),
-      rooted: new Uint8Array(strands).fill(1),
-    },
-    material: null,
-    groupMaterials: [],
-    rootBlends: [],
-    clumps: [],
-    threads: [],
-    cards: [],
-    cloths: [],
-    knots: [],
-    farCards: { points: new Float32Array(0), cards: [] },
-    body: {
-      vertices,
-      triangles,
-      boneWeights: Float32Array.from({ length: 5 * count }, (_, i) => (i % 5 === 0 ? 1 : 0)),
-      joints: new Float32Array(15),
-      fittedFromRoots: false,
-    },
-  };
+  const boneWeights = Float32Array.from({ length: (5 * vertices.length) / 3 }, (_, i) => (i % 5 === 0 ? 1 : 0));
+  return { points: madeStrands(...shape).points, body: { vertices, triangles, boneWeights } };
 }
 
 /** Half axes 0.08, 0.12, 0.1 m about (0, 0.08, 0.02). */

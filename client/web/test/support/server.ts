@@ -2,34 +2,39 @@ import { spawn, type ChildProcess } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { inject } from "vitest";
 import { until } from "./until";
 
-/** The server's program: HAIRNET_SERVER, which must exist, or that of the release build; null: there is none. */
-export function findServer(): string | null {
-  const named = process.env.HAIRNET_SERVER;
-  const program = named ?? resolve(__dirname, "../../../../build/release/bin/hairnet-server");
-  if (existsSync(program)) return program;
-  if (named !== undefined) throw new Error(`HAIRNET_SERVER: ${named} is not there`);
-  return null;
+/** The folder of Hairnet's programs: HAIRNET_BIN, by default that of the release build. */
+export const kBin = resolve(process.env.HAIRNET_BIN ?? resolve(__dirname, "../../../../build/release/bin"));
+
+/** The path of one of them. */
+export function program(name: string): string {
+  const path = join(kBin, name);
+  if (!existsSync(path)) throw new Error(`${path} is missing: build it (ninja ${name}), or set HAIRNET_BIN`);
+  return path;
 }
 
 /** A hairnet-server on this machine's loopback. */
 export class Server {
   port = 0;
   #process: ChildProcess | null = null;
-  readonly #folder = mkdtempSync(join(tmpdir(), "hairnet-web-"));
+  /** removed by `dispose` */
+  protected readonly folder = mkdtempSync(join(tmpdir(), "hairnet-web-"));
 
-  constructor(
-    private readonly program: string,
-    private readonly flags: readonly string[] = [],
-  ) {}
+  constructor(private readonly flags: readonly string[] = []) {}
+
+  get address(): string {
+    return `http://127.0.0.1:${this.port}`;
+  }
 
   /** On a free port the first time, on the same port afterwards. */
   async start(): Promise<void> {
-    const portFile = join(this.#folder, "port");
+    const portFile = join(this.folder, "port");
     rmSync(portFile, { force: true });
-    const flags = ["--port", String(this.port), "--port-file", portFile, ...this.flags];
-    this.#process = spawn(this.program, flags, { stdio: ["ignore", "ignore", "inherit"] });
+    const own = ["--workers", "1", "--level-cache", inject("levelCache"), "--learn-hair", "never"];
+    const flags = ["--port", String(this.port), "--port-file", portFile, ...own, ...this.flags];
+    this.#process = spawn(program("hairnet-server"), flags, { stdio: ["ignore", "ignore", "inherit"] });
     await until(
       "the server writes its port",
       () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "",
@@ -66,6 +71,6 @@ export class Server {
 
   async dispose(): Promise<void> {
     await this.kill();
-    rmSync(this.#folder, { recursive: true, force: true });
+    rmSync(this.folder, { recursive: true, force: true });
   }
 }

@@ -3,7 +3,7 @@ import { join } from "node:path";
 import { Vector3 } from "three";
 import { describe, expect, test } from "vitest";
 import { makeDefaultAvatar } from "../../page/avatar/defaultAvatar";
-import { HairnetError } from "../../src/hair/hairnetError";
+import { HairnetError } from "../../src/module/hairnetError";
 import { kVrmBytesMax, loadVrm, lowerArms, VrmHair } from "../../src/vrm/index";
 import { madeGroom } from "../support/madeGroom";
 

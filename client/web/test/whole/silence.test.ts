@@ -1,45 +1,26 @@
-import { describe, expect, it } from "vitest";
-import WebSocket from "ws";
-import { Link, Room, type WebSocketLike } from "../../src/index";
-import { findServer, Server } from "../support/server";
+import { expect, test } from "vitest";
+import { Person } from "../support/person";
+import { Server } from "../support/server";
 import { until } from "../support/until";
 
-const program = findServer();
-
-describe.skipIf(program === null)("a server that is stopped in the middle of a conversation", () => {
-  it("is heard of, and returned to when it goes on; one that is idle is not taken for it", async () => {
-    const servers = [new Server(program!), new Server(program!)];
-    const rooms: Room[] = [];
-    try {
-      for (const server of servers) {
-        await server.start();
-        const makeSocket = (url: string) => new WebSocket(url, "hairnet") as unknown as WebSocketLike;
-        const link = new Link(`127.0.0.1:${server.port}`, { makeSocket });
-        rooms.push(new Room(link));
-        await link.connect();
-      }
-      const states: string[] = [];
-      const [stopped, idle] = rooms;
-      stopped.on("state", ({ state, detail }) => states.push(`${state} ${detail}`));
-      const hasBecome = (state: string) => () => {
-        for (const room of rooms) room.sample(0);
-        return stopped.state === state;
-      };
-      hasBecome("connected")();
-      states.length = 0;
-      servers[0].pause();
-      await until("the room tells that nothing comes", hasBecome("reconnecting"), 30_000);
-      expect(states[0]).toBe(
-        `reconnecting the server at 127.0.0.1:${servers[0].port} is silent: nothing came from it for 10 s`,
-      );
-      expect(idle.state).toBe("connected");
-      expect(idle.counters.reconnects).toBe(0);
-      servers[0].resume();
-      await until("it is there again", hasBecome("connected"), 30_000);
-      expect(stopped.counters).toMatchObject({ serversSilent: 1, reconnects: 1, resumes: 1 });
-    } finally {
-      for (const room of rooms) room.close();
-      for (const server of servers) await server.dispose();
+test("a server that is stopped is heard of, and returned to when it goes on; an idle one is not taken for it", async () => {
+  const servers = [new Server(), new Server()];
+  const people: Person[] = [];
+  try {
+    for (const server of servers) {
+      await server.start();
+      people.push(await Person.join(server.address));
     }
-  }, 90_000);
+    const [stopped, idle] = people;
+    servers[0].pause();
+    await until("the room tells that nothing comes", () => stopped.room.state === "reconnecting", 30_000);
+    expect(stopped.heard.at(-1)).toBe("reconnecting: the server is silent: nothing came from it for 10 s");
+    expect(idle.heard).toEqual(["connected"]);
+    servers[0].resume();
+    await until("it is there again", () => stopped.room.state === "connected", 30_000);
+    expect(stopped.room.counters).toMatchObject({ serversSilent: 1, reconnects: 1, resumes: 1 });
+  } finally {
+    for (const person of people) person.leave();
+    for (const server of servers) await server.dispose();
+  }
 });

@@ -47,18 +47,23 @@ describe("a pose from a head alone", () => {
 
 test("reads room, server, token and role from the page's address", () => {
   const here = (search: string) => readQuery(new URL(`https://host:7420/index.html${search}`));
-  expect(here("")).toEqual({ room: "", server: "https://host:7420", token: "", observe: false });
+  expect(here("")).toEqual({ room: "", server: "https://host:7420", token: "", observe: false, local: false });
   expect(here("?room=hall&server=ws://other:1&token=a.b.c&observe")).toEqual({
     room: "hall",
     server: "ws://other:1",
     token: "a.b.c",
     observe: true,
+    local: false,
   });
   expect(here("?observe=0").observe).toBe(false);
   const elsewhere = (search: string) =>
     readQuery(new URL(`https://pages.example/hair/${search}`), "wss://hair.example");
   expect(elsewhere("").server).toBe("wss://hair.example");
   expect(elsewhere("?server=ws://other:1").server).toBe("ws://other:1");
+  expect(here("?local&observe")).toMatchObject({ local: true, observe: false });
+  const alone = (search: string) => readQuery(new URL(`https://pages.example/hair/${search}`), "none");
+  expect(alone("")).toMatchObject({ local: true, server: "https://pages.example" });
+  expect(alone("?server=ws://other:1")).toMatchObject({ local: false, server: "ws://other:1" });
 });
 
 function moved(pose: Float64Array, bone: Bone, rest: readonly number[]): number[] {

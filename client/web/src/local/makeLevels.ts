@@ -1,0 +1,21 @@
+import { Instance } from "../module/instance";
+
+const kToldShare = 0.01;
+
+/** Builds the levels of a groom's file, and returns theirs. The thread stands still for seconds. */
+export async function makeLevels(
+  module: WebAssembly.Module,
+  file: Uint8Array,
+  onProgress: (share: number) => void,
+): Promise<Uint8Array<ArrayBuffer>> {
+  let told = 0;
+  // Of its own: the memory that a build takes is gone with it.
+  const instance = await Instance.of(module, (share) => {
+    if (share < told + kToldShare) return;
+    told = share;
+    onProgress(share);
+  });
+  const groom = instance.makeOf("hairnet_groom_load", file);
+  const levels = instance.make("hairnet_build_finish", instance.make("hairnet_build_begin", groom));
+  return instance.allBytes("hairnet_levels_file", levels);
+}

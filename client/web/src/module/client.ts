@@ -1,0 +1,22 @@
+import { HairnetError } from "./hairnetError";
+import { Instance } from "./instance";
+import { hairModule } from "./moduleFile";
+
+let instance: Instance | null = null;
+let starting: Promise<Instance> | null = null;
+
+/** Starts the C++ client on this thread, once; `connect` and `Groom.load` wait for it. */
+export function startClient(): Promise<Instance> {
+  starting ??= hairModule()
+    .then((module) => Instance.of(module))
+    .then((started) => (instance = started));
+  // Another attempt may succeed, as where a file did not arrive.
+  starting.catch(() => (starting = null));
+  return starting;
+}
+
+/** The same, where it has started. */
+export function client(): Instance {
+  if (!instance) throw new HairnetError("invalid", "the hair module has not started: await ready() before");
+  return instance;
+}

@@ -1,0 +1,266 @@
+import { changedAppearance, defaultAppearance } from "../hair/appearance";
+import { checkOptions } from "../hair/checkOptions";
+import { DroppedInput, notFinite } from "../hair/droppedInput";
+import { Groom } from "../hair/groom";
+import type { HairSource } from "../hair/hairSource";
+import { HairnetError } from "../module/hairnetError";
+import { LevelIndex } from "../hair/level";
+import type { Skin } from "../hair/skin";
+import { tagBytes } from "../hair/tag";
+import type { Instance } from "../module/instance";
+import { Member } from "./member";
+import { appearanceBytes, OwnCharacter, type CharacterHost, type CharacterOptions } from "./ownCharacter";
+import { Scene } from "./shown";
+import { windBytes, windOf, type Wind, type WindOptions } from "./wind";
+
+/** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
+export type RoomState = "connected" | "reconnecting" | "closed";
+
+/** The events of a `Room`. */
+export interface RoomEvents {
+  /**
+   * `detail`: one line with the reason, empty when connected; `isRefused`: closed, and the same request would be
+   * refused again
+   */
+  state: { state: RoomState; detail: string; waitS: number; isRefused: boolean };
+  joined: { member: Member };
+  left: { member: Member };
+  /** The owner has changed its tag or its appearance. */
+  changed: { member: Member };
+  /**
+   * The room's wind has changed, or this client has learnt of it. `session`: who has set it; 0n: the server's setting;
+   * 2^64 - 1: a client of the server that had the room before.
+   */
+  wind: { wind: Wind; session: bigint };
+  /** The server refused something, or a groom is damaged: one line for people. */
+  fault: { detail: string };
+}
+
+/** What has happened since the last sample, by member numbers. */
+export interface Happened {
+  readonly kind: "joined" | "left" | "changed";
+  readonly member: number;
+}
+
+const kCharacterOptions: Readonly<Record<keyof CharacterOptions, true>> = { level: true, tag: true, appearance: true };
+const kOptionsBytes = 20;
+
+/** Everyone who is shown, and this program's own characters: what a `Room` and a `LocalRoom` have in common. */
+export abstract class People implements HairSource {
+  /** by member number, at the last `sample` */
+  readonly members = new Map<number, Member>();
+  protected readonly dropped = new DroppedInput();
+  /** by own number */
+  protected readonly own = new Map<number, OwnCharacter>();
+  #lastCharacter = 0;
+  readonly #scene: Scene;
+  /** in what the module shows now, by member number */
+  readonly #indices = new Map<number, number>();
+  readonly #host: CharacterHost;
+  /** by key, of members and own characters */
+  readonly #grooms = new Map<string, Groom>();
+  readonly #skins = new Map<string, Skin>();
+  readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
+
+  /** `handle`: a hairnet_room or a hairnet_world; `prefix`: of its functions' names. */
+  protected constructor(
+    protected readonly module: Instance,
+    protected readonly handle: number,
+    private readonly prefix: "hairnet_" | "hairnet_world_",
+    soon: () => void,
+  ) {
+    const scene = prefix === "hairnet_" ? "hairnet_room_scene" : "hairnet_world_scene";
+    this.#scene = new Scene(module, module.call(scene, handle));
+    this.#host = { module, handle, prefix, dropped: this.dropped, soon, changed: (own) => this.onChanged(own) };
+  }
+
+  abstract get state(): RoomState;
+  /** This client's session, as others see it in `Member.session`. */
+  abstract get session(): bigint;
+  /** Poses, winds, materials and appearances of this program that were not finite, or out of range, and others. */
+  abstract get counters(): { readonly inputsDropped: number };
+  abstract sample(nowMs: number): readonly Member[];
+  abstract close(): void;
+
+  on<K extends keyof RoomEvents>(event: K, listener: (event: RoomEvents[K]) => void): () => void {
+    const listeners = this.#listeners.get(event) ?? new Set();
+    this.#listeners.set(event, listeners);
+    listeners.add(listener as (event: never) => void);
+    return () => listeners.delete(listener as (event: never) => void);
+  }
+
+  /** The wind in which the hair moves, whoever has set it. */
+  abstract get wind(): Wind;
+
+  /**
+   * Adds an own character with the hair of a groom, or of a groom's file; it is visible after its first pose. Throws
+   * `HairnetError` when the file is damaged, or an option is not valid.
+   */
+  addCharacter(hair: Groom | Uint8Array | ArrayBuffer, options: CharacterOptions = {}): OwnCharacter {
+    checkOptions(options, kCharacterOptions, "addCharacter");
+    return this.#add(this.groomOf(hair), options);
+  }
+
+  /** The same with the groom of a member, once it is here. */
+  addCharacterLike(member: Member, options: CharacterOptions = {}): OwnCharacter {
+    checkOptions(options, kCharacterOptions, "addCharacterLike");
+    if (!(member instanceof Member)) throw new HairnetError("invalid", "addCharacterLike: give one of room.members");
+    if (!member.groom) throw new HairnetError("invalid", "addCharacterLike: its groom has not arrived yet");
+    return this.#add(member.groom, options);
+  }
+
+  removeCharacter(own: OwnCharacter): void {
+    if (!(own instanceof OwnCharacter))
+      throw new HairnetError("invalid", "removeCharacter: give what addCharacter returned");
+    this.own.delete(own.character);
+    own.member = null;
+    this.#forgetUnused(own.groomKey);
+    const remove = this.prefix === "hairnet_" ? "hairnet_remove_character" : "hairnet_world_remove";
+    this.module.call(remove, this.handle, own.character);
+    this.#host.soon();
+  }
+
+  /**
+   * Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. It
+   * lasts until another client sets one, or this one leaves. One that is not finite is dropped, as by `push`.
+   */
+  setWind(wind: WindOptions | Partial<Wind>): void {
+    const wrong = notFinite(wind ?? {});
+    if (wrong) return this.dropped.drop(`setWind: ${wrong}`);
+    const whole = windOf(wind);
+    this.module.with(windBytes(whole), (at) =>
+      this.module.check("setWind: ", `${this.prefix}set_wind`, this.handle, at),
+    );
+    this.#host.soon();
+    this.onWind(whole);
+  }
+
+  /** The member that is the owner's character of that number; null: not here, or not yet. */
+  memberOf(session: bigint, ownerCharacter: number): Member | null {
+    for (const member of this.members.values()) {
+      if (member.session === session && member.ownerCharacter === ownerCharacter) return member;
+    }
+    return null;
+  }
+
+  /** Adds the character to the module, and returns its own number. */
+  protected abstract addToModule(groom: Groom, options: number): number;
+
+  /** This program has changed the tag or appearance of one of its characters. A server tells it by itself. */
+  protected onChanged(_own: OwnCharacter): void {}
+
+  /** This program has set the wind. A server tells it by itself. */
+  protected onWind(_wind: Wind): void {}
+
+  /** A groom in the memory of this room's module. */
+  protected groomOf(hair: Groom | Uint8Array | ArrayBuffer): Groom {
+    if (!(hair instanceof Groom)) return Groom.of(hair, this.module);
+    return hair.module === this.module ? hair : Groom.of(hair.file, this.module);
+  }
+
+  /** Takes what the module shows now. */
+  protected show(happened: readonly Happened[]): readonly Member[] {
+    const scene = this.#scene;
+    const count = scene.read();
+    const indices = this.#indices;
+    indices.clear();
+    for (let i = 0; i < count; ++i) indices.set(scene.memberAt(i), i);
+    for (const { kind, member } of happened) {
+      const index = indices.get(member);
+      if (kind === "left") this.#drop(member);
+      else if (index === undefined)
+        continue; // it has left since
+      else if (kind === "joined") this.#meet(index);
+      else this.#change(index);
+    }
+    for (const member of this.members.values()) {
+      const index = indices.get(member.member);
+      if (index !== undefined) this.#move(member, index);
+    }
+    return [...this.members.values()];
+  }
+
+  protected dropAll(): void {
+    for (const member of [...this.members.keys()]) this.#drop(member);
+    this.#scene.free();
+  }
+
+  protected tell<K extends keyof RoomEvents>(event: K, what: RoomEvents[K]): void {
+    for (const listener of this.#listeners.get(event) ?? []) (listener as (event: RoomEvents[K]) => void)(what);
+  }
+
+  #add(groom: Groom, options: CharacterOptions): OwnCharacter {
+    const { module } = this;
+    const { level = LevelIndex.high } = options;
+    if (!(level in LevelIndex)) throw new HairnetError("invalid", `addCharacter: there is no level ${String(level)}`);
+    const tag = tagBytes(options.tag === undefined ? "" : options.tag);
+    const base = defaultAppearance(this.#lastCharacter + 1);
+    const appearance = options.appearance === undefined ? null : changedAppearance(base, options.appearance);
+    const view = new DataView(new ArrayBuffer(kOptionsBytes));
+    view.setUint32(0, kOptionsBytes, true);
+    view.setUint32(4, level, true);
+    view.setUint32(16, tag.length, true);
+    const character = module.with(tag, (tagAt) =>
+      module.with(appearanceBytes(appearance ?? base), (look) => {
+        view.setUint32(8, tag.length > 0 ? tagAt : 0, true);
+        view.setUint32(12, appearance ? look : 0, true);
+        return module.with(new Uint8Array(view.buffer), (at) => this.addToModule(groom, at));
+      }),
+    );
+    this.#lastCharacter = character;
+    this.#grooms.set(groom.key, groom);
+    const own = new OwnCharacter(this.#host, character, groom.key, { tag, appearance });
+    this.own.set(character, own);
+    this.#host.soon();
+    return own;
+  }
+
+  #meet(index: number): void {
+    const member = new Member(this.#scene, this.#scene.at(index));
+    this.#drop(member.member);
+    this.members.set(member.member, member);
+    const own = this.own.get(member.character);
+    if (own) own.member = member;
+    this.#move(member, index);
+    this.tell("joined", { member });
+  }
+
+  #change(index: number): void {
+    const shown = this.#scene.at(index);
+    const member = this.members.get(shown.member);
+    if (!member) return;
+    member.describe(shown);
+    this.tell("changed", { member });
+  }
+
+  #drop(number: number): void {
+    const member = this.members.get(number);
+    if (!member) return;
+    this.members.delete(number);
+    const own = this.own.get(member.character);
+    if (own?.member === member) own.member = null;
+    this.#forgetUnused(member.groomKey);
+    this.tell("left", { member });
+  }
+
+  #forgetUnused(key: string): void {
+    const isUsed = [...this.members.values(), ...this.own.values()].some((one) => one.groomKey === key);
+    if (isUsed) return;
+    this.#grooms.delete(key);
+    this.#skins.delete(key);
+  }
+
+  #move(member: Member, index: number): void {
+    const shown = this.#scene.at(index);
+    member.show(shown, index);
+    const key = member.groomKey;
+    if (!member.groom && shown.hasHair) {
+      if (!this.#grooms.has(key)) this.#grooms.set(key, this.#scene.groomOf(index));
+      member.groom = this.#grooms.get(key)!;
+      member.fault = "";
+    }
+    if (member.skin || !member.groom) return;
+    member.skin = this.#skins.get(key) ?? this.#scene.skinOf(index);
+    if (member.skin) this.#skins.set(key, member.skin);
+  }
+}

@@ -1,0 +1,312 @@
+import type { Appearance } from "../hair/appearance";
+import { Groom } from "../hair/groom";
+import type { LevelIndex } from "../hair/level";
+import { type Basis, type MovedLattice, nodeCount } from "../hair/movedLattice";
+import { kPoseNumbers } from "../hair/pose";
+import type { Skin } from "../hair/skin";
+import type { Instance } from "../module/instance";
+
+/** `hairnet_shown` of client/hairnet.h, in the module's memory: where its fields are. */
+const kShownBytes = 416;
+enum At {
+  member = 0,
+  own = 4,
+  session = 8,
+  ownerCharacter = 16,
+  level = 20,
+  hasPose = 24,
+  hasHair = 28,
+  moves = 32,
+  appearance = 36,
+  pose = 56,
+  hash = 336,
+  tag = 340,
+  tagSize = 344,
+  error = 348,
+  delayS = 352,
+  coefficients = 360,
+  coefficientCount = 364,
+  origin = 368,
+  spacing = 380,
+  counts = 392,
+  basis = 404,
+  modeCount = 408,
+}
+const kHashBytes = 32;
+const kSkinGridBytes = 36;
+
+/** What a room or a world shows, read from the module (`hairnet_scene`). */
+export class Scene {
+  readonly #bases = new Map<number, ModuleBasis>();
+  /** hairnet_shown of all */
+  #shown = { at: 0, count: 0, room: 0 };
+  readonly #one: Shown;
+
+  constructor(
+    readonly module: Instance,
+    private readonly handle: number,
+  ) {
+    this.#one = new Shown(module);
+  }
+
+  /** Reads it anew. The functions below are about the characters of this moment, by their index. */
+  read(): number {
+    const { module, handle } = this;
+    const count = module.call("hairnet_shown_count", handle);
+    if (count > this.#shown.room) {
+      module.call("free", this.#shown.at);
+      const room = Math.max(2 * this.#shown.room, count);
+      this.#shown = { at: module.allocate(kShownBytes * room), count, room };
+    }
+    this.#shown.count = count;
+    for (let i = 0; i < count; ++i) module.call("hairnet_get_shown", handle, i, this.#shown.at + kShownBytes * i);
+    return count;
+  }
+
+  /** Of the character at `index`, until the next call of this or the module. */
+  at(index: number): Shown {
+    return this.#one.at(this.#shown.at + kShownBytes * index);
+  }
+
+  memberAt(index: number): number {
+    return this.module.u32(this.#shown.at + kShownBytes * index);
+  }
+
+  groomOf(index: number): Groom {
+    return new Groom(this.module.make("hairnet_shown_groom", this.handle, index), this.module);
+  }
+
+  /** Null: not known, or not yet. */
+  skinOf(index: number): Skin | null {
+    const { module } = this;
+    let error = 0;
+    const skin = module.struct(20, (at) => (error = module.call("hairnet_shown_skin", this.handle, index, at)));
+    if (error !== 0) return null;
+    const [grids, nodes, gridCount, count] = [0, 4, 8, 12].map((at) => skin.getUint32(at, true));
+    const thicknessM = skin.getFloat32(16, true);
+    const view = module.view();
+    const triple = (at: number, get: (at: number) => number) => [get(at), get(at + 4), get(at + 8)] as const;
+    return {
+      grids: Array.from({ length: gridCount }, (_, i) => {
+        const at = grids + kSkinGridBytes * i;
+        return {
+          bone: view.getUint32(at, true),
+          origin: triple(at + 4, (place) => view.getFloat32(place, true)),
+          cellM: view.getFloat32(at + 16, true),
+          dims: triple(at + 20, (place) => view.getUint32(place, true)),
+          first: view.getUint32(at + 32, true),
+        };
+      }),
+      nodes: module.copy(nodes, 4 * count),
+      thicknessM,
+    };
+  }
+
+  /** The points of its hair, world: 3 each. */
+  pointsOf(index: number, out: Float32Array): void {
+    const { module } = this;
+    const at = module.allocate(4 * out.length);
+    const error = module.call("hairnet_shown_points", this.handle, index, at, 0, out.length / 3);
+    if (error === 0) out.set(module.floats(at, out.length));
+    module.call("free", at);
+  }
+
+  nodesOf(index: number, out: Float32Array): void {
+    const { module } = this;
+    const at = module.allocate(4 * out.length);
+    const error = module.call("hairnet_shown_nodes", this.handle, index, at, out.length / 3);
+    if (error === 0) out.set(module.floats(at, out.length));
+    module.call("free", at);
+  }
+
+  modesOf(index: number): Float32Array<ArrayBuffer> {
+    return this.module.allFloats("hairnet_shown_modes", this.handle, index);
+  }
+
+  /** The basis of that number. `index`: of a character that has it now. */
+  basis(number: number, modeCount: number, index: number): Basis {
+    const basis = this.#bases.get(number) ?? new ModuleBasis(this, modeCount);
+    this.#bases.set(number, basis);
+    basis.index = index;
+    return basis;
+  }
+
+  free(): void {
+    this.module.call("free", this.#shown.at);
+    this.#shown = { at: 0, count: 0, room: 0 };
+  }
+}
+
+class ModuleBasis implements Basis {
+  /** of a character that has it */
+  index = 0;
+
+  constructor(
+    private readonly scene: Scene,
+    readonly modeCount: number,
+  ) {}
+
+  texels(): Float32Array<ArrayBuffer> {
+    return this.scene.modesOf(this.index);
+  }
+}
+
+/** A view of one `hairnet_shown` after the other: pictures of crowds leave no garbage. */
+export class Shown {
+  private place = 0;
+  #view: DataView;
+
+  constructor(private readonly module: Instance) {
+    this.#view = module.view();
+  }
+
+  at(place: number): this {
+    this.place = place;
+    this.#view = this.module.view();
+    return this;
+  }
+
+  get member(): number {
+    return this.#u32(At.member);
+  }
+  get own(): number {
+    return this.#u32(At.own);
+  }
+  get sessionLow(): number {
+    return this.#u32(At.session);
+  }
+  get sessionHigh(): number {
+    return this.#u32(At.session + 4);
+  }
+  get ownerCharacter(): number {
+    return this.#u32(At.ownerCharacter);
+  }
+  get level(): LevelIndex {
+    return this.#u32(At.level);
+  }
+  get hasPose(): boolean {
+    return this.#u32(At.hasPose) !== 0;
+  }
+  get hasHair(): boolean {
+    return this.#u32(At.hasHair) !== 0;
+  }
+  get moves(): boolean {
+    return this.#u32(At.moves) !== 0;
+  }
+  get delayS(): number {
+    return this.#view.getFloat64(this.place + At.delayS, true);
+  }
+  get appearance(): Appearance {
+    const at = At.appearance;
+    const roughness = this.#view.getFloat32(this.place + at + 12, true);
+    // As everyone says it: of a byte.
+    return {
+      hairRoot: this.#u32(at),
+      hairTip: this.#u32(at + 4),
+      skin: this.#u32(at + 8),
+      roughness: Math.round(255 * roughness) / 255,
+    };
+  }
+  get groomKey(): string {
+    const hash = this.module.copy(this.#u32(At.hash), kHashBytes);
+    return Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join("");
+  }
+  get tag(): Uint8Array {
+    return this.module.copy(this.#u32(At.tag), this.#u32(At.tagSize));
+  }
+  get error(): string {
+    return this.module.text(this.#u32(At.error));
+  }
+  readPose(out: Float64Array): void {
+    const memory = this.module.doubleMemory();
+    const begin = (this.place + At.pose) / 8;
+    for (let i = 0; i < kPoseNumbers; ++i) out[i] = memory[begin + i];
+  }
+  get basis(): number {
+    return this.#u32(At.basis);
+  }
+  get modeCount(): number {
+    return this.#u32(At.modeCount);
+  }
+  get coefficientCount(): number {
+    return this.#u32(At.coefficientCount);
+  }
+  /** False: they were those already. `out`: of that many. */
+  readCoefficients(out: Float32Array): boolean {
+    const memory = this.module.floatMemory();
+    const begin = this.#u32(At.coefficients) / 4;
+    let isChanged = false;
+    for (let k = 0; k < out.length; ++k) {
+      isChanged ||= out[k] !== memory[begin + k];
+      out[k] = memory[begin + k];
+    }
+    return isChanged;
+  }
+  get origin(): Float32Array {
+    return this.module.floats(this.place + At.origin, 3);
+  }
+  get spacing(): Float32Array {
+    return this.module.floats(this.place + At.spacing, 3);
+  }
+  get counts(): Uint32Array {
+    return this.module.words(this.place + At.counts, 3);
+  }
+
+  #u32(at: number): number {
+    return this.#view.getUint32(this.place + at, true);
+  }
+}
+
+/** A lattice of the module. Its nodes are computed when a caller wants them. */
+export class ModuleLattice implements MovedLattice {
+  readonly lattice: MovedLattice["lattice"];
+  readonly modes?: { readonly basis: Basis; coefficients: Float32Array };
+  #grid: Float32Array | null = null;
+  #isComputed = false;
+  #index = 0;
+
+  constructor(
+    private readonly scene: Scene,
+    shown: Shown,
+    index: number,
+    /** number of its basis; 0: none */
+    readonly basis: number,
+  ) {
+    const [x, y, z] = shown.counts;
+    this.lattice = { origin: shown.origin.slice(), spacing: shown.spacing.slice(), dims: [x, y, z] };
+    if (basis > 0)
+      this.modes = { basis: scene.basis(basis, shown.modeCount, index), coefficients: new Float32Array(0) };
+  }
+
+  /** Whether it can show that: the same nodes, of the same basis. */
+  fits(shown: Shown): boolean {
+    return (
+      shown.basis === this.basis &&
+      (this.basis > 0 ||
+        (shown.counts.every((count, axis) => count === this.lattice.dims[axis]) &&
+          shown.origin.every((x, axis) => x === this.lattice.origin[axis]) &&
+          shown.spacing.every((x, axis) => x === this.lattice.spacing[axis])))
+    );
+  }
+
+  show(shown: Shown, index: number): void {
+    this.#index = index;
+    if (!this.modes) {
+      this.#isComputed = false;
+      return;
+    }
+    this.scene.basis(this.basis, this.modes.basis.modeCount, index);
+    const count = shown.coefficientCount;
+    const isOther = this.modes.coefficients.length !== count;
+    if (isOther) this.modes.coefficients = new Float32Array(count);
+    // Sleeping hair is not computed again.
+    if (shown.readCoefficients(this.modes.coefficients) || isOther) this.#isComputed = false;
+  }
+
+  get grid(): Float32Array {
+    this.#grid ??= new Float32Array(3 * nodeCount(this.lattice));
+    if (!this.#isComputed) this.scene.nodesOf(this.#index, this.#grid);
+    this.#isComputed = true;
+    return this.#grid;
+  }
+}

@@ -1,0 +1,30 @@
+import { type Object3D, PerspectiveCamera, Scene, type WebGLRenderer } from "three";
+import { expect, test } from "vitest";
+import { Rehearsal } from "../../page/rehearsal";
+import { idleRenderer } from "../support/idleRenderer";
+import { until } from "../support/until";
+
+test("a hair and a body are drawn once, and leave the scene", async () => {
+  const scene = new Scene();
+  const drawn: string[][] = [];
+  const render = (what: Object3D) => {
+    if (what !== scene) return;
+    drawn.push([]);
+    scene.traverseVisible(({ name }) => drawn.at(-1)!.push(name));
+  };
+  const rehearsal = new Rehearsal(
+    { ...idleRenderer, render } as unknown as WebGLRenderer,
+    scene,
+    new PerspectiveCamera(),
+    {},
+  );
+  await until("it is drawn", () => {
+    rehearsal.draw();
+    return drawn.length > 0;
+  });
+  rehearsal.draw();
+  expect(drawn).toHaveLength(1);
+  expect(drawn[0]).toEqual(expect.arrayContaining(["hairnet strand", "hairnet body"]));
+  expect(scene.children).toEqual([]);
+  rehearsal.dispose();
+});

@@ -1,0 +1,55 @@
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { connect, HairnetError, ModerateAction, type WebSocketLike } from "../../src/index";
+import { strandsFile } from "../support/grooms";
+import { GuardedServer } from "../support/guardedServer";
+import { openSocket, Person } from "../support/person";
+import { until } from "../support/until";
+
+const server = new GuardedServer();
+beforeAll(() => server.start());
+afterAll(() => server.dispose());
+
+test("a server refuses a token in one line, and who may set the wind", async () => {
+  const refusal = await connect(server.address, {
+    token: "none",
+    makeSocket: (url) => openSocket(url) as unknown as WebSocketLike,
+  }).catch((error: unknown) => error);
+  expect(refusal).toBeInstanceOf(HairnetError);
+  expect(refusal).toMatchObject({ code: "refused", message: expect.stringMatching(/^[^\n]*token[^\n]*$/) });
+  const calm = await Person.join(server.address, { token: server.token("--wind", "off") });
+  expect(calm.room.maySetWind).toBe(false);
+  calm.room.setWind({ speed: 3 });
+  await until("it is told", () => calm.heard.length > 1);
+  expect(calm.heard[1]).toMatch(/^fault: the server refuses: [^\n]+$/);
+  expect(calm.room.wind.meanMPerS).toEqual([0, 0, 0]);
+  calm.leave();
+});
+
+test("a moderator removes people and locks the room; others may not", async () => {
+  const judge = await Person.join(server.address, { token: server.token("--moderate", "--subject", "judge") });
+  const eve = await Person.join(server.address, { token: server.token("--subject", "eve") });
+  const mallory = await Person.join(server.address, { token: server.token("--subject", "mallory") });
+  for (const person of [eve, mallory]) person.own = person.room.addCharacter(await strandsFile(20, 6));
+  expect(() => judge.room.moderate(ModerateAction.remove, "sub:mallory", -1)).toThrow("the seconds of a ban are -1");
+  expect(() => judge.room.moderate(9 as ModerateAction)).toThrow("moderate: there is no 9");
+  eve.room.moderate(ModerateAction.lock);
+  await until("she is refused", () => eve.heard.some((line) => line.startsWith("fault: the server refuses: ")));
+
+  const ends: unknown[] = [];
+  for (const { room } of [eve, mallory])
+    room.on("state", ({ state, detail, isRefused }) => ends.push({ state, detail, isRefused }));
+  const whose = () => judge.room.memberOf(eve.room.session, eve.own!.character);
+  await until("she is here", () => whose() !== null);
+  judge.room.moderate(ModerateAction.remove, whose()!, 60, "be kind");
+  await until("she is removed", () => eve.room.state === "closed");
+  expect(ends).toEqual([{ state: "closed", detail: expect.stringContaining("be kind"), isRefused: true }]);
+  expect(eve.room.members.size).toBe(0);
+  judge.room.moderate(ModerateAction.lock);
+  judge.room.moderate(ModerateAction.remove, "sub:mallory");
+  await until("so is another, by name", () => mallory.room.state === "closed");
+  await until("both have left", () => judge.room.members.size === 0);
+  const late = Person.join(server.address, { token: server.token("--subject", "late") });
+  await expect(late).rejects.toThrow(/locked/);
+  expect(judge.heard.filter((line) => line.startsWith("fault"))).toEqual([]);
+  judge.leave();
+});

@@ -1,0 +1,70 @@
+import WebSocket from "ws";
+import { connect, rigidPose, type Member, type OwnCharacter, type Room, type RoomOptions } from "../../src/index";
+import type { WebSocketLike } from "../../src/index";
+import { until } from "./until";
+
+const kEveryMs = 10;
+
+/** A WebSocket of Node's `ws`. */
+export function openSocket(url: string): WebSocket {
+  const socket = new WebSocket(url, "hairnet");
+  socket.on("error", () => {}); // its close event follows
+  return socket;
+}
+
+/** Someone in a room, as a page is: it takes pictures, and moves its head while it has a character. */
+export class Person {
+  /** its newest connection */
+  socket!: WebSocket;
+  own: OwnCharacter | null = null;
+  /** its character's heads turn; else they rest */
+  moves = true;
+  /** what the room told, one line each */
+  readonly heard: string[] = [];
+  readonly #turns = setInterval(() => this.#turn(), kEveryMs);
+
+  private constructor(readonly room: Room) {
+    const { heard } = this;
+    room.on("state", ({ state, detail }) => heard.push(detail ? `${state}: ${detail}` : state));
+    room.on("joined", ({ member }) => heard.push(`joined ${member.tagText}`));
+    room.on("changed", ({ member }) => heard.push(`changed ${member.tagText}`));
+    room.on("left", ({ member }) => heard.push(`left ${member.tagText}`));
+    room.on("fault", ({ detail }) => heard.push(`fault: ${detail}`));
+  }
+
+  static async join(server: string, options: RoomOptions = {}): Promise<Person> {
+    let newest: WebSocket | undefined;
+    let person: Person | undefined;
+    const makeSocket = (url: string): WebSocketLike => {
+      newest = openSocket(url);
+      if (person) person.socket = newest;
+      return newest as unknown as WebSocketLike;
+    };
+    person = new Person(await connect(server, { makeSocket, ...options }));
+    if (newest) person.socket = newest;
+    return person;
+  }
+
+  /** The member with that tag. */
+  named(name: string): Member | undefined {
+    return [...this.room.members.values()].find((member) => member.tagText === name);
+  }
+
+  /** Waits for the member with that tag. */
+  async meets(name: string): Promise<Member> {
+    await until(`${name} is met`, () => this.named(name) !== undefined);
+    return this.named(name)!;
+  }
+
+  leave(): void {
+    clearInterval(this.#turns);
+    this.room.close();
+  }
+
+  #turn(): void {
+    const nowMs = performance.now();
+    this.room.sample(nowMs);
+    const turn = this.moves ? 0.3 * Math.sin(nowMs / 150) : 0;
+    this.own?.push(rigidPose([0, Math.sin(turn), 0, Math.cos(turn)], [0, 1.6, 0]));
+  }
+}
