@@ -48,7 +48,7 @@ async function movingHair(): Promise<{ hair: HairNow; placed: Map<string, Vector
     module.call("hairnet_world_advance", world, 1 / 60);
   }
 
-  const scene = new Scene(module, module.call("hairnet_world_scene", world));
+  const scene = new Scene(module, module.call("hairnet_world_scene", world), module);
   scene.read();
   const shown = scene.at(0);
   const pose = new Float64Array(kPoseNumbers);

@@ -14,13 +14,6 @@ export interface Body {
 }
 
 const kHashBytes = 32;
-/** What is not used any more leaves the module's memory. */
-const finished =
-  typeof FinalizationRegistry === "undefined"
-    ? null
-    : new FinalizationRegistry<{ module: Instance; handle: number }>(({ module, handle }) =>
-        module.call("hairnet_groom_free", handle),
-      );
 
 /** The immutable hairstyle in head space (metres), as it lies on the upright head, and the body under it. */
 export class Groom {
@@ -48,7 +41,7 @@ export class Groom {
     readonly handle: number,
     readonly module: Instance,
   ) {
-    finished?.register(this, { module, handle });
+    module.freeAfter(this, "hairnet_groom_free", handle);
     const hash = module.struct(kHashBytes, (at) => module.call("hairnet_groom_hash", handle, at));
     this.key = Array.from({ length: kHashBytes }, (_, i) => hash.getUint8(i).toString(16).padStart(2, "0")).join("");
     this.name = module.text(module.call("hairnet_groom_name", handle));

@@ -55,7 +55,9 @@ export class LocalRoom extends People {
   }
 
   private constructor(module: Instance, tickRateHz: number) {
-    super(module, module.make("hairnet_world_make", tickRateHz), "hairnet_world_", () => {});
+    const owner = {};
+    super(module, module.make("hairnet_world_make", tickRateHz), "hairnet_world_", owner, () => {});
+    module.freeAfter(owner, "hairnet_world_free", this.handle);
   }
 
   /** "connected" until it is closed. */

@@ -25,6 +25,11 @@ export class Instance {
   readonly #results: number;
   readonly #why: number;
   readonly #names = new Map<string, number>();
+  /** what is not used any more leaves the memory */
+  readonly #unused =
+    typeof FinalizationRegistry === "undefined"
+      ? null
+      : new FinalizationRegistry<{ free: string; handle: number }>(({ free, handle }) => this.call(free, handle));
   #views: { readonly view: DataView; readonly floats: Float32Array; readonly doubles: Float64Array } | null = null;
 
   /** `onProgress` gets, from 0 to 1, how far a building of levels is. */
@@ -41,6 +46,11 @@ export class Instance {
     this.#exports = exports;
     this.#results = Number(exports.malloc(kResultBytes));
     this.#why = Number(exports.malloc(kWhyBytes));
+  }
+
+  /** Frees what `handle` is, by that function, once nobody refers to `owner` any more. */
+  freeAfter(owner: object, free: string, handle: number): void {
+    this.#unused?.register(owner, { free, handle });
   }
 
   has(name: string): boolean {

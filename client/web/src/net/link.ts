@@ -50,7 +50,7 @@ const kOptionsBytes = 72;
  * a lost connection, and has events, which the caller takes. Nothing here throws but `HairnetError`, for arguments.
  */
 export class Link {
-  /** hairnet_room; 0 once it is freed */
+  /** hairnet_room, as long as anything refers to this link */
   readonly room: number;
   readonly #module: Instance;
   readonly #url: string;
@@ -79,6 +79,7 @@ export class Link {
     this.#mayReconnect = options.reconnect ?? kClientDefaults.reconnect;
     this.#now = nowNs ?? monotonicNs;
     this.room = this.#openRoom(options, errorM);
+    this.#module.freeAfter(this, "hairnet_room_free", this.room);
   }
 
   /** This connection's monotonic clock, ns. */

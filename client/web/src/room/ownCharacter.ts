@@ -22,6 +22,8 @@ export interface CharacterOptions {
 export interface CharacterHost {
   readonly module: Instance;
   readonly handle: number;
+  /** that keeps what `handle` is */
+  readonly owner: object;
   /** of its functions' names: "hairnet_" or "hairnet_world_" */
   readonly prefix: string;
   readonly dropped: DroppedInput;

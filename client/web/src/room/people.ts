@@ -62,16 +62,20 @@ export abstract class People implements HairSource {
   readonly #skins = new Map<string, Skin>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
 
-  /** `handle`: a hairnet_room or a hairnet_world; `prefix`: of its functions' names. */
+  /**
+   * `handle`: a hairnet_room or a hairnet_world, as long as anything refers to `owner`; `prefix`: of its functions'
+   * names.
+   */
   protected constructor(
     protected readonly module: Instance,
     protected readonly handle: number,
     private readonly prefix: "hairnet_" | "hairnet_world_",
+    owner: object,
     soon: () => void,
   ) {
     const scene = prefix === "hairnet_" ? "hairnet_room_scene" : "hairnet_world_scene";
-    this.#scene = new Scene(module, module.call(scene, handle));
-    this.#host = { module, handle, prefix, dropped: this.dropped, soon, changed: (own) => this.onChanged(own) };
+    this.#scene = new Scene(module, module.call(scene, handle), owner);
+    this.#host = { module, handle, owner, prefix, dropped: this.dropped, soon, changed: (own) => this.onChanged(own) };
   }
 
   abstract get state(): RoomState;

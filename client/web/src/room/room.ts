@@ -85,7 +85,7 @@ export class Room extends People {
 
   /** @internal */
   constructor(readonly link: Link) {
-    super(client(), link.room, "hairnet_", () => link.soon());
+    super(client(), link.room, "hairnet_", link, () => link.soon());
   }
 
   get state(): RoomState {

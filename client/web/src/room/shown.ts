@@ -45,6 +45,8 @@ export class Scene {
   constructor(
     readonly module: Instance,
     private readonly handle: number,
+    /** that keeps what `handle` is: members have this scene, and may be used when nobody has their room any more */
+    readonly owner: object,
   ) {
     this.#one = new Shown(module);
   }
