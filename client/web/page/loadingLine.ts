@@ -12,10 +12,12 @@ export interface Waiting {
   readonly building: number | null;
 }
 
+export const kConnecting = { text: "Connecting to the room", share: null };
+
 /** One line of what the page does, and the part of it that is done, 0 to 1, if known; null: nothing to wait for. */
 export function loadingWords(waiting: Waiting): { text: string; share: number | null } | null {
   const { isConnected, people, withGroom, ready, downloads, building } = waiting;
-  if (!isConnected) return { text: "Connecting to the room", share: null };
+  if (!isConnected) return kConnecting;
   if (withGroom < people) {
     const { bytes, byteCount } = downloads;
     if (byteCount === 0) return { text: "Downloading hairstyles", share: null };

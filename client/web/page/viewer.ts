@@ -11,7 +11,7 @@ import { isolated } from "./isolated";
 import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
 import { Identity } from "./identity";
-import { LoadingLine, loadingWords } from "./loadingLine";
+import { kConnecting, LoadingLine, loadingWords } from "./loadingLine";
 import { MemberList } from "./memberList";
 import { NameLabels } from "./nameLabels";
 import { OwnHead } from "./head/ownHead";
@@ -392,6 +392,8 @@ export class PageViewer implements PageHost {
       refused: "refused",
     };
     this.#state = state;
+    // Also before the first picture.
+    if (state === "connecting") this.#loading.show(kConnecting);
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];
