@@ -149,8 +149,9 @@ hairnet_error hairnet_shown_modes(const hairnet_scene* scene, size_t index, floa
   if (texels == nullptr) return HAIRNET_OK;
   if (capacity < *count) return HAIRNET_TOO_SMALL;
   return c::guarded([&] {
-    const std::vector<Eigen::Vector4f> modes = draw::mode_texels(geometry, *one->lattice.basis);
-    std::memcpy(texels, modes.data(), modes.size() * sizeof modes.front());
+    float* out = texels;
+    for (const Eigen::Vector4f& texel : draw::mode_texels(geometry, *one->lattice.basis))
+      out = std::ranges::copy(texel, out).out;
     return hairnet_error{HAIRNET_OK};
   });
 }
