@@ -175,17 +175,11 @@ test("the loading line is there before any hair, and the slow orbit stops for re
     const lines: string[] = [];
     Object.assign(window, { lines });
     (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
-    document.addEventListener("DOMContentLoaded", () => {
-      const line = document.querySelector<HTMLElement>("#loading")!;
-      const note = () => !line.hidden && lines.push(line.textContent!.trim());
-      note();
-      new MutationObserver(note).observe(line, {
-        attributes: true,
-        childList: true,
-        characterData: true,
-        subtree: true,
-      });
-    });
+    // From the document on, before any script of the page.
+    new MutationObserver(() => {
+      const line = document.querySelector<HTMLElement>("#loading");
+      if (line && !line.hidden) lines.push(line.textContent!.trim());
+    }).observe(document, { attributes: true, childList: true, characterData: true, subtree: true });
   });
   await page.emulateMedia({ reducedMotion: "reduce" });
   await page.goto(`${server.address}/?room=front&observe`);
