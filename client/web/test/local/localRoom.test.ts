@@ -2,6 +2,7 @@ import { beforeAll, expect, test, vi } from "vitest";
 import { HairnetError, LevelIndex, materials, rigidPose, type Member, type OwnCharacter } from "../../src/index";
 import { buildLevels, LocalRoom, type LocalCharacterOptions } from "../../src/local/index";
 import { localModule, strandsFile } from "../support/grooms";
+import { faultOf } from "../support/faultOf";
 import { until } from "../support/until";
 
 const kStepMs = 1000 / 60;
@@ -40,18 +41,6 @@ async function roomWithHead(options: LocalCharacterOptions = {}) {
 function awayFromRest(member: Member): number {
   const rest = member.groom!.points;
   return member.points()!.reduce((most, x, i) => Math.max(most, Math.abs(x - rest[i])), 0);
-}
-
-/** The error of a call in one line. */
-function fault(call: () => unknown): HairnetError {
-  try {
-    call();
-  } catch (error) {
-    expect(error).toBeInstanceOf(HairnetError);
-    expect((error as HairnetError).message).not.toContain("\n");
-    return error as HairnetError;
-  }
-  throw new Error("nothing was thrown");
 }
 
 test("hair at rest stays, swings with the head, and comes to rest", async () => {
@@ -192,11 +181,11 @@ test("what is wrong is refused in a line, and nothing is lost", async () => {
   const other = await strandsFile(30);
   const damaged = levels.slice();
   damaged[levels.length >> 1] ^= 1;
-  expect(fault(() => room.addCharacter(other, { levels })).code).toBe("malformed");
-  expect(fault(() => room.addCharacter(other, { levels: damaged })).code).toBe("malformed");
-  expect(fault(() => room.addCharacter(other, { levels: "bob.levels" as never })).message).toContain(".levels file");
-  expect(fault(() => room.addCharacter(groom.subarray(0, 100), { levels })).code).toBe("malformed");
-  expect(fault(() => room.addCharacter(groom, { levls: levels } as never)).code).toBe("unknown_option");
+  expect(faultOf(() => room.addCharacter(other, { levels })).code).toBe("malformed");
+  expect(faultOf(() => room.addCharacter(other, { levels: damaged })).code).toBe("malformed");
+  expect(faultOf(() => room.addCharacter(other, { levels: "bob.levels" as never })).message).toContain(".levels file");
+  expect(faultOf(() => room.addCharacter(groom.subarray(0, 100), { levels })).code).toBe("malformed");
+  expect(faultOf(() => room.addCharacter(groom, { levls: levels } as never)).code).toBe("unknown_option");
   await expect(buildLevels(groom.subarray(0, 100))).rejects.toThrow(HairnetError);
   await expect(LocalRoom.open({ tickRateHz: 5 })).rejects.toThrow("10 to 240");
   const before = room.counters.inputsDropped;
@@ -219,5 +208,5 @@ test("a closed room is empty, and takes nobody", async () => {
   expect(states).toEqual(["closed"]);
   expect(room.sample(20_000)).toEqual([]);
   own.push(rigidPose());
-  expect(fault(() => room.addCharacter(groom, { levels })).message).toContain("closed");
+  expect(faultOf(() => room.addCharacter(groom, { levels })).message).toContain("closed");
 });

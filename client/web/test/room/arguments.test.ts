@@ -11,19 +11,10 @@ import {
   type Wind,
 } from "../../src/index";
 import { windOf } from "../../src/room/wind";
+import { faultOf } from "../support/faultOf";
 import { strandsFile } from "../support/grooms";
 import { waitingRoom } from "../support/waitingRoom";
 
-const faultOf = (call: () => unknown): HairnetError => {
-  try {
-    call();
-  } catch (error) {
-    expect(error).toBeInstanceOf(HairnetError);
-    expect((error as HairnetError).message).not.toContain("\n");
-    return error as HairnetError;
-  }
-  throw new Error("nothing was thrown");
-};
 // What TypeScript would refuse, as JavaScript passes it.
 const any = (value: unknown) => value as never;
 
