@@ -13,6 +13,7 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kRequestTimeoutMin_ns = 200 * kMs, kRequestTimeoutMax_ns = 2 * kSecond_ns;
 constexpr std::int64_t kListTimeout_ns = 2 * kSecond_ns;  // nobody is let in before the first list
+constexpr std::int64_t kSilenceMax_ns = 20 * kSecond_ns;
 constexpr std::int64_t kBackoffMin_ns = 50 * kMs, kBackoffMax_ns = kSecond_ns;
 
 Counter& counter_of(FleetCounters& counters, EtcdFault fault) {
@@ -46,6 +47,7 @@ EtcdDirectory::EtcdDirectory(const EtcdDirectoryDef& def, EtcdTransport& transpo
       keys_(def.fleet),
       random_(def.seed),
       lease_ns_(def.lease_s * kSecond_ns),
+      silence_ns_(std::min(2 * lease_ns_, kSilenceMax_ns)),
       skipped_(counters),
       view_(keys_, skipped_),
       listed_(keys_, skipped_) {

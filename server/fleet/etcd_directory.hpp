@@ -178,6 +178,8 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   FleetKeys keys_;
   Random random_;
   std::int64_t lease_ns_, request_timeout_ns_;
+  // The connection of a watch that says nothing for so long may have died: a new one goes on where it ended.
+  std::int64_t silence_ns_;
 
   std::map<std::uint64_t, Call> calls_;
   std::uint64_t last_call_ = 0;

@@ -7,8 +7,6 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::int64_t kListPage = 1000;
-// The connection of a watch that says nothing for so long may have died: a new one goes on where it ended.
-constexpr std::int64_t kSilence_ns = 20'000'000'000;
 // While somebody waits for news. Not sooner: etcd looks every 100 ms for what a new watch has missed, and what happens
 // meanwhile waits for that.
 constexpr std::int64_t kAwaitedSilence_ns = 1'000'000'000;
@@ -32,7 +30,7 @@ void EtcdDirectory::poll_view(std::int64_t now_ns) {
   if (watch_ != 0) return;
   counters_->watches.add();
   watch_ = start(Purpose::watch, etcd::watch(keys_.rooms, end, view_.revision + 1), now_ns);
-  watch_until_ns_ = now_ns + kSilence_ns;
+  watch_until_ns_ = now_ns + silence_ns_;
 }
 
 void EtcdDirectory::look_again(std::int64_t now_ns) {
@@ -83,7 +81,7 @@ void EtcdDirectory::take_watch(std::uint64_t id, const etcd::WatchAnswer& answer
     watch_ = 0;
     return list_again();
   }
-  watch_until_ns_ = now_ns + kSilence_ns;
+  watch_until_ns_ = now_ns + silence_ns_;
   // The header of an answer with changes may be newer than the last of them.
   const std::int64_t before = view_.revision;
   bool is_news = false;

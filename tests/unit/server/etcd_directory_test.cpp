@@ -350,6 +350,16 @@ TEST_F(FleetOfTwo, a_watch_that_has_died_without_a_word_is_found_soon_where_some
   }
 }
 
+TEST_F(FleetOfTwo, a_watch_that_has_died_without_a_word_is_found_within_two_leases_where_nobody_waits) {
+  run(1);
+  second_.kill_watch();
+  first_.directory.claim("hall", now_ns_);
+  run(1);
+  EXPECT_EQ(kind(second_), Kind::unowned) << "it has not heard of the claim";
+  run(18);
+  EXPECT_EQ(kind(second_), Kind::elsewhere);
+}
+
 TEST_F(FleetOfTwo, keeps_a_watch_that_has_just_said_something_whoever_waits) {
   run(5);
   const std::uint64_t watches = second_.counters.watches.value();
