@@ -14,7 +14,8 @@
  *       double pose[HAIRNET_POSE_NUMBERS];            // your headset, or your animation
  *       hairnet_push_pose(room, me, pose, 0);
  *       hairnet_advance(room);                        // everyone moves to this moment
- *       for (size_t i = 0; i < hairnet_shown_count(hairnet_room_scene(room)); ++i) draw it, see "pictures"
+ *       const hairnet_scene* scene = hairnet_room_scene(room);
+ *       hairnet_get_shown(scene, 0, everyone, hairnet_shown_count(scene)); // an array of yours; draw them, see "pictures"
  *     }
  *     hairnet_room_free(room);
  *
@@ -32,10 +33,10 @@
  *
  * Ownership: what a function returns by `hairnet_x**` is the caller's, to be freed by hairnet_x_free(), which takes NULL. Grooms,
  * levels and bases are immutable and counted: freeing one that a room still uses is right. Pointers inside structs are the
- * library's, and valid until the next call for the same room or world that is not marked "reads".
+ * library's, and valid until the next call for the same room, world or picture that is not marked "reads".
  *
- * Threads: a room, a world or records may be used by one thread at a time. Grooms, levels, bases and geometry may be read by all
- * threads at once. Different rooms and worlds are independent. There is no global state.
+ * Threads: a room, a world or a picture may be used by one thread at a time, together with the scenes that it draws. Grooms, levels,
+ * bases and geometry may be read by all threads at once. Different rooms and worlds are independent. There is no global state.
  *
  * Growth: structs with a `size` field begin with it; fill them by their macro (HAIRNET_OPTIONS), so that fields which later versions
  * add have their defaults. Other structs never change.
@@ -78,6 +79,7 @@ typedef struct hairnet_levels hairnet_levels;     /* the mechanical models of a 
 typedef struct hairnet_build hairnet_build;       /* levels in the making */
 typedef struct hairnet_scene hairnet_scene;       /* what a room or a world shows now; theirs */
 typedef struct hairnet_geometry hairnet_geometry; /* a groom as vertices and indices */
+typedef struct hairnet_picture hairnet_picture;   /* what a GPU gets of all characters, from picture to picture */
 
 /* What this library is: "0.1.0", and its numbers as 10000 major + 100 minor + patch. Any thread. */
 HAIRNET_API const char* hairnet_version(void);
@@ -367,7 +369,9 @@ typedef struct hairnet_shown {
 } hairnet_shown;
 /* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
 HAIRNET_API size_t hairnet_shown_count(const hairnet_scene* scene);
-HAIRNET_API hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t index, hairnet_shown* shown);
+/* Of `count` characters, from `first` on. HAIRNET_NOT_THERE: there are not that many. */
+HAIRNET_API hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t first, hairnet_shown* shown,
+                                            size_t count);
 /* Its groom, to be freed by the caller. */
 HAIRNET_API hairnet_error hairnet_shown_groom(const hairnet_scene* scene, size_t index, hairnet_groom** groom);
 
@@ -436,6 +440,105 @@ typedef struct hairnet_geometry_numbers {
 HAIRNET_API void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers);
 /* The number of lists of indices, and how far from its points each draws a strand, m (NULL: not asked). */
 HAIRNET_API size_t hairnet_geometry_lists(const hairnet_geometry* geometry, float* tolerances_m, size_t capacity);
+
+/* How finely a character's hair is drawn, whatever its level. */
+typedef struct hairnet_detail {
+  float strand_share;      /* of the groom's strands, 0 to 1; the drawn ones are wider in turn */
+  float follow_hair_count; /* made beside every strand, 0 to 15; a fraction is the opacity of the last one */
+  float tolerance_m;       /* largest distance between a strand's drawn line and its points: chooses the list of indices */
+  float quadratic;         /* 1: quadratic FFD; 0: linear; between: a blend */
+} hairnet_detail;
+
+/* One character of a picture. Picture space: metres, any origin and axes; near the camera, floats are precise. */
+typedef struct hairnet_drawn {
+  double pose[HAIRNET_POSE_NUMBERS]; /* picture space, where coordinates may be larger than in a room */
+  uint64_t id;                /* the same in every picture, to follow its motion; 0: its motion is not wanted */
+  const hairnet_scene* scene; /* its hair follows the lattice of this scene's character `index`; NULL: `nodes` */
+  const float* nodes;         /* displacements of `lattice`'s, head space, m: x y z; NULL: at rest, if `scene` is, too */
+  uint32_t index;
+  uint32_t record;            /* the number of its record, from 0; HAIRNET_NOT_DRAWN: its nodes stay, for other pictures */
+  hairnet_lattice lattice;    /* of `nodes`, 2 to 64 on an axis; `basis` is not read */
+  float scale;                /* of its groom; negative: mirrored in x y z of each bone, before the pose */
+  float hair[3], hair_tip[3], skin[3]; /* linear RGB */
+  float roughness;            /* of the hair, 0 to 1 */
+  uint32_t hides_body;        /* 1: the groom's own body is not drawn */
+  uint32_t strand_count;      /* this and the next: numbers of its geometry */
+  float strand_width_m;
+  hairnet_detail detail;
+  uint32_t first_row, row_count; /* of the textures of points that shaders place its strands in */
+  float box[6], root_box[6];  /* least and largest x y z of its strands' points and of their roots, head space, at rest */
+  uint32_t has_light;         /* 1: light follows its moving hair, if it is among the first 16 and large */
+  float head_px;              /* the height of its head (0.24 m, and as it is scaled) on the screen, pixels */
+  float ball_radius_m;        /* of a ball about its head that contains its hair, head space, for its motion */
+} hairnet_drawn;
+#define HAIRNET_NOT_DRAWN UINT32_MAX
+
+/* Writes the `detail` of each, by its head_px and strand_count. `quality` multiplies head_px; continuous in both. */
+HAIRNET_API void hairnet_choose_details(hairnet_drawn* drawn, size_t count, float quality);
+
+/* Who sums up the modes of lattices. */
+typedef enum hairnet_node_sum { HAIRNET_SUM_BY_GPU, HAIRNET_SUM_BY_PROCESSOR } hairnet_node_sum;
+/* `renderer`: as OpenGL names it. Software that plays a GPU is slower at this sum than the processor by itself. */
+HAIRNET_API hairnet_node_sum hairnet_node_sum_for(const char* renderer);
+
+/* What nodes of lattices are made of, for the records from `first` to before `end`; none if those are equal. */
+typedef struct hairnet_source {
+  uint32_t basis;             /* a number that the picture has for it, the same as long as the basis exists; 0: `nodes` */
+  const hairnet_scene* scene; /* hairnet_shown_modes() of these two are its texels */
+  size_t index;
+  size_t first, end;
+} hairnet_source;
+
+/* What shaders (client/shaders) read, rows of texels of four floats. */
+typedef struct hairnet_picture_data {
+  const float* records; /* in rows of HAIRNET_RECORD_TEXELS */
+  size_t record_count;
+  const float* nodes; /* that are new and come from the processor, in rows of HAIRNET_NODE_TEXELS */
+  size_t nodes_rows;
+  size_t node_rows; /* of all lattices: of the texture that sources are summed up into; of another height it is empty */
+  const hairnet_source* sources; /* that of `nodes`, then one for each basis, by which records number them */
+  size_t source_count;
+  size_t light_grids; /* of characters whose light follows their hair */
+} hairnet_picture_data;
+#define HAIRNET_RECORD_TEXELS 85
+#define HAIRNET_NODE_TEXELS 1024
+
+HAIRNET_API hairnet_error hairnet_picture_make(hairnet_picture** picture);
+HAIRNET_API void hairnet_picture_free(hairnet_picture* picture);
+/*
+ * Writes what the GPU gets of all characters. Each has rows of nodes by its place in `drawn`, and what they have from the picture
+ * before is not sent again: keep the order. `rows_max`: of a texture. A lattice that is not finite, is none, or has no
+ * room, moves nothing. HAIRNET_INVALID: another number is not finite, records have not each number below their count once, or there
+ * are more than rows_max; HAIRNET_NOT_THERE: a scene has no such character.
+ */
+HAIRNET_API hairnet_error hairnet_picture_write(hairnet_picture* picture, const hairnet_drawn* drawn, size_t count,
+                                                hairnet_node_sum sum, size_t rows_max, hairnet_picture_data* data);
+/* The GPU has lost all nodes. */
+HAIRNET_API void hairnet_picture_forget(hairnet_picture* picture);
+
+/* How one character moved since the last call of hairnet_picture_motions(): columns of transforms from head space to picture space. */
+typedef struct hairnet_motion {
+  double now[16], before[16];
+  float ball_radius_m;
+} hairnet_motion;
+/* Of the up to 8 largest characters with an `id` that were there before, too. */
+typedef struct hairnet_motions {
+  const hairnet_motion* motions;
+  size_t count;
+  const uint16_t* swing; /* where hair was, minus where it is, head space, m: 8 x 8 x 8 halfs x y z 0 in the box about each ball */
+} hairnet_motions;
+/* After hairnet_picture_write() of these, and before their scenes move on; for averages over pictures (accumulate.frag). */
+HAIRNET_API hairnet_error hairnet_picture_motions(hairnet_picture* picture, const hairnet_drawn* drawn, size_t count,
+                                                  hairnet_motions* motions);
+
+/* Distant key, fill and rim lights, and ambient light. Linear RGB. */
+typedef struct hairnet_lights {
+  float towards[3][3]; /* unit vectors */
+  float colours[3][3];
+  float ambient_above[3], ambient_below[3];
+} hairnet_lights;
+/* A studio that turns with the camera's bearing. `towards_camera`: from what it shows, +Y up, of any length. Any thread. */
+HAIRNET_API void hairnet_studio_lights(const double towards_camera[3], hairnet_lights* lights);
 
 /* ---- local: hair that this program simulates ------------------------------------------------------------------------------ */
 

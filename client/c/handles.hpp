@@ -30,6 +30,27 @@ struct hairnet_geometry {
   hairnet::draw::GroomGeometry geometry;
 };
 
+namespace hairnet::c {
+
+// Numbers of bases, from 1, of all that were ever asked for and still exist.
+class BasisNumbers {
+ public:
+  std::uint32_t number_of(const std::shared_ptr<const Basis>& basis) {
+    const auto [known, is_new] = numbers_.try_emplace(basis, last_ + 1);
+    last_ += is_new;
+    return known->second;
+  }
+  void forget_unused() {
+    std::erase_if(numbers_, [](const auto& entry) { return entry.first.expired(); });
+  }
+
+ private:
+  std::map<std::weak_ptr<const Basis>, std::uint32_t, std::owner_less<>> numbers_;
+  std::uint32_t last_ = 0;
+};
+
+}  // namespace hairnet::c
+
 // What a room or a world shows now.
 struct hairnet_scene {
   struct Shown {
@@ -40,9 +61,7 @@ struct hairnet_scene {
   std::vector<Shown> shown;
   // One for all characters of a groom with lattices of one geometry; what nobody needs any more is dropped.
   mutable std::map<std::pair<const hairnet::Groom*, const hairnet::LevelGeometry*>, hairnet::draw::HairPoints> points;
-  // Numbers of bases, from 1, of all that were ever asked for and still exist.
-  mutable std::map<std::weak_ptr<const hairnet::Basis>, std::uint32_t, std::owner_less<>> bases;
-  mutable std::uint32_t last_basis = 0;
+  mutable hairnet::c::BasisNumbers bases;
   // The skin that was asked for last, for its caller.
   mutable std::optional<hairnet::SkinPush> skin;
   mutable std::vector<hairnet_skin_grid> skin_grids;

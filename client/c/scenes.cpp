@@ -25,10 +25,31 @@ void write_lattice(const hairnet_scene& scene, const MovedLattice& moved, hairne
     out.counts[axis] = static_cast<std::uint32_t>(lattice.dims[axis]);
   }
   if (!moved.basis) return;
-  const auto [number, is_new] = scene.bases.try_emplace(moved.basis, scene.last_basis + 1);
-  scene.last_basis += is_new;
-  out.basis = number->second;
+  out.basis = scene.bases.number_of(moved.basis);
   out.mode_count = static_cast<std::uint32_t>(moved.basis->mode_count());
+}
+
+void write_shown(const hairnet_scene& scene, const hairnet_scene::Shown& one, hairnet_shown& out) {
+  const room::Member& member = *one.member;
+  out = {};
+  out.member = member.number;
+  out.own = member.own;
+  out.session = member.session;
+  out.owners_character = member.owners_character;
+  out.level = static_cast<hairnet_level>(member.sample.level);
+  out.has_pose = member.pose.has_value();
+  if (member.pose) write_pose(*member.pose, out.pose);
+  out.has_hair = member.groom != nullptr;
+  out.moves = one.lattice.geometry != nullptr;
+  out.appearance = appearance_of(member.appearance.value_or(room::default_appearance(member.number)));
+  out.hash = member.groom_hash.data();
+  out.tag = member.tag.c_str();
+  out.tag_size = member.tag.size();
+  out.error = member.error.c_str();
+  out.delay_s = 1e-9 * static_cast<double>(member.playout.delay_ns());
+  out.coefficients = one.lattice.coefficients.data();
+  out.coefficient_count = one.lattice.coefficients.size();
+  if (out.moves != 0) write_lattice(scene, one.lattice, out.lattice);
 }
 
 draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Shown& shown) {
@@ -65,7 +86,7 @@ void forget_unused(hairnet_scene& scene) {
       return std::pair(one.member->groom.get(), one.lattice.geometry) == entry.first;
     });
   });
-  std::erase_if(scene.bases, [](const auto& entry) { return entry.first.expired(); });
+  scene.bases.forget_unused();
 }
 
 }  // namespace hairnet::c
@@ -76,31 +97,11 @@ size_t hairnet_shown_count(const hairnet_scene* scene) {
   return scene->shown.size();
 }
 
-hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t index, hairnet_shown* shown) {
-  const hairnet_scene::Shown* one = c::at(scene, index);
-  if (one == nullptr) return HAIRNET_NOT_THERE;
-  const room::Member& member = *one->member;
-  *shown = {};
-  shown->member = member.number;
-  shown->own = member.own;
-  shown->session = member.session;
-  shown->owners_character = member.owners_character;
-  shown->level = static_cast<hairnet_level>(member.sample.level);
-  shown->has_pose = member.pose.has_value();
-  if (member.pose) c::write_pose(*member.pose, shown->pose);
-  shown->has_hair = member.groom != nullptr;
-  shown->moves = one->lattice.geometry != nullptr;
-  shown->appearance = c::appearance_of(member.appearance.value_or(room::default_appearance(member.number)));
-  shown->hash = member.groom_hash.data();
-  shown->tag = member.tag.c_str();
-  shown->tag_size = member.tag.size();
-  shown->error = member.error.c_str();
-  shown->delay_s = 1e-9 * static_cast<double>(member.playout.delay_ns());
-  shown->coefficients = one->lattice.coefficients.data();
-  shown->coefficient_count = one->lattice.coefficients.size();
-  if (!shown->moves) return HAIRNET_OK;
+hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t first, hairnet_shown* shown, size_t count) {
+  const std::size_t there = scene->shown.size();
+  if (first > there || count > there - first) return HAIRNET_NOT_THERE;
   return c::guarded([&] {
-    c::write_lattice(*scene, one->lattice, shown->lattice);
+    for (std::size_t i = 0; i < count; ++i) c::write_shown(*scene, scene->shown[first + i], shown[i]);
     return hairnet_error{HAIRNET_OK};
   });
 }

@@ -10,6 +10,7 @@ namespace {
 
 using Vec4f = Eigen::Vector4f;
 
+constexpr std::size_t kNodeRowsMin = 8;  // so few are never too many
 constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20, kCoefficientTexel = 21;
 constexpr float kCoefficientMax_m = 1e3f;  // larger ones are none of hair
 constexpr float kStray_m = 2.5e-3f;        // of follow hairs from their strand
@@ -35,9 +36,15 @@ void CharacterRecords::begin(std::span<const ShownCharacter> characters, NodeSum
     const std::size_t count = geometry != nullptr ? draw::node_rows(*geometry) : 0;
     if (nodes_[i].first_row != row || nodes_[i].row_count != count) nodes_[i] = {row, count};
     row += count;
+    if (is_summed(characters[i].lattice)) static_cast<void>(source_of(i));
   }
-  if (node_rows_ >= std::min(row, rows_max)) return;
-  node_rows_ = std::min(row, rows_max);
+  const std::size_t wanted = std::min(row, rows_max);
+  if (wanted <= node_rows_ && node_rows_ <= std::max(4 * wanted, kNodeRowsMin)) return;
+  node_rows_ = wanted;
+  forget();
+}
+
+void CharacterRecords::forget() {
   for (Nodes& nodes : nodes_) nodes.basis.reset();
 }
 
@@ -51,7 +58,7 @@ void CharacterRecords::add(std::size_t number, const Vec3& origin, const DrawDet
     texels[at + 1] = with((bone.position - origin).cast<float>(), 0);
   };
   place(character.pose.head(), 0);
-  texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
+  texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail) * std::abs(character.scale));
   texels[3] = {detail.strand_share, detail.quadratic, 0, 0};
   texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
   for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
@@ -63,13 +70,15 @@ void CharacterRecords::add(std::size_t number, const Vec3& origin, const DrawDet
       texels[kFirstBone + 3 + 2 * axis].w() = density->cell[static_cast<Eigen::Index>(axis)];
     texels[kFirstBone + 9].w() = density->weight;
   }
-  texels[4] = {detail.follow_hair_count, kStray_m, 0, 0};
-  if (moves_hair(character.lattice)) place_lattice(character.lattice, nodes_[number], texels);
+  texels[4] = {detail.follow_hair_count, kStray_m, 0, character.scale - 1};
+  if (moves_hair(character.lattice) && has_rows(number)) place_lattice(number, texels);
   texels[kTipTexel] = with(character.hair_tip_colour.value_or(character.hair_colour), character.roughness);
 }
 
 // The texels of the newest record.
-void CharacterRecords::place_lattice(const MovedLattice& moved, Nodes& nodes, Vec4f* texels) {
+void CharacterRecords::place_lattice(std::size_t character, Vec4f* texels) {
+  const MovedLattice& moved = characters_[character].lattice;
+  Nodes& nodes = nodes_[character];
   const Lattice& lattice = moved.geometry->lattice;
   std::size_t count = moved.coefficients.size();
   while (count > 0 && moved.coefficients[count - 1] == 0) --count;
@@ -78,7 +87,7 @@ void CharacterRecords::place_lattice(const MovedLattice& moved, Nodes& nodes, Ve
   if (!moved.basis || nodes.basis.lock() != moved.basis || !std::ranges::equal(nodes.coefficients, coefficients)) {
     nodes.basis = moved.basis;
     nodes.coefficients.assign(coefficients.begin(), coefficients.end());
-    const std::size_t source = source_of(moved);
+    const std::size_t source = is_summed(moved) ? source_of(character) : 0;
     number = static_cast<float>(source);
     if (sources_[source].end == 0) sources_[source].first = this->count() - 1;
     sources_[source].end = this->count();
@@ -100,12 +109,17 @@ void CharacterRecords::place_lattice(const MovedLattice& moved, Nodes& nodes, Ve
                                static_cast<float>(lattice.dims[2]), count_or_row};
 }
 
-// The processor sums up a basis that is too large for a texture.
-std::size_t CharacterRecords::source_of(const MovedLattice& moved) {
-  if (!moved.basis || sum_ == NodeSum::processor || mode_rows(*moved.geometry, *moved.basis) > rows_max_) return 0;
+// By the GPU. The processor sums up a basis that is too large for a texture.
+bool CharacterRecords::is_summed(const MovedLattice& moved) const {
+  return moved.geometry != nullptr && moved.basis && sum_ == NodeSum::gpu &&
+         mode_rows(*moved.geometry, *moved.basis) <= rows_max_;
+}
+
+std::size_t CharacterRecords::source_of(std::size_t character) {
+  const MovedLattice& moved = characters_[character].lattice;
   const auto known = std::ranges::find(sources_, moved.basis, &Source::basis);
   const auto number = static_cast<std::size_t>(known - sources_.begin());
-  if (known == sources_.end()) sources_.push_back({moved.basis, moved.geometry, 0, 0});
+  if (known == sources_.end()) sources_.push_back({moved.basis, moved.geometry, character, 0, 0});
   return number;
 }
 

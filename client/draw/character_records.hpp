@@ -30,13 +30,16 @@ class CharacterRecords {
   };
   // `origin`: of scene space, in the world. A lattice that is not finite moves nothing. `density`: null: the character
   // has none.
-  // `number`: of the character, among those of begin().
+  // `number`: of the character, among those of begin(). Its hair rests where its nodes have no room.
   void add(std::size_t number, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
            const PointRows& points, const DensityGrid* density = nullptr);
 
+  // What was there is lost, as with the context of OpenGL.
+  void forget();
+
   // Whether there is room for this character, too.
   [[nodiscard]] bool has_room(std::size_t number) const {
-    return count() + 1 < rows_max_ && nodes_[number].first_row + nodes_[number].row_count <= rows_max_;
+    return count() + 1 < rows_max_ && has_rows(number);
   }
   [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
@@ -46,9 +49,11 @@ class CharacterRecords {
   struct Source {
     std::shared_ptr<const Basis> basis;  // null: nodes are uploaded
     const LevelGeometry* geometry = nullptr;
+    std::size_t character = 0;  // the number of one that has it
     std::size_t first = 0, end = 0;
   };
-  // The first is that of uploaded nodes; the others have the numbers of bases in records.
+  // The first is that of uploaded nodes; the others have the numbers of bases in records. There is one for each basis that
+  // a character of begin() has and the GPU sums up, also where nothing of it is new.
   [[nodiscard]] const std::vector<Source>& sources() const { return sources_; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& uploaded_nodes() const { return uploaded_nodes_; }
   // Of the texture of nodes. When it changes, no nodes are there.
@@ -61,8 +66,12 @@ class CharacterRecords {
     std::weak_ptr<const Basis> basis = {};  // empty: it is not known
     std::vector<float> coefficients = {};
   };
-  void place_lattice(const MovedLattice& moved, Nodes& nodes, Eigen::Vector4f* texels);
-  std::size_t source_of(const MovedLattice& moved);
+  [[nodiscard]] bool has_rows(std::size_t number) const {
+    return nodes_[number].first_row + nodes_[number].row_count <= rows_max_;
+  }
+  void place_lattice(std::size_t character, Eigen::Vector4f* texels);
+  [[nodiscard]] bool is_summed(const MovedLattice& moved) const;
+  std::size_t source_of(std::size_t character);
 
   std::span<const ShownCharacter> characters_;
   std::vector<Nodes> nodes_;  // of all of them

@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "client/draw/groom_geometry.hpp"
+
 namespace hairnet::draw {
 namespace {
 
@@ -37,6 +39,14 @@ DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, flo
   grid.origin = box.center() - 0.5f * static_cast<float>(DensityGrid::kDensitySide) * grid.cell;
   grid.weight = kDensityShare * 0.75f * width_m / grid.cell.prod();
   return grid;
+}
+
+std::optional<DensityGrid> density_of(const RestingStrands& strands, const DrawDetail& detail,
+                                      const MovedLattice& lattice, std::size_t number) {
+  const std::size_t counted = std::min(drawn_strands(detail, strands.count), DensityGrid::kDensityStrandsMax);
+  if (number >= DensityGrid::kDensityGridsMax || counted == 0 || !(detail.quadratic > 0)) return std::nullopt;
+  const float width_m = strands.width_m * kCopies * static_cast<float>(strands.count) / static_cast<float>(counted);
+  return density_grid(moved_box(strands.box, strands.roots, lattice), number, width_m * detail.quadratic);
 }
 
 }  // namespace hairnet::draw

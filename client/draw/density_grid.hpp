@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "client/draw/draw_detail.hpp"
 #include "core/modes/moved_lattice.hpp"
 
 namespace hairnet::draw {
@@ -24,5 +25,16 @@ Eigen::AlignedBox3f moved_box(const Eigen::AlignedBox3f& rest, const Eigen::Alig
 
 // `width_m`: of all strands together that one counted strand represents.
 DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, float width_m);
+
+// A groom's strands at rest.
+struct RestingStrands {
+  Eigen::AlignedBox3f box, roots;  // contain all their points, and their roots
+  float width_m = 0;               // of a strand
+  std::size_t count = 0;
+};
+// The next grid of a picture, `number`. None for characters that are too small, too many, or whose hair has no strands. The
+// grid's weight fades in with size.
+std::optional<DensityGrid> density_of(const RestingStrands& strands, const DrawDetail& detail,
+                                      const MovedLattice& lattice, std::size_t number);
 
 }  // namespace hairnet::draw

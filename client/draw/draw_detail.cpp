@@ -18,7 +18,8 @@ float rise(float x, float from, float to) {
 }  // namespace
 
 DrawDetail detail_for(float head_px, float quality, std::size_t strand_count) {
-  const float px = std::max(head_px, 0.1f) * quality;
+  // What is no number counts as the least.
+  const float px = std::max(1e-3f, std::max(0.1f, head_px) * quality);
   DrawDetail detail;
   const float strands = std::max(kFullStrands * std::pow(px / kFullHead_px, 1.3f), kStrandsMin);
   detail.strand_share = std::min(strands / static_cast<float>(std::max<std::size_t>(strand_count, 1)), 1.0f);
@@ -26,6 +27,11 @@ DrawDetail detail_for(float head_px, float quality, std::size_t strand_count) {
   detail.tolerance_m = 0.35f * kHead_m / px;
   detail.quadratic = rise(px, 70, 120);
   return detail;
+}
+
+std::size_t drawn_strands(const DrawDetail& detail, std::size_t strand_count) {
+  const float share = std::clamp(std::isnan(detail.strand_share) ? 0 : detail.strand_share, 0.0f, 1.0f);
+  return std::min(strand_count, static_cast<std::size_t>(std::ceil(share * static_cast<float>(strand_count))));
 }
 
 float width_scale(const DrawDetail& detail) {

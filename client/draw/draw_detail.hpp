@@ -19,6 +19,9 @@ struct DrawDetail {
 // `head_px`: a head's height on the screen, in pixels. `quality` multiplies it. The result is continuous in both.
 DrawDetail detail_for(float head_px, float quality, std::size_t strand_count);
 
+// The number of strands to draw.
+std::size_t drawn_strands(const DrawDetail& detail, std::size_t strand_count);
+
 // The factor by which strands are drawn wider, so that fewer strands and follow hairs cover about the same area.
 float width_scale(const DrawDetail& detail);
 

@@ -41,14 +41,14 @@ std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharac
     const auto known = before_.find(one->id);
     const bool is_known = known != before_.end() && motions.size() < kMovingMax;
     if (!is_known && now.size() == kMovingMax) continue;
-    Before state{one->head, {}};
+    Before state{one->head, one->scale, {}};
     if (moves_hair(one->lattice)) {
       const std::span<const Vec3f> nodes = nodes_of(one->lattice, scratch);
       state.nodes = {one->lattice.geometry->lattice, {nodes.begin(), nodes.end()}};
     }
     if (is_known) {
       write_swing(motions.size(), state.nodes, known->second.nodes, one->ball_radius_m);
-      motions.push_back({one->head, known->second.head, one->ball_radius_m});
+      motions.push_back({one->head, known->second.head, one->scale, known->second.scale, one->ball_radius_m});
     }
     if (now.size() < kMovingMax) now.emplace(one->id, std::move(state));
   }

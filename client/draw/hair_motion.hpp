@@ -16,8 +16,9 @@ struct MovingCharacter {
   std::uint64_t id = 0;  // the same in every picture; 0: nothing is known of its motion
   RigidTransform head;   // world
   MovedLattice lattice;
-  float ball_radius_m = 0;  // of a ball about its head that contains its hair
+  float ball_radius_m = 0;  // of a ball about its head that contains its hair, head space
   float head_px = 0;        // on the screen
+  float scale = 1;          // as that of a ShownCharacter
 };
 
 // Where hair was in the last picture, for every place where it is now (client/shaders/accumulate.frag).
@@ -29,6 +30,7 @@ class HairMotion {
   // The motion of one character's hair since the last picture.
   struct Motion {
     RigidTransform head, head_before;  // world
+    float scale = 1, scale_before = 1;
     float ball_radius_m = 0;
   };
 
@@ -47,6 +49,7 @@ class HairMotion {
  private:
   struct Before {
     RigidTransform head;
+    float scale;
     Nodes nodes;
   };
   void write_swing(std::size_t motion, const Nodes& now, const Nodes& before, float ball_radius_m);

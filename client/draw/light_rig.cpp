@@ -23,10 +23,14 @@ Vec3f direction(const Vec3f& to_camera, const Vec3f& up, float bearing_deg, floa
 }  // namespace
 
 LightRig studio_lights(const Camera& camera) {
-  const Vec3f up = camera.up.normalized().cast<float>();
-  Vec3f level = (camera.eye - camera.target).cast<float>();
+  return studio_lights(camera.eye - camera.target, camera.up);
+}
+
+LightRig studio_lights(const Vec3& towards_camera, const Vec3& above) {
+  const Vec3f up = above.normalized().cast<float>();
+  Vec3f level = towards_camera.cast<float>();
   level -= up * up.dot(level);
-  if (level.norm() < 1e-3f * (camera.eye - camera.target).norm()) level = up.unitOrthogonal();
+  if (!(level.norm() > 1e-3 * towards_camera.norm())) level = up.unitOrthogonal();
   const Vec3f to_camera = level.normalized();
   LightRig rig;
   for (std::size_t i = 0; i < rig.towards.size(); ++i) {

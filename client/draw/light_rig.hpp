@@ -15,5 +15,7 @@ struct LightRig {
 
 // The studio turns with the camera's bearing, so that front, side and back have the same light.
 LightRig studio_lights(const Camera& camera);
+// `towards_camera`: of any length.
+LightRig studio_lights(const Vec3& towards_camera, const Vec3& up);
 
 }  // namespace hairnet::draw

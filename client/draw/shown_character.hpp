@@ -14,6 +14,7 @@ namespace hairnet::draw {
 struct ShownCharacter {
   std::size_t groom = 0;                   // its number at who draws, as from render::Stage::add_groom
   Pose pose;                               // world; the head's transform moves the hair, all bones the body
+  float scale = 1;                         // of its groom; negative: mirrored in each bone, before the pose
   MovedLattice lattice;                    // its geometry null: the hair is rigid
   Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo, at the root
   std::optional<Vec3f> hair_tip_colour;    // none: as hair_colour

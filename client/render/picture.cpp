@@ -57,8 +57,8 @@ Eigen::Matrix4d transform(const Eigen::Matrix3d& rotation, const Vec3& position)
 }
 
 // From head space.
-Eigen::Matrix4d transform(const RigidTransform& head, const Vec3& origin) {
-  return transform(head.rotation.toRotationMatrix(), head.position - origin);
+Eigen::Matrix4d transform(const RigidTransform& head, float scale, const Vec3& origin) {
+  return transform(static_cast<double>(scale) * head.rotation.toRotationMatrix(), head.position - origin);
 }
 
 float radical_inverse(int n, int base) {
@@ -183,9 +183,9 @@ void Picture::set_uniforms(const Stage& stage, const CameraBefore& now, const Sa
   std::vector<Mat4f> to_head, head_to_clip_before;
   std::vector<float> radius_m;
   for (const draw::HairMotion::Motion& one : motions) {
-    to_head.emplace_back(transform(one.head, eye).inverse().cast<float>());
+    to_head.emplace_back(transform(one.head, one.scale, eye).inverse().cast<float>());
     head_to_clip_before.emplace_back(
-        (before_->to_clip * transform(one.head_before, before_->camera.eye)).cast<float>());
+        (before_->to_clip * transform(one.head_before, one.scale_before, before_->camera.eye)).cast<float>());
     radius_m.push_back(one.ball_radius_m);
   }
   accumulate_.set("moving_count", static_cast<int>(motions.size()));

@@ -86,10 +86,8 @@ struct Appearance {
   float head_px;
 };
 
-// The number of strands to draw for the character's share.
 std::size_t strands_of(const GroomBuffers& groom, const Appearance& one) {
-  const auto count = static_cast<float>(groom.strand_count());
-  return std::min(groom.strand_count(), static_cast<std::size_t>(std::ceil(one.detail.strand_share * count)));
+  return draw::drawn_strands(one.detail, groom.strand_count());
 }
 
 class GlStage final : public Stage {
@@ -181,13 +179,14 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
     const GroomBuffers& groom = *grooms_[character.groom];
     const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
     if (!(at.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) continue;
-    const double radius = static_cast<double>(draw::ball_radius_m(groom.radius_m())), depth = -at.z();
+    const float scale = std::abs(character.scale);
+    const double radius = static_cast<double>(scale * draw::ball_radius_m(groom.radius_m())), depth = -at.z();
     if (depth < -radius || std::abs(at.y()) > depth * spread + radius * side_y ||
         std::abs(at.x()) > depth * spread * static_cast<double>(view.aspect) + radius * side_x)
       continue;
     nearest = std::min(nearest, depth - radius);
     furthest = std::max(furthest, depth + radius);
-    const float head_px = draw::kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
+    const float head_px = scale * draw::kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
     const draw::DrawDetail detail =
         character.detail.value_or(draw::detail_for(head_px, look.quality, groom.strand_count()));
     by_groom[character.groom].push_back({&character, number, detail, groom.list_for(detail.tolerance_m), head_px});
@@ -272,23 +271,17 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
                    density ? &*density : nullptr);
       if (density) ++densities_;
       drawn_characters_.push_back({one.character->id, one.character->pose.head(), one.character->lattice,
-                                   draw::ball_radius_m(groom->radius_m()), one.head_px});
+                                   draw::ball_radius_m(groom->radius_m()), one.head_px, one.character->scale});
       point_rows_ += rows;
     }
   }
 }
 
-// None for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with size.
 std::optional<draw::DensityGrid> GlStage::density_of(const GroomBuffers& groom, const Appearance& one,
                                                      std::size_t number) const {
-  const std::size_t strands = std::min(strands_of(groom, one), draw::DensityGrid::kDensityStrandsMax);
-  if (!programs_.density.is_supported() || number >= draw::DensityGrid::kDensityGridsMax || strands == 0 ||
-      one.detail.quadratic <= 0)
-    return std::nullopt;
-  const float width_m = groom.strand_width_m() * draw::kCopies * static_cast<float>(groom.strand_count()) /
-                        static_cast<float>(strands) * one.detail.quadratic;
-  return draw::density_grid(draw::moved_box(groom.strand_box(), groom.root_box(), one.character->lattice), number,
-                            width_m);
+  if (!programs_.density.is_supported()) return std::nullopt;
+  return draw::density_of({groom.strand_box(), groom.root_box(), groom.strand_width_m(), groom.strand_count()},
+                          one.detail, one.character->lattice, number);
 }
 
 // Follows the light through the placed strands. Runs before the drawing.

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
     const hairnet_scene* scene = hairnet_room_scene(room);
     for (size_t i = 0; i < hairnet_shown_count(scene); ++i) {
       hairnet_shown shown;
-      hairnet_get_shown(scene, i, &shown);
+      hairnet_get_shown(scene, i, &shown, 1);
       if (shown.own == me && hairnet_shown_points(scene, i, points, NULL, count) == HAIRNET_OK)
         printf("%.3f %.3f %.3f%s\n", points[0], points[1], points[2], shown.moves ? "" : " (at rest)");
     }

@@ -42,6 +42,72 @@ void take(const Step& step, hairnet_room* room, hairnet_groom*& groom) {
   }
 }
 
+// What a GPU gets of everyone who is shown, in all pictures.
+class Pictures {
+ public:
+  Pictures() {
+    const hairnet_error made = hairnet_picture_make(&picture_);
+    HAIRNET_ASSERT(made == HAIRNET_OK);
+  }
+  ~Pictures() { hairnet_picture_free(picture_); }
+  Pictures(const Pictures&) = delete;
+  Pictures& operator=(const Pictures&) = delete;
+
+  void draw(const hairnet_scene* scene) {
+    std::vector<hairnet_shown> shown(hairnet_shown_count(scene));
+    const hairnet_error got = hairnet_get_shown(scene, 0, shown.data(), shown.size());
+    HAIRNET_ASSERT(got == HAIRNET_OK);
+    std::vector<hairnet_drawn> drawn;
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      if (shown[i].has_pose == 0) continue;
+      hairnet_drawn& one = drawn.emplace_back();
+      std::memcpy(one.pose, shown[i].pose, sizeof one.pose);
+      one.id = shown[i].member;
+      one.scene = scene;
+      one.index = static_cast<std::uint32_t>(i);
+      one.record = static_cast<std::uint32_t>(drawn.size() - 1);
+      one.scale = -1.5f;
+      one.strand_count = 5000;
+      one.strand_width_m = 4e-4f;
+      for (int axis = 0; axis < 3; ++axis) one.box[axis] = -0.25f, one.box[3 + axis] = 0.25f;
+      one.has_light = 1;
+      one.head_px = 100;
+      one.ball_radius_m = 0.5f;
+    }
+    hairnet_choose_details(drawn.data(), drawn.size(), 1);
+    hairnet_picture_data data;
+    const hairnet_error written =
+        hairnet_picture_write(picture_, drawn.data(), drawn.size(), HAIRNET_SUM_BY_GPU, 2048, &data);
+    HAIRNET_ASSERT(written == HAIRNET_OK);
+    for (std::size_t n = 0; n < data.source_count; ++n) {
+      const hairnet_source& source = data.sources[n];
+      for (const std::size_t number : {std::size_t{source.basis}, source.index, source.first, source.end})
+        sources.push_back(static_cast<std::uint32_t>(number));
+    }
+    const std::span records(data.records, 4 * HAIRNET_RECORD_TEXELS * data.record_count);
+    for (std::size_t at = 0; at < records.size(); at += 4 * HAIRNET_RECORD_TEXELS) {
+      const auto lattice = records.subspan(at + 64, 12), coefficients = records.subspan(at + 84, 256);
+      lattices.insert(lattices.end(), lattice.begin(), lattice.end());
+      lattices.insert(lattices.end(), coefficients.begin(), coefficients.end());
+    }
+    for (const float number : records) sum += number;
+    hairnet_motions told;
+    const hairnet_error moved = hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &told);
+    HAIRNET_ASSERT(moved == HAIRNET_OK);
+    swing.insert(swing.end(), told.swing, told.swing + 4 * 512 * told.count);
+    for (std::size_t n = 0; n < told.count; ++n)
+      for (const double number : told.motions[n].before) sum += number;
+  }
+
+  std::vector<std::uint32_t> sources;
+  std::vector<float> lattices;
+  std::vector<std::uint16_t> swing;
+  double sum = 0;
+
+ private:
+  hairnet_picture* picture_ = nullptr;
+};
+
 }  // namespace
 
 std::string header_results(std::span<const std::uint8_t> bytes) {
@@ -53,6 +119,7 @@ std::string header_results(std::span<const std::uint8_t> bytes) {
   std::string events;
   Bytes sent;
   std::vector<float> nodes, points;
+  Pictures pictures;
   for (const Step& step : steps) {
     hairnet_poll(room, step.now_ns);
     if (hairnet_wants_connection(room, nullptr, nullptr) != 0) {
@@ -71,12 +138,13 @@ std::string header_results(std::span<const std::uint8_t> bytes) {
     const hairnet_scene* scene = hairnet_room_scene(room);
     for (std::size_t i = 0; i < hairnet_shown_count(scene); ++i) {
       hairnet_shown shown;
-      if (hairnet_get_shown(scene, i, &shown) != HAIRNET_OK || shown.moves == 0) continue;
+      if (hairnet_get_shown(scene, i, &shown, 1) != HAIRNET_OK || shown.moves == 0) continue;
       const auto& [x, y, z] = shown.lattice.counts;
       const std::size_t count = std::size_t{x} * y * z;
       nodes.resize(nodes.size() + 3 * count);
       hairnet_shown_nodes(scene, i, nodes.data() + nodes.size() - 3 * count, count);
     }
+    pictures.draw(scene);
   }
   points.resize(3 * hairnet_groom_point_count(groom));
   const hairnet_error shown =
@@ -92,6 +160,14 @@ std::string header_results(std::span<const std::uint8_t> bytes) {
   double sum = 0;
   for (const float coordinate : points) sum += coordinate;
   out.near(1e-2, "sum of points", {&sum, 1});
+  out.equal("sources of pictures", pictures.sources);
+  out.equal("lattices in records", pictures.lattices);
+  out.equal("swing", pictures.swing);
+  hairnet_lights lights;
+  hairnet_studio_lights(std::array{0.3, -0.2, 1.0}.data(), &lights);
+  const auto [x, y, z] = lights.towards[1];
+  const std::array numbers{pictures.sum, static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+  out.near(1e-3, "sum of records and motions, a light", numbers);
   return out.lines();
 }
 

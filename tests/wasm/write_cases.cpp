@@ -17,7 +17,6 @@
 #include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/client/small_basis.hpp"
-#include "tests/wasm/drawing_cases.hpp"
 #include "tests/wasm/header_session.hpp"
 #include "tests/wasm/same_bits.hpp"
 #include "tests/wasm/session.hpp"
@@ -188,12 +187,11 @@ int write_all(const std::filesystem::path& folder) {
   // A module has no fused multiply-add: neither has SSE4.
   hwy::SetSupportedTargetsForTest(HWY_SSE4);
   const Bytes session = session_case(), cases = all_cases(session);
-  const std::string expected = results_of(cases), by_header = header_results(session), drawing = drawing_cases();
+  const std::string expected = results_of(cases), by_header = header_results(session);
   return write(folder / "cases", std::as_bytes(std::span(cases))) &&
                  write(folder / "expected", std::as_bytes(std::span(expected))) &&
                  write(folder / "session", std::as_bytes(std::span(session))) &&
-                 write(folder / "header_expected", std::as_bytes(std::span(by_header))) &&
-                 write(folder / "drawing", std::as_bytes(std::span(drawing)))
+                 write(folder / "header_expected", std::as_bytes(std::span(by_header)))
              ? 0
              : 1;
 }

@@ -53,7 +53,7 @@ async function movingHair(): Promise<{ hair: HairNow; placed: Map<string, Vector
   const shown = scene.at(0);
   const pose = new Float64Array(kPoseNumbers);
   shown.readPose(pose);
-  const { lattice } = new ModuleLattice(scene, shown, 0, 0);
+  const { lattice } = new ModuleLattice(scene, shown, 0);
   const nodes = new Float32Array(3 * nodeCount(lattice));
   scene.nodesOf(0, nodes);
   const skin = scene.skinOf(0)!;

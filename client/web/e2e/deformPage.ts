@@ -4,11 +4,12 @@ import type { Lattice } from "../src/hair/movedLattice";
 import type { SkinGrid } from "../src/hair/skin";
 import { Instance } from "../src/module/instance";
 import { hairModule } from "../src/module/moduleFile";
-import { CharacterRecords } from "../src/scene/characterRecords";
 import { readGeometry } from "../src/scene/geometry/readGeometry";
 import { GroomDrawing } from "../src/scene/groomDrawing";
 import { SceneUniforms } from "../src/scene/hairMaterials";
 import { LatticePass } from "../src/scene/latticePass";
+import { NodeSum } from "../src/scene/nodeSum";
+import { Records } from "../src/scene/records";
 import { SkinTexture } from "../src/scene/skinTexture";
 import { StrandDeformPass } from "../src/scene/strandDeformPass";
 import { plainRecord } from "../test/support/plainRecord";
@@ -42,22 +43,15 @@ export async function placeStrands({ file, pose, lattice, nodes, skin }: HairNow
   if (limits.skin) skinTexture.fill({ ...skin, nodes: Uint8Array.from(skin.nodes) });
 
   const renderer = new WebGLRenderer();
-  const records = new CharacterRecords();
+  const records = new Records();
   const lattices = new LatticePass(records.texture);
   const placement = new StrandDeformPass(records.texture, lattices.texture);
   const uniforms = new SceneUniforms(records.texture, lattices.texture, placement.texture);
   const drawing = new GroomDrawing(geometry, new Group(), uniforms, () => {}, false, skinTexture);
   const rows = drawing.pointRowsOf({ ...plainRecord, list: 0 });
-  lattices.begin([{ lattice, grid: Float32Array.from(nodes) }], renderer.capabilities.maxTextureSize);
-  records.begin(1);
-  records.add({
-    ...plainRecord,
-    pose: Float64Array.from(pose),
-    lattice: lattices.add(0, 0),
-    pointRows: { first: 0, count: rows },
-  });
-  records.end();
-  lattices.run(renderer);
+  records.begin(module, [{ lattice: { lattice, grid: Float32Array.from(nodes) } }]);
+  records.put(0, 0, { ...plainRecord, pose: Float64Array.from(pose), rowCount: rows });
+  lattices.run(renderer, records.write(NodeSum.gpu, renderer.capabilities.maxTextureSize));
   placement.place(renderer, [{ drawing, first: 0, characters: 1 }], rows);
   const { rest } = geometry.strands;
   const placed = placement.read(renderer, drawing.pointsOf(geometry.strandCount));

@@ -1,107 +1,72 @@
-// The GPU's nodes beside those of the CPU, for latticePass.e2e.ts.
+// The GPU's nodes beside those of the module, for latticePass.e2e.ts.
 import { WebGLRenderer } from "three";
-import { nodeCount, type Basis, type Lattice, type MovedLattice } from "../src/hair/movedLattice";
 import { kLatticeRow } from "../src/generated/constants";
-import { CharacterRecords } from "../src/scene/characterRecords";
+import { nodeCount, type MovedLattice } from "../src/hair/movedLattice";
+import { connect, Role } from "../src/index";
+import { startClient } from "../src/module/client";
 import { LatticePass } from "../src/scene/latticePass";
 import { nodeSumFor, rendererName, type NodeSum } from "../src/scene/nodeSum";
+import { Records } from "../src/scene/records";
 import { plainRecord } from "../test/support/plainRecord";
 import { latticeOf } from "../test/support/shapes";
 
-/** Numbers from 0 up to 1, the same for the same seed. */
-function seeded(seed: number): () => number {
-  let state = seed;
-  return () => {
-    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
-    return state / 2 ** 32;
-  };
+/** How far nodes on the GPU lie from those of the module, and how far those move, m. */
+export interface Comparison {
+  apartM: number;
+  movedM: number;
+  /** characters in three pictures of one moment whose nodes are made anew; the third has one character less */
+  newCounts: number[];
+  basisBytes: number;
+  error: number;
 }
 
-interface Hair {
-  readonly lattice: Lattice;
-  readonly basis: Basis;
-}
-
-/** Modes of any shape; later ones are smaller. */
-function anyHair(dims: [number, number, number], modeCount: number, seed: number): Hair {
-  const random = seeded(seed);
-  const lattice = latticeOf(dims);
-  const rows = Math.ceil(nodeCount(lattice) / kLatticeRow);
-  const texels = new Float32Array(4 * kLatticeRow * rows * 4 * Math.ceil(modeCount / 4));
-  for (let mode = 0; mode < modeCount; ++mode)
-    for (let i = 0; i < 4 * nodeCount(lattice); ++i)
-      if (i % 4 < 3) texels[4 * kLatticeRow * rows * mode + i] = (6 * (random() - 0.5)) / (1 + mode);
-  return { lattice, basis: { modeCount, texels: () => texels } };
-}
-
-/** By the first `count` of its modes. */
-function movedBy({ lattice, basis }: Hair, count: number, seed: number): MovedLattice {
-  const random = seeded(seed);
-  const coefficients = Float32Array.from({ length: count }, () => 0.2 * (random() - 0.5));
-  const texels = basis.texels();
-  const mode = 4 * kLatticeRow * Math.ceil(nodeCount(lattice) / kLatticeRow);
-  const grid = Float32Array.from({ length: 3 * nodeCount(lattice) }, (_, i) =>
-    coefficients.reduce((sum, c, k) => sum + c * texels[mode * k + 4 * Math.floor(i / 3) + (i % 3)], 0),
-  );
-  return { lattice, grid, modes: { basis, coefficients } };
-}
-
-/** How far the nodes of several characters lie from those of the CPU, m, and how far those move. */
-export function compareNodes(sum: NodeSum): { apartM: number[]; movedM: number; newCounts: number[]; error: number } {
+/** Of everyone in a room, once `heads` of them have hair of modes, and of nodes of the page's own. */
+export async function compareNodes(server: string, room: string, heads: number, sum: NodeSum): Promise<Comparison> {
+  const module = await startClient();
+  const joined = await connect(server, { room, role: Role.observer });
+  const waving = () => [...joined.members.values()].flatMap(({ lattice }) => (lattice?.modes ? [lattice] : []));
+  const isMoving = ({ grid }: MovedLattice) => Math.max(...grid.map(Math.abs)) > 0.02;
+  while (waving().length < heads || !waving().every(isMoving)) {
+    await new Promise((done) => setTimeout(done, 10));
+    joined.sample(performance.now());
+  }
   const renderer = new WebGLRenderer();
-  const [one, other] = [anyHair([10, 10, 10], 256, 1), anyHair([12, 13, 14], 31, 2)];
-  const uploaded = { lattice: one.lattice, grid: movedBy(one, 5, 9).grid };
-  const lattices: MovedLattice[] = [
-    movedBy(one, 256, 3),
-    movedBy(other, 31, 4),
-    uploaded,
-    movedBy(one, 6, 5),
-    movedBy(other, 0, 6),
-    movedBy(one, 255, 7),
-  ];
-  const records = new CharacterRecords();
+  const records = new Records();
   const pass = new LatticePass(records.texture);
-  const apartM: number[] = [];
-  const newCounts: number[] = [];
-  let movedM = 0;
-  // The second picture finds nodes there, the third bases alone: it has other characters in other places.
-  const reversed = [...lattices].reverse().slice(1);
-  for (const shown of [lattices, lattices, reversed]) {
-    pass.begin(shown, renderer.capabilities.maxTextureSize, sum);
-    records.begin(shown.length);
-    let newCount = 0;
-    const places = shown.map((_, number) => {
-      const placed = pass.add(number, records.count);
-      if (placed!.basis >= 0) ++newCount;
-      records.add({ ...plainRecord, lattice: placed });
-      return placed!.firstNode / kLatticeRow;
-    });
-    records.end();
-    newCounts.push(newCount);
-    pass.run(renderer);
-    for (const [n, { grid }] of shown.entries()) {
-      const read = pass.read(renderer, places[n], grid.length / 3);
-      let apart = 0;
+  const own = { lattice: latticeOf([12, 13, 14]), grid: Float32Array.from({ length: 6552 }, (_, i) => Math.sin(i)) };
+  const all: MovedLattice[] = [own, ...waving()];
+  const result: Comparison = { apartM: 0, movedM: 0, newCounts: [], basisBytes: 0, error: 0 };
+  // The second picture finds nodes there, the third bases alone: its characters have other rows.
+  for (const lattices of [all, all, all.slice(1)]) {
+    const shown = lattices.map((lattice) => ({ lattice }));
+    records.begin(module, shown);
+    for (const n of shown.keys()) records.put(n, n, plainRecord);
+    const data = records.write(sum, renderer.capabilities.maxTextureSize);
+    result.newCounts.push(data.sources.reduce((count, { first, end }) => count + end - first, 0));
+    pass.run(renderer, data);
+    result.basisBytes = pass.basisBytes;
+    let row = 0;
+    for (const { grid, lattice } of lattices) {
+      const read = pass.read(renderer, row, nodeCount(lattice));
+      row += Math.ceil(nodeCount(lattice) / kLatticeRow);
       for (let i = 0; i < grid.length; ++i) {
-        apart = Math.max(apart, Math.abs(read[4 * Math.floor(i / 3) + (i % 3)] - grid[i]));
-        movedM = Math.max(movedM, Math.abs(grid[i]));
+        result.apartM = Math.max(result.apartM, Math.abs(read[4 * Math.floor(i / 3) + (i % 3)] - grid[i]));
+        if (grid !== own.grid) result.movedM = Math.max(result.movedM, Math.abs(grid[i]));
       }
-      apartM.push(apart);
     }
   }
-  const error = renderer.getContext().getError();
-  pass.dispose();
-  records.dispose();
-  renderer.dispose();
-  return { apartM, movedM, newCounts, error };
+  result.error = renderer.getContext().getError();
+  for (const each of [pass, records, renderer]) each.dispose();
+  joined.close();
+  return result;
 }
 
 /** What draws here, and who sums up nodes for it. */
-export function chosenSum(): { name: string; sum: NodeSum } {
+export async function chosenSum(): Promise<{ name: string; sum: NodeSum }> {
   const renderer = new WebGLRenderer();
   const name = rendererName(renderer);
   renderer.dispose();
-  return { name, sum: nodeSumFor(name) };
+  return { name, sum: nodeSumFor(await startClient(), name) };
 }
 
 Object.assign(window, { compareNodes, chosenSum });

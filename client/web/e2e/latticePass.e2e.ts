@@ -1,35 +1,58 @@
 import { afterAll, beforeAll, expect, test } from "vitest";
+import { kLatticeRow } from "../src/generated/constants";
+import { NodeSum } from "../src/scene/nodeSum";
+import { Server } from "../test/support/server";
+import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { StageServer } from "./stageServer";
 
+const kHeads = 3;
+
 const browser = new Browser();
+const hairnet = new Server(["--webtransport", "off"]);
+const actors: Actor[] = [];
 let server: StageServer | undefined;
+let turning: ReturnType<typeof setInterval> | undefined;
 beforeAll(async () => {
   await browser.start();
+  await hairnet.start();
   server = await StageServer.open(browser, "latticePage");
+  const { bytes } = makeGroomFile("bob");
+  for (let n = 0; n < kHeads; ++n) actors.push(await Actor.join(hairnet.address, "nodes", bytes, [n, 0, 0]));
+  turning = setInterval(() => {
+    for (const actor of actors) actor.yawRad = 0.8 * Math.sin(performance.now() / 150);
+  }, 10);
 });
 afterAll(async () => {
+  clearInterval(turning);
+  for (const actor of actors) actor.leave();
   await browser.dispose();
   await server?.dispose();
+  await hairnet.dispose();
 });
 
 const inPage = () => server!.page.evaluateHandle(() => window as unknown as typeof import("./latticePage"));
 
-test.each(["gpu", "processor"] as const)("nodes of several bases by the %s are those of the basis", async (sum) => {
-  const { apartM, movedM, newCounts, error } = await (await inPage()).evaluate(
-    (page, by) => page.compareNodes(by),
-    sum,
+test.each([
+  ["GPU", NodeSum.gpu],
+  ["processor", NodeSum.processor],
+] as const)("nodes of a room's hair by the %s are those of its modes, and of sleeping hair stay", async (_, sum) => {
+  const compare = [hairnet.address, "nodes", kHeads, sum] as const;
+  const { apartM, movedM, newCounts, basisBytes, error } = await (await inPage()).evaluate(
+    (page, args) => page.compareNodes(...args),
+    compare,
   );
-  console.log(`nodes within ${Math.max(...apartM).toExponential(1)} m, of up to ${movedM.toFixed(2)} m`);
+  console.log(`nodes within ${apartM.toExponential(1)} m, of up to ${movedM.toFixed(2)} m`);
   expect(error).toBe(0);
-  expect(apartM).toHaveLength(17);
-  expect(newCounts).toEqual([6, 1, 5]); // nodes without a basis are always uploaded
-  expect(movedM).toBeGreaterThan(0.3);
-  expect(Math.max(...apartM)).toBeLessThan(1e-5);
+  expect(newCounts).toEqual([kHeads + 1, 1, kHeads]); // nodes without a basis are always uploaded
+  expect(movedM).toBeGreaterThan(0.02);
+  expect(apartM).toBeLessThan(1e-5);
+  if (sum === NodeSum.gpu) expect(basisBytes % (16 * kLatticeRow)).toBe(0);
+  expect(basisBytes > 0).toBe(sum === NodeSum.gpu);
 });
 
 test("software that plays a GPU leaves the sum to the page's thread", async () => {
   const { name, sum } = await (await inPage()).evaluate((page) => page.chosenSum());
   expect(name).toContain("SwiftShader"); // of Browser
-  expect(sum).toBe("processor");
+  expect(sum).toBe(NodeSum.processor);
 });

@@ -148,7 +148,7 @@ export class Stage {
     if (this.#wantedShare !== this.#share) this.resize();
     const ratio = this.renderer.getPixelRatio();
     const middle = new Vector2(free.width / 2, size.height - free.height / 2).multiplyScalar(ratio);
-    this.surroundings.update(this.camera, people, middle, ratio * Math.min(free.width, free.height));
+    this.surroundings.update(this.camera, hair?.rig ?? null, people, middle, ratio * Math.min(free.width, free.height));
     if (people.length > 0) {
       this.#backdrop = "";
       if (!this.firstPictures.isBeforeHair) return this.picture.render(this.scene, this.camera, hair);

@@ -14,7 +14,7 @@ import {
   Vector4,
 } from "three";
 import type { HairPart } from "../src/scene/index";
-import { makeLightRig, studioLights } from "../src/scene/lightRig";
+import type { LightRig } from "../src/scene/lightRig";
 
 /** A bust's height below its head joint, m: it ends above the ground. */
 export const kBustHeightM = 0.375;
@@ -116,7 +116,6 @@ export class Surroundings extends Group {
     fragmentShader: kGroundFragment,
   });
   readonly #floor = new Mesh(new CircleGeometry(kGroundRadiusM, 48).rotateX(-Math.PI / 2), this.#ground);
-  readonly #rig = makeLightRig();
   readonly #lights = [new DirectionalLight(), new DirectionalLight(), new DirectionalLight()];
   readonly #ambient = new HemisphereLight();
 
@@ -132,11 +131,20 @@ export class Surroundings extends Group {
     this.add(backdrop, this.#floor, ...this.#lights, this.#ambient);
   }
 
-  /** `people`: all who are visible. `middlePx`: the middle of the free part of the view, device pixels. */
-  update(camera: PerspectiveCamera, people: readonly Standing[], middlePx: Vector2, viewPx: number): void {
+  /**
+   * `rig`: of the hair; null: not known yet. `people`: all who are visible. `middlePx`: the middle of the free part of the view, device
+   * pixels.
+   */
+  update(
+    camera: PerspectiveCamera,
+    rig: LightRig | null,
+    people: readonly Standing[],
+    middlePx: Vector2,
+    viewPx: number,
+  ): void {
     this.#backdrop.uniforms.middlePx.value.copy(middlePx);
     this.#backdrop.uniforms.viewPx.value = viewPx;
-    this.#light(camera);
+    if (rig) this.#light(rig);
     this.#floor.visible = people.length > 0;
     if (people.length === 0) return;
     const heads = people.map(({ head }) => head);
@@ -158,15 +166,14 @@ export class Surroundings extends Group {
   }
 
   // Ordinary materials get the light that hair gets.
-  #light(camera: PerspectiveCamera): void {
-    studioLights(camera, this.#rig);
+  #light(rig: LightRig): void {
     for (const [n, light] of this.#lights.entries()) {
-      light.position.copy(this.#rig.towards[n]).multiplyScalar(10);
-      light.color.copy(this.#rig.colours[n]);
+      light.position.copy(rig.towards[n]).multiplyScalar(10);
+      light.color.copy(rig.colours[n]);
       light.intensity = Math.PI;
     }
-    this.#ambient.color.copy(this.#rig.ambientAbove);
-    this.#ambient.groundColor.copy(this.#rig.ambientBelow);
+    this.#ambient.color.copy(rig.ambientAbove);
+    this.#ambient.groundColor.copy(rig.ambientBelow);
     this.#ambient.intensity = Math.PI;
   }
 }

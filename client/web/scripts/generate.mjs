@@ -14,7 +14,7 @@ const kFiles = [
   "client/draw/draw_detail.cpp",
   "client/draw/draw_detail.hpp",
   "client/draw/groom_geometry.hpp",
-  "client/draw/light_rig.cpp",
+  "client/draw/hair_motion.hpp",
   "client/draw/mode_texels.hpp",
   "client/render/skin_texture.cpp",
   "client/render/stage.cpp",

@@ -217,7 +217,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   const hairnet_scene* scene = hairnet_room_scene(room_);
   ASSERT_EQ(hairnet_shown_count(scene), 1u);
   hairnet_shown shown;
-  ASSERT_EQ(hairnet_get_shown(scene, 0, &shown), HAIRNET_OK);
+  ASSERT_EQ(hairnet_get_shown(scene, 0, &shown, 1), HAIRNET_OK);
   EXPECT_EQ(shown.member, 31u);
   EXPECT_EQ(shown.own, me);
   EXPECT_EQ(shown.session, 5u);
@@ -232,7 +232,9 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   EXPECT_EQ(hairnet_shown_points(scene, 0, points.data(), nullptr, count - 1), HAIRNET_TOO_SMALL);
   ASSERT_EQ(hairnet_shown_points(scene, 0, points.data(), tangents.data(), count), HAIRNET_OK);
   for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(points[3 * i], 2, 0.5);
-  EXPECT_EQ(hairnet_get_shown(scene, 1, &shown), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_get_shown(scene, 1, &shown, 1), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_get_shown(scene, 0, &shown, 2), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_get_shown(scene, 1, nullptr, 0), HAIRNET_OK);
   hairnet_groom* again = nullptr;
   ASSERT_EQ(hairnet_shown_groom(scene, 0, &again), HAIRNET_OK);
   EXPECT_EQ(hairnet_groom_point_count(again), count);
@@ -328,7 +330,7 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   std::uint32_t later = 0;
   ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, nullptr, &later), HAIRNET_OK);
   hairnet_shown shown;
-  const auto look = [&] { return hairnet_get_shown(scene, 0, &shown); };
+  const auto look = [&] { return hairnet_get_shown(scene, 0, &shown, 1); };
   ASSERT_EQ(hairnet_world_advance(world, 0.05), HAIRNET_OK);
   ASSERT_EQ(look(), HAIRNET_OK);
   EXPECT_FALSE(shown.has_pose);

@@ -1,3 +1,5 @@
+import type { Instance } from "../module/instance";
+
 /**
  * A regular grid of nodes in head space. Node (i, j, k) has index i + nx (j + ny k) and lies at
  * origin + (i dx, j dy, k dz).
@@ -26,8 +28,18 @@ export interface MovedLattice {
   readonly lattice: Lattice;
   /** displacements: 3 a node, head space, m. Computed when a caller wants them. */
   readonly grid: Float32Array;
-  /** of which `grid` is the sum: with them the GPU computes it by itself; absent: of none */
+  /** of which `grid` is the sum, of a room's member; absent: of none */
   readonly modes?: MovedModes;
+  /** @internal Where the module has it: then the GPU computes it by itself. Absent: a program's own. */
+  readonly shown?: ShownLattice;
+}
+
+/** @internal */
+export interface ShownLattice {
+  readonly module: Instance;
+  /** a hairnet_scene, and the index of one of its characters, at the last `sample` */
+  readonly scene: number;
+  readonly index: number;
 }
 
 export interface MovedModes {

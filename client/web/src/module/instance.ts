@@ -30,7 +30,12 @@ export class Instance {
     typeof FinalizationRegistry === "undefined"
       ? null
       : new FinalizationRegistry<{ free: string; handle: number }>(({ free, handle }) => this.call(free, handle));
-  #views: { readonly view: DataView; readonly floats: Float32Array; readonly doubles: Float64Array } | null = null;
+  #views: {
+    readonly view: DataView;
+    readonly words: Uint32Array;
+    readonly floats: Float32Array;
+    readonly doubles: Float64Array;
+  } | null = null;
 
   /** `onProgress` gets, from 0 to 1, how far a building of levels is. */
   static async of(module: WebAssembly.Module, onProgress?: (share: number) => void): Promise<Instance> {
@@ -83,9 +88,14 @@ export class Instance {
 
   /** Calls a function whose last argument is a pointer to what it makes, and returns that. */
   make(name: string, ...values: (number | bigint)[]): number {
-    const error = this.call(name, ...values, this.#results);
-    if (error !== 0) throw new HairnetError(kCodes[error - 1], this.text(this.call("hairnet_error_text", error)));
+    this.demand(name, ...values, this.#results);
     return this.u32(this.#results);
+  }
+
+  /** Calls a function, and throws what `hairnet_error` it returns. */
+  demand(name: string, ...values: (number | bigint)[]): void {
+    const error = this.call(name, ...values);
+    if (error !== 0) throw new HairnetError(kCodes[error - 1], this.text(this.call("hairnet_error_text", error)));
   }
 
   /** The same of one that says in a line what is wrong with a file's bytes. `values`: its arguments before those. */
@@ -171,7 +181,10 @@ export class Instance {
     return this.#memory().view;
   }
 
-  /** The whole memory as numbers of each kind, which need no view of their own: by place / 4 and place / 8. */
+  /** The whole memory as numbers of each kind, which need no view of their own: by place / 4, and doubles by place / 8. */
+  wordMemory(): Uint32Array {
+    return this.#memory().words;
+  }
   floatMemory(): Float32Array {
     return this.#memory().floats;
   }
@@ -185,6 +198,7 @@ export class Instance {
     if (this.#views?.view.buffer !== buffer)
       this.#views = {
         view: new DataView(buffer),
+        words: new Uint32Array(buffer),
         floats: new Float32Array(buffer),
         doubles: new Float64Array(buffer),
       };

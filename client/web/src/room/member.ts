@@ -98,8 +98,8 @@ export class Member {
       this.lattice = null;
       return;
     }
-    if (!this.#lattice?.fits(shown)) this.#lattice = new ModuleLattice(this.#scene, shown, index, shown.basis);
-    this.#lattice.show(shown, index);
+    if (!this.#lattice?.fits(shown)) this.#lattice = new ModuleLattice(this.#scene, shown, shown.basis);
+    this.#lattice.show(index);
     this.lattice = this.#lattice;
   }
 }

@@ -1,9 +1,10 @@
 import type { Appearance } from "../hair/appearance";
 import { Groom } from "../hair/groom";
 import type { LevelIndex } from "../hair/level";
-import { type Basis, type MovedLattice, nodeCount } from "../hair/movedLattice";
+import { nodeCount, type Basis, type MovedLattice, type MovedModes, type ShownLattice } from "../hair/movedLattice";
 import { kPoseNumbers } from "../hair/pose";
 import type { Skin } from "../hair/skin";
+import { Block } from "../module/block";
 import type { Instance } from "../module/instance";
 
 /** `hairnet_shown` of client/hairnet.h, in the module's memory: where its fields are. */
@@ -39,29 +40,24 @@ const kSkinGridBytes = 36;
 export class Scene {
   readonly #bases = new Map<number, ModuleBasis>();
   /** hairnet_shown of all */
-  #shown = { at: 0, count: 0, room: 0 };
+  readonly #shown: Block;
   readonly #one: Shown;
 
   constructor(
     readonly module: Instance,
-    private readonly handle: number,
+    readonly handle: number,
     /** that keeps what `handle` is: members have this scene, and may be used when nobody has their room any more */
     readonly owner: object,
   ) {
     this.#one = new Shown(module);
+    this.#shown = new Block(module);
   }
 
   /** Reads it anew. The functions below are about the characters of this moment, by their index. */
   read(): number {
     const { module, handle } = this;
     const count = module.call("hairnet_shown_count", handle);
-    if (count > this.#shown.room) {
-      module.call("free", this.#shown.at);
-      const room = Math.max(2 * this.#shown.room, count);
-      this.#shown = { at: module.allocate(kShownBytes * room), count, room };
-    }
-    this.#shown.count = count;
-    for (let i = 0; i < count; ++i) module.call("hairnet_get_shown", handle, i, this.#shown.at + kShownBytes * i);
+    module.demand("hairnet_get_shown", handle, 0, this.#shown.reserve(kShownBytes * count), count);
     return count;
   }
 
@@ -121,21 +117,22 @@ export class Scene {
     module.call("free", at);
   }
 
-  modesOf(index: number): Float32Array<ArrayBuffer> {
-    return this.module.allFloats("hairnet_shown_modes", this.handle, index);
-  }
-
-  /** The basis of that number. `index`: of a character that has it now. */
-  basis(number: number, modeCount: number, index: number): Basis {
-    const basis = this.#bases.get(number) ?? new ModuleBasis(this, modeCount);
-    this.#bases.set(number, basis);
+  /** What the lattice at `index` is the sum of; undefined: of no modes. */
+  modesOf(index: number): MovedModes | undefined {
+    const { module } = this;
+    const at = module.struct(kShownBytes, (place) =>
+      module.demand("hairnet_get_shown", this.handle, index, place, 1),
+    ).byteOffset;
+    const shown = this.#one.at(at);
+    if (shown.basis === 0) return undefined;
+    const basis = this.#bases.get(shown.basis) ?? new ModuleBasis(this, shown.modeCount);
+    this.#bases.set(shown.basis, basis);
     basis.index = index;
-    return basis;
+    return { basis, coefficients: shown.coefficients };
   }
 
   free(): void {
-    this.module.call("free", this.#shown.at);
-    this.#shown = { at: 0, count: 0, room: 0 };
+    this.#shown.free();
   }
 }
 
@@ -149,7 +146,7 @@ class ModuleBasis implements Basis {
   ) {}
 
   texels(): Float32Array<ArrayBuffer> {
-    return this.scene.modesOf(this.index);
+    return this.scene.module.allFloats("hairnet_shown_modes", this.scene.handle, this.index);
   }
 }
 
@@ -230,19 +227,9 @@ export class Shown {
   get modeCount(): number {
     return this.#u32(At.modeCount);
   }
-  get coefficientCount(): number {
-    return this.#u32(At.coefficientCount);
-  }
-  /** False: they were those already. `out`: of that many. */
-  readCoefficients(out: Float32Array): boolean {
-    const memory = this.module.floatMemory();
-    const begin = this.#u32(At.coefficients) / 4;
-    let isChanged = false;
-    for (let k = 0; k < out.length; ++k) {
-      isChanged ||= out[k] !== memory[begin + k];
-      out[k] = memory[begin + k];
-    }
-    return isChanged;
+  /** Copied. */
+  get coefficients(): Float32Array {
+    return this.module.floats(this.#u32(At.coefficients), this.#u32(At.coefficientCount)).slice();
   }
   get origin(): Float32Array {
     return this.module.floats(this.place + At.origin, 3);
@@ -260,24 +247,22 @@ export class Shown {
 }
 
 /** A lattice of the module. Its nodes are computed when a caller wants them. */
-export class ModuleLattice implements MovedLattice {
+export class ModuleLattice implements MovedLattice, ShownLattice {
   readonly lattice: MovedLattice["lattice"];
-  readonly modes?: { readonly basis: Basis; coefficients: Float32Array };
+  readonly module: Instance;
+  index = 0;
   #grid: Float32Array | null = null;
   #isComputed = false;
-  #index = 0;
 
   constructor(
-    private readonly scene: Scene,
+    private readonly of: Scene,
     shown: Shown,
-    index: number,
     /** number of its basis; 0: none */
     readonly basis: number,
   ) {
     const [x, y, z] = shown.counts;
     this.lattice = { origin: shown.origin.slice(), spacing: shown.spacing.slice(), dims: [x, y, z] };
-    if (basis > 0)
-      this.modes = { basis: scene.basis(basis, shown.modeCount, index), coefficients: new Float32Array(0) };
+    this.module = of.module;
   }
 
   /** Whether it can show that: the same nodes, of the same basis. */
@@ -291,23 +276,26 @@ export class ModuleLattice implements MovedLattice {
     );
   }
 
-  show(shown: Shown, index: number): void {
-    this.#index = index;
-    if (!this.modes) {
-      this.#isComputed = false;
-      return;
-    }
-    this.scene.basis(this.basis, this.modes.basis.modeCount, index);
-    const count = shown.coefficientCount;
-    const isOther = this.modes.coefficients.length !== count;
-    if (isOther) this.modes.coefficients = new Float32Array(count);
-    // Sleeping hair is not computed again.
-    if (shown.readCoefficients(this.modes.coefficients) || isOther) this.#isComputed = false;
+  show(index: number): void {
+    this.index = index;
+    this.#isComputed = false;
+  }
+
+  get shown(): ShownLattice {
+    return this;
+  }
+
+  get scene(): number {
+    return this.of.handle;
+  }
+
+  get modes(): MovedModes | undefined {
+    return this.of.modesOf(this.index);
   }
 
   get grid(): Float32Array {
     this.#grid ??= new Float32Array(3 * nodeCount(this.lattice));
-    if (!this.#isComputed) this.scene.nodesOf(this.#index, this.#grid);
+    if (!this.#isComputed) this.of.nodesOf(this.index, this.#grid);
     this.#isComputed = true;
     return this.#grid;
   }

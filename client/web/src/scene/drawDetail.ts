@@ -1,4 +1,6 @@
-import { kFullHeadPx, kFullStrands, kHeadM, kStrandsMin } from "../generated/constants";
+import { client } from "../module/client";
+import type { Instance } from "../module/instance";
+import { At, kDrawnBytes } from "./drawn";
 
 /** The drawing detail of one character's hair; independent of its mechanical level. */
 export interface DrawDetail {
@@ -14,28 +16,26 @@ export interface DrawDetail {
 
 /**
  * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. The result is continuous in
- * both. Equals client/draw/draw_detail.cpp.
+ * both. The client must have started, as after `connect` and `Groom.load`.
  */
 export function detailFor(headPx: number, quality: number, strandCount: number): DrawDetail {
-  const px = Math.max(headPx, 0.1) * quality;
-  const strands = Math.max(kFullStrands * (px / kFullHeadPx) ** 1.3, kStrandsMin);
-  return {
-    strandShare: Math.min(strands / Math.max(strandCount, 1), 1),
-    followHairCount: 2 * rise(px, 150, 350) + 2 * rise(px, 600, 1200),
-    toleranceM: (0.35 * kHeadM) / px,
-    quadratic: rise(px, 70, 120),
-  };
+  const module = client();
+  const drawn = module.struct(kDrawnBytes, (at) => {
+    module.view().setFloat32(at + At.headPx, headPx, true);
+    module.view().setUint32(at + At.strandCount, strandCount, true);
+    module.call("hairnet_choose_details", at, 1, quality);
+  });
+  const detail = { strandShare: 0, followHairCount: 0, toleranceM: 0, quadratic: 0 };
+  readDetail(module, drawn.byteOffset, detail);
+  return detail;
 }
 
-/**
- * The factor by which strands are drawn wider, so that fewer strands and follow hairs cover about the same area.
- */
-export function widthScale(detail: DrawDetail): number {
-  const drawn = (Math.max(detail.strandShare, 1e-4) * (1 + 0.8 * detail.followHairCount)) / 2.6;
-  return Math.min(Math.max(drawn ** -0.8, 0.5), 12);
-}
-
-/** 0 up to `from`, 1 from `to` on. */
-function rise(x: number, from: number, to: number): number {
-  return Math.min(Math.max((x - from) / (to - from), 0), 1);
+/** Of the `hairnet_drawn` at that place. */
+export function readDetail(module: Instance, drawn: number, detail: DrawDetail): void {
+  const memory = module.floatMemory();
+  const at = (drawn + At.detail) / 4;
+  detail.strandShare = memory[at];
+  detail.followHairCount = memory[at + 1];
+  detail.toleranceM = memory[at + 2];
+  detail.quadratic = memory[at + 3];
 }

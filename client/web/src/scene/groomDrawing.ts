@@ -21,7 +21,7 @@ import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } f
 
 /** One character to draw, in the order of its records. */
 export interface Drawn {
-  detail: DrawDetail;
+  readonly detail: DrawDetail;
   /** of strands */
   readonly list: number;
 }

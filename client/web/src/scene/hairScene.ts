@@ -10,30 +10,31 @@ import {
   type Vector3,
   type WebGLRenderer,
 } from "three";
-import { kBallMarginM, kBallShare, kCopies, kDensityGridsMax, kStrayM } from "../generated/constants";
+import { kBallMarginM, kBallShare } from "../generated/constants";
 import { kRoughness } from "../hair/appearance";
 import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
 import { HairnetError } from "../module/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import { poseFault } from "../hair/pose";
-import { densityGrid, movedBox, type DensityGrid } from "./densityGrid";
-import { detailFor, widthScale, type DrawDetail } from "./drawDetail";
+import type { Instance } from "../module/instance";
+import type { DrawDetail } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
 import { checkFrame, frameCamera, type FrameOptions } from "./frameCamera";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import { GroomBuilder } from "./groomBuilder";
-import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
+import { GroomDrawing, inDrawingOrder, type DrawCounts } from "./groomDrawing";
 import { HairDensityPass, type DenseGroom } from "./hairDensityPass";
 import { HairCharacter } from "./hairCharacter";
-import { HairMotion, type MovingCharacter } from "./hairMotion";
+import { HairMotion } from "./hairMotion";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
-import { sceneLights, studioLights } from "./lightRig";
+import { sceneLights, studioLights, type LightRig } from "./lightRig";
 import { place } from "./placement";
 import { LatticePass } from "./latticePass";
-import { nodeSumFor, rendererName, type NodeSum } from "./nodeSum";
+import { nodeSumFor, rendererName } from "./nodeSum";
+import { Records } from "./records";
+import { ShownCharacter } from "./shownCharacter";
 import { SkinTexture } from "./skinTexture";
-import { CharacterRecords, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
 import { drawnIn, furtherViews, isFiniteView, seenBy, shadowViews, viewsOf, type AnyCamera, type View } from "./view";
@@ -96,8 +97,6 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   lights: "studio" | "scene";
   /** Light is followed through hair as it moves; otherwise through hair at rest, which costs less. */
   lightFollowsHair = true;
-  /** For `Picture`. */
-  readonly motion = new HairMotion();
   readonly statistics: HairStatistics = {
     drawCalls: 0,
     strands: 0,
@@ -112,22 +111,28 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #source: HairSource;
   readonly #renderer: WebGLRenderer;
   readonly #options: HairSceneOptions;
-  readonly #records = new CharacterRecords();
+  readonly #records = new Records();
   readonly #lattices = new LatticePass(this.#records.texture);
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
   readonly #density = new HairDensityPass(this.#records.texture, this.#placement.texture, this.#uniforms.rig);
-  readonly #nodeSum: NodeSum;
   readonly #environment = new EnvironmentLight();
+  readonly #rendererName: string;
+  #module: Instance | null = null;
   readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
   /** numbers of the members, in this frame */
   readonly #here = new Set<number>();
+  /** by member number */
+  readonly #all = new Map<number, ShownCharacter>();
+  /** those that have a place in this picture */
   readonly #shown: ShownCharacter[] = [];
   /** of characters that are not drawn, at a place that is scaled to 0 or wrong */
   readonly #unplaced: MemberImportance[] = [];
   readonly #dropped = new DroppedInput();
+  /** For `Picture`. */
+  readonly motion = new HairMotion(this.#records);
   /** the request of `frame` until it is done */
   #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
   #importanceMs = -Infinity;
@@ -149,7 +154,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.name = "hairnet";
     this.#source = source;
     this.#renderer = renderer;
-    this.#nodeSum = nodeSumFor(rendererName(renderer));
+    this.#rendererName = rendererName(renderer);
     this.#options = options;
     this.lights = options.lights ?? "studio";
     this.#uniforms.all.card_texture.value = this.#cardTexture.texture;
@@ -173,6 +178,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     camera.updateWorldMatrix(true, false);
     this.#builder.onPicture();
     const members = this.#source.sample(nowMs);
+    // A source may be another room's by now.
+    this.#module = members.find(({ groom }) => groom)?.groom?.module ?? this.#module;
     this.#meet(members);
     const views = this.#finiteViews(viewsOf(this.#renderer, camera));
     const further = this.#finiteViews(furtherViews(this.#renderer, moreCameras));
@@ -181,7 +188,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       this.#appear(members, views, [...further, ...(this.#castsShadows ? shadowViews(rootOf(this)) : [])]);
       this.#frame();
       this.#setUniforms(camera);
-      this.#write(members);
+      this.#write();
       this.#reportImportance(nowMs);
     }
     this.statistics.inputsDropped = this.#dropped.count;
@@ -213,6 +220,11 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#frame();
   }
 
+  /** The lights of the last picture. */
+  get rig(): LightRig {
+    return this.#uniforms.rig;
+  }
+
   /** For `Picture`: the random numbers of the hair's coverage, others for each picture of an average; by default 0. */
   set ditherSeed(seed: number) {
     this.#uniforms.all.dither_seed.value = seed;
@@ -239,7 +251,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   readonly #onRestored = () => {
     this.#cardTexture.forget();
-    this.#lattices.forget();
+    this.#records.forget();
   };
 
   // Adds and removes characters with their members, and grooms with their characters.
@@ -272,12 +284,14 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #addCharacter(member: ShownMember): void {
     const character = new HairCharacter(member.member, member.own, member.groomKey);
     this.characters.set(member.member, character);
+    this.#all.set(member.member, new ShownCharacter(character));
     this.add(character);
     this.dispatchEvent({ type: "characteradded", character });
   }
 
   #removeCharacter(character: HairCharacter): void {
     this.characters.delete(character.member);
+    this.#all.delete(character.member);
     this.remove(character);
     this.dispatchEvent({ type: "characterremoved", character });
   }
@@ -304,13 +318,15 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#unplaced.length = 0;
     const quality = this.#finite(this.quality, 1, "quality");
     for (const groom of this.#grooms.values()) groom.shown.length = 0;
-    for (const [number, member] of members.entries()) {
-      const character = this.characters.get(member.member);
-      if (!character) continue;
-      const entry = this.#grooms.get(member.groomKey);
-      const groom = entry?.drawing ?? null;
+    if (this.#module) this.#records.begin(this.#module, members);
+    for (let number = 0; number < members.length; ++number) {
+      const member = members[number];
+      const one = this.#all.get(member.member);
+      if (!one) continue;
+      const { character } = one;
+      const drawing = this.#grooms.get(member.groomKey)?.drawing ?? null;
       const pose = member.pose && !poseFault(member.pose) ? member.pose : null;
-      character.isReady = groom !== null && pose !== null;
+      character.isReady = drawing !== null && pose !== null;
       if (!pose) continue;
       const placed = place(character, pose, this.matrixWorld);
       if (typeof placed === "string") {
@@ -320,29 +336,32 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         continue;
       }
       const size = Math.abs(placed.size);
-      const ballRadiusM = kBallShare * (groom?.radiusM ?? 0.5) + kBallMarginM;
-      const radius = ballRadiusM * size;
+      one.ballRadiusM = kBallShare * (drawing?.radiusM ?? 0.5) + kBallMarginM;
+      const radius = one.ballRadiusM * size;
       const seen = seenBy(views, placed.pose, radius, size);
       const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, size);
-      const chosen = detailFor(drawn.headPx, quality, groom?.strandCount ?? 1);
-      const detail = character.detail ? this.#finiteDetail(character.detail, chosen) : chosen;
-      const one: ShownCharacter = {
-        member,
-        number,
-        character,
-        pose: placed.pose,
-        size: placed.size,
-        detail,
-        list: groom?.listFor(detail.toleranceM) ?? 0,
-        importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
-        ballRadiusM,
-        screenHeight: seen.screenHeight,
-        lattice: member.lattice,
-      };
+      one.member = member;
+      one.number = number;
+      one.pose = placed.pose;
+      one.size = placed.size;
+      one.screenHeight = seen.screenHeight;
+      one.inView = seen.inView;
+      one.drawing = drawing;
+      one.isDrawn = drawing !== null && drawn.inView && isVisible(character);
       this.#shown.push(one);
-      if (entry?.drawing && drawn.inView && isVisible(character)) entry.shown.push(one);
+      if (one.isDrawn) this.#records.measure(number, drawn.headPx, drawing!.strandCount);
     }
-    this.motion.shown = this.#shown.filter((one) => one.importance.inView);
+    if (!this.#module) return;
+    this.#records.chooseDetails(quality);
+    // A picture has at most as many records as a texture has rows.
+    let left = this.#renderer.capabilities.maxTextureSize;
+    for (const one of this.#shown) {
+      if (!one.isDrawn || left-- <= 0) continue;
+      this.#records.readDetail(one.number, one.detail);
+      if (one.character.detail) this.#takeDetail(one.character.detail, one.detail);
+      one.list = one.drawing!.listFor(one.detail.toleranceM);
+      this.#grooms.get(one.member.groomKey)!.shown.push(one);
+    }
   }
 
   #frame(): void {
@@ -358,97 +377,72 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   // Writes lattices and records, and sets up the draw calls.
-  #write(members: readonly ShownMember[]): void {
-    let rows = 0;
-    for (const { shown } of this.#grooms.values()) rows += shown.length;
-    this.#lattices.begin(
-      members.map(({ lattice }) => lattice),
-      this.#renderer.capabilities.maxTextureSize,
-      this.#nodeSum,
-    );
-    this.#records.begin(rows);
+  #write(): void {
     const counts = this.statistics;
     counts.drawCalls = counts.strands = counts.vertices = counts.groomBytes = counts.grooms = 0;
     const rowsMax = this.#placement.rowsMax(this.#renderer);
     fitShares([...this.#grooms.values()], rowsMax);
+    const hasLight = this.lightFollowsHair && this.#density.isSupported(this.#renderer);
     const placed: PlacedGroom[] = [];
     const dense: DenseGroom[] = [];
-    let grids = 0;
     let pointRows = 0;
+    let records = 0;
     for (const { drawing, shown } of this.#grooms.values()) {
       if (!drawing) continue;
       counts.groomBytes += drawing.bytes;
       if (shown.length > 0) counts.grooms += 1;
       shown.sort(inDrawingOrder);
-      const first = this.#records.count;
+      const first = records;
       let points = 0;
       for (const one of shown) {
-        if (pointRows + drawing.pointRowsOf(one) > rowsMax) one.detail = { ...one.detail, strandShare: 0 };
-        const count = drawing.pointRowsOf(one);
-        const density = this.#densityOf(one, drawing, grids);
-        if (density) {
-          grids += 1;
-          points = Math.max(points, drawing.pointsOf(drawing.densityStrandsOf(one)));
-        }
-        this.#addRecord(one, drawing, { first: pointRows, count }, density);
-        pointRows += count;
+        if (pointRows + drawing.pointRowsOf(one) > rowsMax) one.detail.strandShare = 0;
+        one.firstRow = pointRows;
+        one.rowCount = drawing.pointRowsOf(one);
+        one.hasLight = hasLight;
+        if (hasLight) points = Math.max(points, drawing.pointsOf(drawing.densityStrandsOf(one)));
+        this.#takeLook(one);
+        this.#records.put(one.number, records, one);
+        pointRows += one.rowCount;
+        records += 1;
       }
       drawing.show(shown, first, counts);
       if (drawing.showsCards) this.#cardTexture.draw(this.#renderer);
       placed.push({ drawing, first, characters: shown.length });
       dense.push({ drawing, first, characters: shown.length, points });
     }
-    this.#records.end();
-    this.#lattices.run(this.#renderer);
+    counts.characters = records;
+    if (!this.#module) return;
+    const { maxTextureSize } = this.#renderer.capabilities;
+    const data = this.#records.write(nodeSumFor(this.#module, this.#rendererName), maxTextureSize);
+    this.#lattices.run(this.#renderer, data);
     counts.groomBytes += this.#lattices.basisBytes;
     this.#placement.place(this.#renderer, placed, pointRows);
-    this.#density.run(this.#renderer, dense, grids);
+    this.#density.run(this.#renderer, dense, data.lightGrids);
     counts.pointBytes = this.#placement.bytes;
-    counts.characters = rows;
   }
 
-  // null for characters that are too small, too many, or whose hair has no strands. The grid's weight fades in with
-  // size.
-  #densityOf(one: ShownCharacter, groom: GroomDrawing, number: number): DensityGrid | null {
-    const strands = groom.densityStrandsOf(one);
-    const { quadratic } = one.detail;
-    if (!this.lightFollowsHair) return null;
-    if (number >= kDensityGridsMax || strands === 0 || quadratic <= 0 || !this.#density.isSupported(this.#renderer))
-      return null;
-    const widthM = ((groom.strandWidthM * kCopies * groom.strandCount) / strands) * quadratic;
-    return densityGrid(movedBox(groom.strandBox, groom.rootBox, one.lattice), number, widthM);
+  #takeDetail(wanted: DrawDetail, detail: DrawDetail): void {
+    const wrong = notFinite(wanted);
+    if (wrong) return this.#dropped.drop(`a character's detail: ${wrong}`);
+    detail.strandShare = wanted.strandShare;
+    detail.followHairCount = wanted.followHairCount;
+    detail.toleranceM = wanted.toleranceM;
+    detail.quadratic = wanted.quadratic;
   }
 
-  #finiteDetail(detail: DrawDetail, otherwise: DrawDetail): DrawDetail {
-    const wrong = notFinite(detail);
-    if (wrong) this.#dropped.drop(`a character's detail: ${wrong}`);
-    return wrong ? otherwise : detail;
+  #takeLook(one: ShownCharacter): void {
+    const { character } = one;
+    this.#takeColour(character.hairColour, one.hair);
+    this.#takeColour(character.hairTipColour ?? character.hairColour, one.hairTip);
+    this.#takeColour(character.skinColour, one.skin);
+    one.roughness = this.#finite(character.roughness, kRoughness, "a character's roughness");
   }
 
   /** A colour that a program set; black where it is not finite. */
-  #albedo({ r, g, b }: Color): [number, number, number] {
-    const [red, green, blue] = [r, g, b].map((share) => this.#finite(share, 0, "a character's colour"));
-    return [red, green, blue];
-  }
-
-  #addRecord(one: ShownCharacter, groom: GroomDrawing, pointRows: PointRows, density: DensityGrid | null): void {
-    const { character } = one;
-    const tip = character.hairTipColour ?? character.hairColour;
-    this.#records.add({
-      pose: one.pose,
-      hairAlbedo: this.#albedo(character.hairColour),
-      hairTipAlbedo: this.#albedo(tip),
-      roughness: this.#finite(character.roughness, kRoughness, "a character's roughness"),
-      skinAlbedo: this.#albedo(character.skinColour),
-      widthM: groom.strandWidthM * widthScale(one.detail) * Math.abs(one.size),
-      detail: one.detail,
-      strayM: kStrayM,
-      size: one.size,
-      bodyVisible: character.bodyVisible,
-      lattice: this.#lattices.add(one.number, this.#records.count),
-      pointRows,
-      density,
-    });
+  #takeColour({ r, g, b }: Color, into: Color): void {
+    into.r = this.#finite(r, 0, "a character's colour");
+    into.g = this.#finite(g, 0, "a character's colour");
+    into.b = this.#finite(b, 0, "a character's colour");
   }
 
   get #castsShadows(): boolean {
@@ -466,13 +460,19 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       if (environment) addEnvironment(rig, environment, (root as Scene).environmentIntensity);
     }
     // In a headset the lights do not move: lights that turn with the head look wrong.
-    else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);
+    else if (this.#module && (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0))
+      studioLights(this.#module, camera, rig);
   }
 
   #reportImportance(nowMs: number): void {
     if (!(nowMs - this.#importanceMs >= kImportanceEveryMs)) return;
     this.#importanceMs = nowMs;
-    this.#source.reportImportance?.([...this.#shown.map((one) => one.importance), ...this.#unplaced]);
+    const placed = this.#shown.map(({ member: { member }, screenHeight, inView }) => ({
+      member,
+      screenHeight,
+      inView,
+    }));
+    this.#source.reportImportance?.([...placed, ...this.#unplaced]);
   }
 }
 
@@ -490,14 +490,6 @@ interface GroomEntry {
   isWorn: boolean;
   /** characters that are drawn with it */
   readonly shown: ShownCharacter[];
-}
-
-interface ShownCharacter extends Drawn, MovingCharacter {
-  readonly member: ShownMember;
-  /** of the member in this picture */
-  readonly number: number;
-  readonly character: HairCharacter;
-  readonly importance: MemberImportance;
 }
 
 function isVisible(character: HairCharacter): boolean {

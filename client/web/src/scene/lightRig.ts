@@ -1,5 +1,8 @@
 import { AmbientLight, Color, DirectionalLight, HemisphereLight, Vector3, type Camera, type Object3D } from "three";
-import { kAmbientAbove, kAmbientBelow, kBearingHeightDeg, kColours } from "../generated/constants";
+import type { Instance } from "../module/instance";
+
+/** `hairnet_lights` of client/hairnet.h. */
+const kLightsBytes = 96;
 
 /** Distant key, fill and rim lights, and ambient light. Linear RGB. */
 export interface LightRig {
@@ -19,28 +22,21 @@ export function makeLightRig(): LightRig {
   };
 }
 
-/**
- * The studio turns with the camera's bearing, so that front, side and back have the same light
- * (client/draw/light_rig.cpp): key above its left, fill at its right, rim behind.
- */
-export function studioLights(camera: Camera, rig: LightRig): void {
-  const toCamera = camera.getWorldDirection(new Vector3()).negate();
-  toCamera.y = 0;
-  if (toCamera.lengthSq() < 1e-6) toCamera.set(-1, 0, 0); // as C++ does
-  toCamera.normalize();
-  const right = new Vector3(0, 1, 0).cross(toCamera);
-  kBearingHeightDeg.forEach(([bearingDeg, heightDeg], n) => {
-    const bearing = (bearingDeg * Math.PI) / 180;
-    const height = (heightDeg * Math.PI) / 180;
-    rig.towards[n]
-      .copy(toCamera)
-      .multiplyScalar(Math.cos(height) * Math.cos(bearing))
-      .addScaledVector(right, Math.cos(height) * Math.sin(bearing));
-    rig.towards[n].y += Math.sin(height);
-    rig.colours[n].fromArray(kColours[n]);
+/** The studio turns with the camera's bearing, so that front, side and back have the same light. */
+export function studioLights(module: Instance, camera: Camera, rig: LightRig): void {
+  const towards = camera.getWorldDirection(new Vector3()).negate();
+  const lights = module.struct(kLightsBytes, (at) => {
+    const [x, y, z] = towards.toArray();
+    module.doubleMemory().set([x, y, z], (at + kLightsBytes) / 8);
+    module.call("hairnet_studio_lights", at + kLightsBytes, at);
   });
-  rig.ambientAbove.fromArray(kAmbientAbove);
-  rig.ambientBelow.fromArray(kAmbientBelow);
+  const memory = module.floats(lights.byteOffset, kLightsBytes / 4);
+  for (let n = 0; n < 3; ++n) {
+    rig.towards[n].fromArray(memory, 3 * n);
+    rig.colours[n].fromArray(memory, 9 + 3 * n);
+  }
+  rig.ambientAbove.fromArray(memory, 18);
+  rig.ambientBelow.fromArray(memory, 21);
 }
 
 /**

@@ -1,13 +1,15 @@
 import type { WebGLRenderer } from "three";
+import type { Instance } from "../module/instance";
 
-/** Who sums up the modes of lattices. */
-export type NodeSum = "gpu" | "processor";
-
-const kSoftware = /swiftshader|llvmpipe|softpipe|software|microsoft basic render/i;
+/** Who sums up the modes of lattices: `hairnet_node_sum` of client/hairnet.h. */
+export enum NodeSum {
+  gpu = 0,
+  processor = 1,
+}
 
 /** `renderer`: as WebGL names it. Software that plays a GPU is slower at this sum than the page's thread. */
-export function nodeSumFor(renderer: string): NodeSum {
-  return kSoftware.test(renderer) ? "processor" : "gpu";
+export function nodeSumFor(module: Instance, renderer: string): NodeSum {
+  return module.call("hairnet_node_sum_for", module.name(renderer));
 }
 
 /** The name of what draws; browsers that hide it give another one, or none. */

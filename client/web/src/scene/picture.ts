@@ -19,7 +19,8 @@ import {
   type Scene,
   type WebGLRenderer,
 } from "three";
-import { kMovingMax, type HairMotion } from "./hairMotion";
+import { kMovingMax } from "../generated/constants";
+import type { HairMotion } from "./hairMotion";
 import type { HairScene } from "./hairScene";
 import { drawAside, Pass } from "./pass";
 
@@ -127,7 +128,6 @@ export class Picture {
     });
     renderer.info.autoReset = isCounted;
     targets.swap();
-    hair?.motion.remember();
     this.#before = now;
     this.#number += 1;
   }
@@ -175,9 +175,10 @@ export class Picture {
     // Without a picture before, everything was outside of it.
     if (before) all.to_clip_before.value.multiplyMatrices(before.sceneToClip, fromCamera);
     else all.to_clip_before.value.elements.fill(0);
+    // Those of this picture are what the next one begins with.
+    const motions = motion?.motions() ?? [];
     all.moving_count.value = 0;
     if (!before || !motion) return;
-    const motions = motion.motions();
     all.swing.value = motion.swing;
     all.moving_count.value = motions.length;
     for (const [n, one] of motions.entries()) {

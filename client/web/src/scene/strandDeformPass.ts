@@ -109,5 +109,5 @@ export function fitShares(
   // Each character may waste one row.
   const scale = Math.max(rowsMax - characters, 0) / rows;
   for (const { shown } of grooms)
-    for (const one of shown) one.detail = { ...one.detail, strandShare: scale * Math.min(one.detail.strandShare, 1) };
+    for (const one of shown) one.detail.strandShare = scale * Math.min(one.detail.strandShare, 1);
 }

@@ -12,102 +12,23 @@ import {
   type WebGLRenderer,
 } from "three";
 import { kNumbersPerBone, kPoseNumbers, rigidPose, type Pose } from "../../src/hair/pose";
+import { startClient } from "../../src/module/client";
 import { detailFor } from "../../src/scene/drawDetail";
-import { kCoefficientTexel, kLatticeTexel, kPointRow, kRecordTexels, kTipTexel } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { place, type Placed } from "../../src/scene/placement";
-import { CharacterRecords, writeRecord, type CharacterRecord } from "../../src/scene/characterRecords";
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
 import { geometryOf, strandsFile } from "../support/grooms";
 
-const record: CharacterRecord = {
-  pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
-  hairAlbedo: [0.1, 0.2, 0.3],
-  hairTipAlbedo: [0.2, 0.3, 0.4],
-  roughness: 0.5,
-  skinAlbedo: [0.4, 0.5, 0.6],
-  widthM: 4e-4,
-  detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1 },
-  strayM: 0.002,
-  size: 1.25,
-  bodyVisible: false,
-  lattice: {
-    origin: [-1, -2, -3],
-    spacing: [0.5, 0.25, 0.125],
-    dims: [3, 4, 5],
-    firstNode: 2048,
-    basis: 2,
-    coefficients: Float32Array.of(5, 6, 7, 8, 9),
-    uploadedRow: 0,
-  },
-  pointRows: { first: 7, count: 11 },
-};
-
-describe("records", () => {
-  test("lie as client/shaders/character.glsl reads them", () => {
-    const out = new Float32Array(4 * kRecordTexels);
-    writeRecord(record, out);
-    const texel = (n: number) => [...out.subarray(4 * n, 4 * n + 4)];
-    expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
-    expect(texel(1)).toEqual([1, 2, 3, 7]);
-    expect(texel(7)).toEqual([1, 2, 3, 11]);
-    expect(texel(3)).toEqual([0.5, 1, 0, 0]);
-    expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
-    expect(texel(5)[3]).toBe(1);
-    expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
-    expect(texel(kLatticeTexel)).toEqual([-1, -2, -3, 2]);
-    expect(texel(kLatticeTexel + 1)).toEqual([2, 4, 8, 2048]);
-    expect(texel(kLatticeTexel + 2)).toEqual([3, 4, 5, 5]);
-    expect(texel(kCoefficientTexel)).toEqual([5, 6, 7, 8]);
-    expect(texel(kCoefficientTexel + 1)).toEqual([9, 0, 0, 0]);
-    expect(texel(kTipTexel)).toEqual([0.2, 0.3, 0.4, 0.5].map(Math.fround));
-  });
-
-  test("the shader agrees about the width of a row and what its texels are", () => {
-    const text = shader("strand.vert");
-    expect(text).toContain(`kRecordTexels = ${kRecordTexels};`);
-    expect(text).toContain(`kLatticeTexel = ${kLatticeTexel};`);
-    expect(text).toContain(`kTipTexel = ${kTipTexel};`);
-    expect(text).toContain(`kCoefficientTexel = ${kCoefficientTexel};`);
-    expect(text).toContain(`kPointRow = ${kPointRow};`);
-  });
-
-  test("hold as many as are begun, and keep them apart", () => {
-    const records = new CharacterRecords();
-    records.begin(40);
-    for (let n = 0; n < 40; ++n) expect(records.add({ ...record, widthM: n })).toBe(n);
-    records.end();
-    const { data, width, height } = records.texture.image as unknown as {
-      data: Float32Array;
-      width: number;
-      height: number;
-    };
-    expect(height).toBeGreaterThanOrEqual(40);
-    for (let n = 0; n < 40; ++n) expect(data[4 * (n * width + 2) + 3]).toBe(n);
-  });
-
-  test("take at most a few times the memory in use", () => {
-    const records = new CharacterRecords();
-    const height = () => (records.texture.image as { height: number }).height;
-    records.begin(1000);
-    expect(height()).toBeGreaterThanOrEqual(1000);
-    records.begin(900);
-    expect(height()).toBeGreaterThanOrEqual(1000);
-    records.begin(20);
-    expect(height()).toBeGreaterThanOrEqual(20);
-    expect(height()).toBeLessThanOrEqual(80);
-  });
-});
-
 describe("draw calls", async () => {
   const made = await geometryOf(await strandsFile());
+  await startClient();
   const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, vertices: 0 });
   const group = new Group();
-  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
+  const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(made, group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {

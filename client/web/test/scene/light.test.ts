@@ -2,7 +2,6 @@ import { describe, expect, test } from "vitest";
 import {
   AmbientLight,
   ArrayCamera,
-  Box3,
   CubeCamera,
   DirectionalLight,
   Group,
@@ -22,18 +21,16 @@ import {
   type WebGLRenderer,
 } from "three";
 import { rigidPose } from "../../src/hair/pose";
-import { kCellsBeside, kDensitySide } from "../../src/generated/constants";
-import { densityGrid, movedBox } from "../../src/scene/densityGrid";
+import { startClient } from "../../src/module/client";
 import { detailFor } from "../../src/scene/drawDetail";
 import { addEnvironment } from "../../src/scene/environmentLight";
 import { GroomDrawing } from "../../src/scene/groomDrawing";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { HairScene } from "../../src/scene/hairScene";
-import { makeLightRig, sceneLights } from "../../src/scene/lightRig";
+import { makeLightRig, sceneLights, studioLights } from "../../src/scene/lightRig";
 import { shader } from "../../src/scene/shaders";
 import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf } from "../../src/scene/view";
 import { geometryOf, strandsFile } from "../support/grooms";
-import { latticeOf } from "../support/shapes";
 
 const kPx = 600;
 
@@ -132,6 +129,7 @@ describe("further cameras", () => {
 
 describe("shadow maps", async () => {
   const geometry = await geometryOf(await strandsFile());
+  await startClient();
   const scene = new Scene();
   const sun = new DirectionalLight();
   sun.position.set(0, 5, 0);
@@ -263,28 +261,20 @@ test("fog of both kinds reaches the shaders, and goes when the scene has none", 
   expect(range()).toEqual([0, 0, 0]);
 });
 
-describe("the grid of density", () => {
-  const rest = new Box3(new Vector3(-0.1, -0.4, -0.1), new Vector3(0.1, 0.2, 0.1));
-  const roots = new Box3(new Vector3(-0.1, 0.1, -0.1), new Vector3(0.1, 0.2, 0.1));
-
-  test("is about the resting hair without a lattice, and contains hair that has moved, and its roots", () => {
-    expect(movedBox(rest, roots, null)).toBe(rest);
-    const lattice = latticeOf([6, 8, 6], 0.1, [-0.25, -0.45, -0.25]);
-    const aside = new Float32Array(3 * 6 * 8 * 6);
-    for (let n = 0; n < aside.length; n += 3) aside[n] = 0.5;
-    const box = movedBox(rest, roots, { lattice, grid: aside });
-    expect(box.containsBox(roots)).toBe(true);
-    expect(box.max.x).toBeGreaterThanOrEqual(0.6);
-    aside.fill(NaN);
-    expect(movedBox(rest, roots, { lattice, grid: aside }).equals(roots)).toBe(true);
-  });
-
-  test("has empty cells beside the hair, and its optical depth does not depend on the size of its cells", () => {
-    const { origin, cell, weight } = densityGrid(rest, 0, 1e-3);
-    expect(origin.x).toBeCloseTo(rest.min.x - kCellsBeside * cell.x, 9);
-    expect(origin.y + kDensitySide * cell.y).toBeCloseTo(rest.max.y + kCellsBeside * cell.y, 9);
-    const wide = densityGrid(rest.clone().expandByScalar(1), 0, 1e-3);
-    const volume = (size: Vector3) => size.x * size.y * size.z;
-    expect(weight * volume(cell)).toBeCloseTo(wide.weight * volume(wide.cell), 12);
-  });
+test("the studio's lights turn with the camera, and hair from above has them, too", async () => {
+  const rig = makeLightRig();
+  const module = await startClient();
+  const lit = (x: number, y: number, z: number) => {
+    studioLights(module, cameraAt(x, y, z), rig);
+    for (const towards of rig.towards) expect(towards.length()).toBeCloseTo(1, 5);
+    return rig.towards[0].clone();
+  };
+  const front = lit(0, 1, 3);
+  expect(front.z).toBeGreaterThan(0.3);
+  expect(front.x).toBeLessThan(-0.3); // at the camera's left
+  expect(rig.colours[0].r).toBeGreaterThan(1);
+  expect(rig.ambientAbove.r).toBeGreaterThan(rig.ambientBelow.r);
+  const side = lit(3, 1, 0);
+  expect(side.toArray()).toEqual([front.z, front.y, -front.x].map((each) => expect.closeTo(each, 5)));
+  expect(lit(0, 3, 0).y).toBeCloseTo(front.y, 5);
 });

@@ -1,32 +1,48 @@
 import { PerspectiveCamera, Scene, Vector2, type WebGLRenderer } from "three";
 import { expect, test } from "vitest";
+import { kMovingMax } from "../../src/generated/constants";
 import type { MovedLattice } from "../../src/hair/movedLattice";
 import { rigidPose } from "../../src/hair/pose";
-import { displacementAt, HairMotion, kMovingMax, type MovingCharacter } from "../../src/scene/hairMotion";
+import { HairMotion } from "../../src/scene/hairMotion";
+import { NodeSum } from "../../src/scene/nodeSum";
 import { Picture, placeOf } from "../../src/scene/picture";
+import { Records } from "../../src/scene/records";
 import { shader } from "../../src/scene/shaders";
+import { localModule } from "../support/grooms";
+import { plainRecord } from "../support/plainRecord";
 import { latticeOf } from "../support/shapes";
 
 /** Displacements that grow with the place: x += share * y, so that places before and after differ. */
-function slanted(share: number, wave = 0): MovedLattice {
+function slanted(share: number): MovedLattice {
   const lattice = latticeOf([6, 6, 6], 0.2, [-0.5, -0.5, -0.5]);
   const grid = new Float32Array(3 * 216);
   for (let node = 0; node < 216; ++node) {
     const y = -0.5 + 0.2 * (Math.floor(node / 6) % 6);
-    grid[3 * node] = share * y + wave * Math.sin(12.9898 * node);
+    grid[3 * node] = share * y;
   }
   return { lattice, grid };
 }
 
-function character(name: object, lattice: MovedLattice | null, x = 0, screenHeight = 0.4): MovingCharacter {
-  return {
-    character: name,
-    pose: rigidPose([0, 0, 0, 1], [x, 0, 0]),
-    size: 1,
-    ballRadiusM: 0.45,
-    screenHeight,
-    lattice,
-  };
+const module = await localModule();
+
+interface Shown {
+  readonly id: number;
+  readonly lattice: MovedLattice | null;
+  readonly x: number;
+  readonly headPx: number;
+}
+
+const character = (id: number, lattice: MovedLattice | null, x = 0, headPx = 100): Shown => ({ id, lattice, x, headPx });
+
+/** A picture of them, and the motions that are read in it. */
+function motionsOf(records: Records, motion: HairMotion, shown: readonly Shown[]) {
+  records.begin(module, shown);
+  for (const [n, { id, x, headPx }] of shown.entries()) {
+    records.measure(n, headPx, 1);
+    records.put(n, n, { ...plainRecord, id, pose: rigidPose([0, 0, 0, 1], [x, 0, 0]), size: 1 });
+  }
+  records.write(NodeSum.gpu, 2048);
+  return motion.motions();
 }
 
 const fromHalf = (half: number) => {
@@ -35,27 +51,15 @@ const fromHalf = (half: number) => {
   return (half >> 15 ? -1 : 1) * (power === 0 ? size * 2 ** -14 : (1 + size) * 2 ** (power - 15));
 };
 
-test("a displacement is that of its node, between nodes it is linear, and beyond the lattice that of the border", () => {
-  const lattice = slanted(0.1, 0.03);
-  const at = (x: number, y: number, z: number) => displacementAt(lattice, x, y, z, new Float64Array(3))[0];
-  const nodeAt = (i: number, j: number, k: number) => lattice.grid[3 * (i + 6 * (j + 6 * k))];
-  expect(at(-0.1, 0.1, 0.3)).toBeCloseTo(nodeAt(2, 3, 4), 6);
-  const [low, high] = [2, 3].map((i) => 0.75 * nodeAt(i, 3, 4) + 0.25 * nodeAt(i, 4, 4));
-  expect(at(-0.02, 0.15, 0.3)).toBeCloseTo(0.6 * low + 0.4 * high, 6);
-  expect(at(9, 0.1, -9)).toBeCloseTo(nodeAt(5, 3, 0), 6);
-  expect(displacementAt(null, 0, 0, 0, Float64Array.of(1, 2, 3))).toEqual(new Float64Array(3));
-});
-
 test("swing leads from where hair is to where it was", () => {
-  const motion = new HairMotion();
-  const one = {};
-  motion.shown = [character(one, slanted(0.1))];
+  const records = new Records();
+  const motion = new HairMotion(records);
   expect(motion.motions()).toEqual([]);
-  motion.remember();
-  motion.shown = [character(one, slanted(0.3), 0.05)];
-  const [moved] = motion.motions();
+  expect(motionsOf(records, motion, [character(1, slanted(0.1))])).toEqual([]);
+  const [moved] = motionsOf(records, motion, [character(1, slanted(0.3), 0.05)]);
   expect(moved.headToScene.elements[12]).toBeCloseTo(0.05);
   expect(moved.headToSceneBefore.elements[12]).toBe(0);
+  expect(moved.ballRadiusM).toBeCloseTo(0.45);
   const { data, width } = motion.swing.image as { data: Uint16Array; width: number };
   for (let j = 0; j < width; ++j) {
     const y = ((2 * j) / (width - 1) - 1) * 0.45;
@@ -63,25 +67,25 @@ test("swing leads from where hair is to where it was", () => {
     expect(fromHalf(data[at])).toBeCloseTo(-0.2 * y, 3);
     expect(data[at + 1]).toBe(0);
   }
+  records.dispose();
+  expect(motion.motions()).toEqual([]);
 });
 
 test("the motions are those of the largest characters that were in the picture before", () => {
-  const motion = new HairMotion();
-  const all = Array.from({ length: kMovingMax + 3 }, (_, n) => character({ n }, null, 0.1 * n, 0.1 * n));
-  motion.shown = all.slice(0, -1);
-  motion.remember();
-  motion.shown = all;
-  const places = motion.motions().map((one) => one.headToScene.elements[12]);
+  const records = new Records();
+  const motion = new HairMotion(records);
+  const all = Array.from({ length: kMovingMax + 3 }, (_, n) => character(n + 1, null, 0.1 * n, 10 * n));
+  motionsOf(records, motion, all.slice(0, -1));
+  const places = motionsOf(records, motion, all).map((one) => one.headToScene.elements[12]);
   expect(places.length).toBe(kMovingMax);
   expect(places[0]).toBeCloseTo(0.1 * (kMovingMax + 1));
-  motion.forget();
-  expect(motion.motions()).toEqual([]);
+  records.dispose();
 });
 
 test("the shader has room for as many characters, and for their swing", () => {
   const text = shader("accumulate.frag");
   expect(text).toContain(`kMovingMax = ${kMovingMax};`);
-  const { width } = new HairMotion().swing.image;
+  const { width } = new HairMotion(new Records()).swing.image;
   expect(text).toContain(`kSwingNodes = ${width}.0;`);
 });
 

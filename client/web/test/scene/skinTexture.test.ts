@@ -3,7 +3,6 @@ import { expect, it } from "vitest";
 import { kSkinRow } from "../../src/generated/constants";
 import { Bone } from "../../src/hair/pose";
 import type { Skin } from "../../src/hair/skin";
-import { CharacterRecords } from "../../src/scene/characterRecords";
 import { GroomDrawing } from "../../src/scene/groomDrawing";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { SkinTexture } from "../../src/scene/skinTexture";
@@ -40,7 +39,7 @@ it("has no grid before a skin is known, then those of its bones", () => {
 });
 
 it("reaches the materials of cards that were made before it was known", async () => {
-  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Texture(), new Texture());
+  const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   const texture = new SkinTexture();
   const read: (() => number)[] = [];
   const adapt = ({ uniforms: own }: { uniforms: Record<string, { value: number }> }, part: string) => {

@@ -1,0 +1,31 @@
+/** `hairnet_drawn` of client/hairnet.h, in the module's memory: where its fields are. */
+export const kDrawnBytes = 488;
+export enum At {
+  pose = 0,
+  id = 280,
+  scene = 288,
+  nodes = 292,
+  index = 296,
+  record = 300,
+  origin = 304,
+  spacing = 316,
+  counts = 328,
+  scale = 348,
+  hair = 352,
+  hairTip = 364,
+  skin = 376,
+  roughness = 388,
+  hidesBody = 392,
+  strandCount = 396,
+  strandWidth = 400,
+  detail = 404,
+  firstRow = 420,
+  rowCount = 424,
+  box = 428,
+  rootBox = 452,
+  hasLight = 476,
+  headPx = 480,
+  ballRadius = 484,
+}
+/** Its record where it is not drawn. */
+export const kNotDrawn = 0xffffffff;

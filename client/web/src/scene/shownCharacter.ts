@@ -1,0 +1,49 @@
+import { Color } from "three";
+import type { ShownMember } from "../hair/hairSource";
+import { rigidPose, type Pose } from "../hair/pose";
+import type { DrawDetail } from "./drawDetail";
+import type { Drawn, GroomDrawing } from "./groomDrawing";
+import type { HairCharacter } from "./hairCharacter";
+import type { CharacterRecord } from "./records";
+
+let lastId = 0;
+
+/** A character in the pictures of a `HairScene`: one object from picture to picture, so that crowds leave no garbage. */
+export class ShownCharacter implements Drawn, CharacterRecord {
+  member!: ShownMember;
+  /** of the member in this picture */
+  number = 0;
+  pose: Pose = rigidPose();
+  size = 1;
+  /** of its head in the main view */
+  screenHeight = 0;
+  inView = false;
+  drawing: GroomDrawing | null = null;
+  isDrawn = false;
+  readonly detail: DrawDetail = { strandShare: 0, followHairCount: 0, toleranceM: 0, quadratic: 0 };
+  list = 0;
+  readonly hair = new Color();
+  readonly hairTip = new Color();
+  readonly skin = new Color();
+  roughness = 0;
+  firstRow = 0;
+  rowCount = 0;
+  hasLight = false;
+  ballRadiusM = 0;
+  readonly #id = ++lastId;
+
+  constructor(readonly character: HairCharacter) {}
+
+  /** Only where it is seen its motion is. */
+  get id(): number {
+    return this.inView ? this.#id : 0;
+  }
+
+  get bodyVisible(): boolean {
+    return this.character.bodyVisible;
+  }
+
+  get strands(): GroomDrawing {
+    return this.drawing!;
+  }
+}
