@@ -38,9 +38,7 @@ class CharacterRecords {
   void forget();
 
   // Whether there is room for this character, too.
-  [[nodiscard]] bool has_room(std::size_t number) const {
-    return count() + 1 < rows_max_ && has_rows(number);
-  }
+  [[nodiscard]] bool has_room(std::size_t number) const { return count() + 1 < rows_max_ && has_rows(number); }
   [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
 
@@ -52,8 +50,8 @@ class CharacterRecords {
     std::size_t character = 0;  // the number of one that has it
     std::size_t first = 0, end = 0;
   };
-  // The first is that of uploaded nodes; the others have the numbers of bases in records. There is one for each basis that
-  // a character of begin() has and the GPU sums up, also where nothing of it is new.
+  // The first is that of uploaded nodes; the others have the numbers of bases in records. There is one for each basis
+  // that a character of begin() has and the GPU sums up, also where nothing of it is new.
   [[nodiscard]] const std::vector<Source>& sources() const { return sources_; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& uploaded_nodes() const { return uploaded_nodes_; }
   // Of the texture of nodes. When it changes, no nodes are there.

@@ -32,8 +32,8 @@ struct RestingStrands {
   float width_m = 0;               // of a strand
   std::size_t count = 0;
 };
-// The next grid of a picture, `number`. None for characters that are too small, too many, or whose hair has no strands. The
-// grid's weight fades in with size.
+// The next grid of a picture, `number`. None for characters that are too small, too many, or whose hair has no strands.
+// The grid's weight fades in with size.
 std::optional<DensityGrid> density_of(const RestingStrands& strands, const DrawDetail& detail,
                                       const MovedLattice& lattice, std::size_t number);
 

@@ -23,6 +23,15 @@ constexpr std::size_t kRowsMax = 2048;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr std::size_t kLattice = 16, kRecordFloats = 4 * CharacterRecords::kRecordTexels;
 
+Pose pose_of(const double* numbers) {
+  Pose pose;
+  for (RigidTransform& bone : pose.bones) {
+    bone = {Quat(numbers[3], numbers[0], numbers[1], numbers[2]), Vec3(numbers[4], numbers[5], numbers[6])};
+    numbers += 7;
+  }
+  return pose;
+}
+
 class HairnetHPicture : public testing::Test {
  protected:
   HairnetHPicture() : hair_(link::small_basis()), basis_(std::make_shared<const Basis>(hair_.basis)) {
@@ -104,12 +113,13 @@ TEST_F(HairnetHPicture, records_are_those_of_client_draw) {
   drawn[1].hides_body = 1;
   ASSERT_EQ(write(drawn), HAIRNET_OK);
 
-  const LevelGeometry own{{Vec3f(drawn[2].lattice.origin), Vec3f(drawn[2].lattice.spacing), {3, 4, 5}}, {}, {}, {}, {}, {}};
+  const LevelGeometry own{
+      {Vec3f(drawn[2].lattice.origin), Vec3f(drawn[2].lattice.spacing), {3, 4, 5}}, {}, {}, {}, {}, {}};
   std::vector<Vec3f> nodes;
   for (std::size_t i = 0; i < own_nodes_.size(); i += 3) nodes.emplace_back(own_nodes_.data() + i);
   std::array<draw::ShownCharacter, 3> characters;
   for (std::size_t i = 0; i < 3; ++i) {
-    characters[i].pose = c::pose_of(drawn[i].pose);
+    characters[i].pose = pose_of(drawn[i].pose);
     characters[i].hair_colour = Vec3f(drawn[i].hair);
     characters[i].hair_tip_colour = Vec3f(drawn[i].hair_tip);
     characters[i].skin_colour = Vec3f(drawn[i].skin);
@@ -120,20 +130,20 @@ TEST_F(HairnetHPicture, records_are_those_of_client_draw) {
   characters[1].body_shown = false;
   characters[2].lattice = {&own, nodes};
   const draw::DrawDetail detail{0.5f, 1.5f, 1e-3f, 0.75f};
-  const draw::RestingStrands strands{{Vec3f::Constant(-0.2f), Vec3f::Constant(0.3f)},
-                                     {Vec3f::Constant(-0.1f), Vec3f::Constant(0.1f)},
-                                     4e-4f,
-                                     5000};
+  const draw::RestingStrands strands{
+      {Vec3f::Constant(-0.2f), Vec3f::Constant(0.3f)}, {Vec3f::Constant(-0.1f), Vec3f::Constant(0.1f)}, 4e-4f, 5000};
   CharacterRecords records;
   records.begin(characters);
   std::size_t grids = 0;
   for (const std::size_t i : {1, 2, 0}) {
     std::optional<DensityGrid> density;
     if (drawn[i].has_light != 0) density = draw::density_of(strands, detail, characters[i].lattice, grids++);
-    records.add(i, Vec3::Zero(), detail, 4e-4f, {drawn[i].first_row, drawn[i].row_count}, density ? &*density : nullptr);
+    records.add(i, Vec3::Zero(), detail, 4e-4f, {drawn[i].first_row, drawn[i].row_count},
+                density ? &*density : nullptr);
   }
   ASSERT_EQ(data_.record_count, 3u);
-  EXPECT_EQ(std::span(data_.records, 3 * kRecordFloats).size_bytes(), std::as_bytes(std::span(records.records())).size());
+  EXPECT_EQ(std::span(data_.records, 3 * kRecordFloats).size_bytes(),
+            std::as_bytes(std::span(records.records())).size());
   EXPECT_EQ(std::memcmp(data_.records, records.records().data(), 3 * kRecordFloats * sizeof(float)), 0);
   ASSERT_EQ(data_.nodes_rows, 1u);
   EXPECT_EQ(std::memcmp(data_.nodes, records.uploaded_nodes().data(), 4 * HAIRNET_NODE_TEXELS * sizeof(float)), 0);
@@ -281,7 +291,8 @@ TEST_F(HairnetHPicture, details_are_those_of_client_draw_also_for_sizes_that_are
     hairnet_choose_details(drawn.data(), drawn.size(), quality);
     for (const hairnet_drawn& one : drawn) {
       const auto& [share, follow_hairs, tolerance_m, quadratic] = one.detail;
-      for (const float each : {share, follow_hairs, tolerance_m, quadratic}) EXPECT_TRUE(std::isfinite(each)) << quality;
+      for (const float each : {share, follow_hairs, tolerance_m, quadratic})
+        EXPECT_TRUE(std::isfinite(each)) << quality;
       EXPECT_GT(share, 0);
       EXPECT_LE(share, 1);
     }
