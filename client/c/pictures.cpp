@@ -216,7 +216,9 @@ hairnet_error hairnet_picture_motions(hairnet_picture* picture, const hairnet_dr
       motion.ball_radius_m = ball_radius_m;
     }
     picture->swing.clear();
-    for (const Eigen::Vector4f& moved : picture->motion.swing()) {
+    const std::size_t nodes = picture->motions.size() * draw::HairMotion::kSwingNodes * draw::HairMotion::kSwingNodes *
+                              draw::HairMotion::kSwingNodes;
+    for (const Eigen::Vector4f& moved : std::span(picture->motion.swing()).first(nodes)) {
       for (const float each : moved) picture->swing.push_back(Eigen::half(each).x);
     }
     *motions = {picture->motions.data(), picture->motions.size(), picture->swing.data()};

@@ -31,9 +31,11 @@ Vec3f displacement_at(const HairMotion::Nodes& nodes, const Vec3f& rest) {
 std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharacter> shown) {
   std::vector<const MovingCharacter*> largest;
   for (const MovingCharacter& one : shown) {
-    if (one.id != 0) largest.push_back(&one);
+    if (one.id == 0) continue;
+    const auto place =
+        std::ranges::upper_bound(largest, one.head_px, std::ranges::greater{}, &MovingCharacter::head_px);
+    largest.insert(place, &one);
   }
-  std::ranges::stable_sort(largest, std::ranges::greater{}, &MovingCharacter::head_px);
   std::map<std::uint64_t, Before> now;
   std::vector<Motion> motions;
   std::vector<Vec3f> scratch;

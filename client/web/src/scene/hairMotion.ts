@@ -44,7 +44,7 @@ export class HairMotion {
       };
     });
     if (count > 0) {
-      this.#values.set(new Uint16Array(words.buffer, swing, this.#values.length));
+      this.#values.set(new Uint16Array(words.buffer, swing, count * (this.#values.length / kMovingMax)));
       this.swing.needsUpdate = true;
     }
     return motions;
