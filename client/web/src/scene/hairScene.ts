@@ -314,6 +314,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   // `views`: of the main camera.
   #appear(members: readonly ShownMember[], views: readonly View[], further: readonly View[]): void {
     const allViews = [...views, ...further];
+    for (const one of this.#shown) one.isShown = false;
     this.#shown.length = 0;
     this.#unplaced.length = 0;
     const quality = this.#finite(this.quality, 1, "quality");
@@ -322,7 +323,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     for (let number = 0; number < members.length; ++number) {
       const member = members[number];
       const one = this.#all.get(member.member);
-      if (!one) continue;
+      if (!one || one.isShown) continue; // a source names each once
       const { character } = one;
       const drawing = this.#grooms.get(member.groomKey)?.drawing ?? null;
       const pose = member.pose && !poseFault(member.pose) ? member.pose : null;
@@ -348,6 +349,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       one.inView = seen.inView;
       one.drawing = drawing;
       one.isDrawn = drawing !== null && drawn.inView && isVisible(character);
+      one.isShown = true;
       this.#shown.push(one);
       if (one.isDrawn) this.#records.measure(number, drawn.headPx, drawing!.strandCount);
     }

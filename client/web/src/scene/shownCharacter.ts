@@ -19,6 +19,9 @@ export class ShownCharacter implements Drawn, CharacterRecord {
   screenHeight = 0;
   inView = false;
   drawing: GroomDrawing | null = null;
+  /** It has a place in this picture. */
+  isShown = false;
+  /** Its hair is here, and in a view. */
   isDrawn = false;
   readonly detail: DrawDetail = { strandShare: 0, followHairCount: 0, toleranceM: 0, quadratic: 0 };
   list = 0;
@@ -34,7 +37,7 @@ export class ShownCharacter implements Drawn, CharacterRecord {
 
   constructor(readonly character: HairCharacter) {}
 
-  /** Only where it is seen its motion is. */
+  /** Motion counts in the main view alone. */
   get id(): number {
     return this.inView ? this.#id : 0;
   }

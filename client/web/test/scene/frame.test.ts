@@ -119,6 +119,19 @@ describe("a HairScene", () => {
       expect(make).toThrow(HairnetError);
   });
 
+  test("draws a member that its source names twice once", async () => {
+    const member = { member: 1, own: false, groomKey: "a", groom, pose: rigidPose(), lattice: null };
+    const hair = new HairScene({ sample: () => [member, member] }, renderer);
+    const camera = new PerspectiveCamera(35, 4 / 3);
+    camera.position.z = 2;
+    do {
+      await new Promise((done) => setTimeout(done, 1));
+      hair.update(camera);
+    } while (!hair.characters.get(1)?.isReady);
+    expect(hair.statistics.characters).toBe(1);
+    hair.dispose();
+  });
+
   test("frames characters as soon as they have arrived, and again until each can be drawn", async () => {
     const members: ShownMember[] = [];
     const hair = new HairScene({ sample: () => members }, renderer);

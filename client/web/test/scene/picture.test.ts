@@ -32,7 +32,12 @@ interface Shown {
   readonly headPx: number;
 }
 
-const character = (id: number, lattice: MovedLattice | null, x = 0, headPx = 100): Shown => ({ id, lattice, x, headPx });
+const character = (id: number, lattice: MovedLattice | null, x = 0, headPx = 100): Shown => ({
+  id,
+  lattice,
+  x,
+  headPx,
+});
 
 /** A picture of them, and the motions that are read in it. */
 function motionsOf(records: Records, motion: HairMotion, shown: readonly Shown[]) {
