@@ -14,8 +14,8 @@ export class Block {
   /** Makes room for that many bytes: 0 where they are new. */
   reserve(byteCount: number): number {
     if (byteCount <= this.#size) return this.#at;
-    this.free();
     const size = Math.max(2 * this.#size, byteCount);
+    this.free();
     this.#at = this.module.put(new Uint8Array(size));
     this.#size = size;
     return this.#at;
@@ -23,6 +23,6 @@ export class Block {
 
   free(): void {
     this.module.call("free", this.#at);
-    this.#at = 0;
+    this.#at = this.#size = 0;
   }
 }
