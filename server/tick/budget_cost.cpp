@@ -9,7 +9,7 @@
 namespace hairnet::server {
 namespace {
 
-// A first estimate of the seconds of a turn over 1, 2 and 4 ticks of 1/30 s in full batches (hairnet-fidelity-stride).
+// A first estimate of the seconds of a turn over 1, 2 and 4 ticks of 1/30 s in full batches (hairnet-fidelity stride).
 constexpr double kTableTick_s = 1.0 / 30;
 constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.6e-6, 117.8e-6},
                                                                    {28.3e-6, 30.1e-6, 38.8e-6},

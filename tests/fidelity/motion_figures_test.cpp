@@ -10,7 +10,7 @@
 #include "tests/fidelity/motion_sets.hpp"
 #include "tests/support/case_name.hpp"
 
-// What one sees of hair in motions of every day: the measures of hairnet-fidelity-motion on few strands.
+// What one sees of hair in motions of every day: the measures of hairnet-fidelity motion on few strands.
 namespace hairnet::fidelity {
 namespace {
 
