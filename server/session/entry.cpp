@@ -19,7 +19,8 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-constexpr unsigned kRedirectsMax = 4;  // that a link follows in a row
+// A link follows at most this many in a row.
+constexpr unsigned kRedirectsMax = 4;
 
 KeptOut refused(GoodbyeReason reason, Refused error) {
   HAIRNET_ASSERT(error);

@@ -39,7 +39,7 @@ using EntryOutcome = std::variant<Joins, Resumes, WaitsForRoom, BelongsElsewhere
 EntryOutcome decide_entry(const wire::Hello& hello, SessionIdentity& identity, SessionContext& context,
                           const Connection& connection, std::int64_t now_ns);
 
-// Of the command that tells the tick of a session. The members of the room count: each is announced to the session,
+// Weighs the command that tells the tick of a session. The members of the room count: each is announced to the session,
 // over several ticks if there are many.
 std::size_t entry_weight(const SessionContext& context, const std::string& room);
 

@@ -25,9 +25,11 @@ using wire::GoodbyeReason;
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
 // Shares of the burst: what only plain messages may use, and the most that one message takes.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
-constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
-constexpr std::size_t kTagBytesPerWeight = 128;      // as many
-constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
+// This many integers of a hair state, or bytes of a tag, weigh as much as a pose, which has about as many bytes.
+constexpr std::size_t kIntegersPerWeight = 64;
+constexpr std::size_t kTagBytesPerWeight = 128;
+// A smaller chunk counts as a message.
+constexpr std::size_t kFreeChunkLeast_bytes = 4096;
 
 // In the command queue.
 std::size_t weight_of(const wire::AddCharacter& add) {
@@ -53,7 +55,7 @@ wire::GroomHash groom_of(const auto& message) {
   return {};
 }
 
-// Of the servers by id, those that follow this one: so each is named by others equally often.
+// Returns the servers by id, beginning with those that follow this one: so each is named by others equally often.
 std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
   std::vector<ServerStatus> servers = fleet.servers();
   const auto after = std::ranges::upper_bound(servers, fleet.server_id(), {}, &ServerStatus::id);
@@ -203,7 +205,7 @@ struct Session::MessageHandler {
                          identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax},
                         now_ns);
   }
-  // Of all sessions of the bearer.
+  // Bounds all sessions of the bearer together.
   [[nodiscard]] std::size_t character_count_max_of_token() const {
     constexpr std::size_t kNoMax = std::numeric_limits<std::size_t>::max();
     return identity.claims && identity.claims->characters_max ? *identity.claims->characters_max : kNoMax;
