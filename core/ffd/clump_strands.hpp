@@ -25,10 +25,14 @@ class ClumpStrands {
 
  private:
   struct Copy {
-    std::uint32_t begin, end;      // the strand's points
-    float angle;                   // about the strand, radians
-    float ring;                    // share of the clump's radius, 0 … 1
-    float radius_m, tip_radius_m;  // of the clump
+    // The strand's points.
+    std::uint32_t begin, end;
+    // The angle about the strand, radians.
+    float angle;
+    // The share of the clump's radius, 0 … 1.
+    float ring;
+    // The clump's radii, near the root and at the tip.
+    float radius_m, tip_radius_m;
   };
   std::size_t own_point_count_;
   std::vector<Copy> copies_;

@@ -16,15 +16,19 @@ namespace hairnet {
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
-inline constexpr double kSettleAfter_s = 8;            // of rest of bones and air
-inline constexpr std::uint64_t kNeverChanged = ~0ull;  // no tick
+// Hair settles after bones and air have rested for so long.
+inline constexpr double kSettleAfter_s = 8;
+// Is no tick.
+inline constexpr std::uint64_t kNeverChanged = ~0ull;
 
 // Hair on the learnt level.
 struct LearntTurn {
   LearntState state;
-  std::vector<float> coefficients;  // m; those that the network drives
+  // Coefficients that the network drives, m.
+  std::vector<float> coefficients;
   bool has_begun = false;
-  bool is_covered = true;  // by training, at its last turn
+  // Training covered its last turn.
+  bool is_covered = true;
 };
 
 // One character of a world.
@@ -47,18 +51,28 @@ struct Character {
   double stiffness = 1;               // factor of the last tick from the level switch and untangling
   double contact_release = 0;
   Untangle untangle;
-  LatticeState unsettled;                      // the state before its last turn, while it settles
-  std::uint64_t state_tick = 0;                // ticks that the state includes
-  std::uint64_t changed_tick = kNeverChanged;  // state_tick when it last changed
-  // of its turns: the character has a turn when tick + phase is a multiple of the stride
+  // The state before its last turn, while it settles.
+  LatticeState unsettled;
+  // Counts the ticks that the state includes.
+  std::uint64_t state_tick = 0;
+  // Is state_tick when it last changed.
+  std::uint64_t changed_tick = kNeverChanged;
+  // Shifts its turns: the character has a turn when tick + phase is a multiple of the stride.
   std::uint32_t phase = 0;
-  std::uint8_t stride = 1;            // 1, 2 or 4
-  std::uint8_t step_ticks = 1;        // of its last turn
-  bool suspended = false;             // it has no turns
-  bool steps_next_tick = false;       // it has a turn in the next tick, independent of the phase
-  bool teleport = false;              // requested for the next turn
-  bool discontinuous = false;         // in its last turn
-  bool velocity_is_relative = false;  // velocities are relative to the rest's motion, which is not known yet
+  // Is 1, 2 or 4.
+  std::uint8_t stride = 1;
+  // Counts the ticks of its last turn.
+  std::uint8_t step_ticks = 1;
+  // It has no turns.
+  bool suspended = false;
+  // It has a turn in the next tick, independent of the phase.
+  bool steps_next_tick = false;
+  // Is requested for the next turn.
+  bool teleport = false;
+  // Applies to its last turn.
+  bool discontinuous = false;
+  // Velocities are relative to the rest's motion, which is not known yet.
+  bool velocity_is_relative = false;
 
   [[nodiscard]] const Level* model() const { return has_lattice(level) && levels ? &(*levels)[level] : nullptr; }
   [[nodiscard]] const LearntHair* network() const {
