@@ -21,9 +21,11 @@ inline constexpr std::uint32_t kRecordedRoomCountMax = 65'536;
 struct RecordingHeader {
   std::uint32_t tick_rate_hz = 30;
   std::int32_t substep_count = 1;
-  std::int32_t iterations = 0;  // 0: each level's own
+  // Zero means each level's own.
+  std::int32_t iterations = 0;
   std::array<double, 3> gravity{0, -9.81, 0};
-  Wind wind;  // of rooms that no tick has given another
+  // Blows in rooms that no tick has given another.
+  Wind wind;
 };
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
