@@ -17,8 +17,8 @@ class ImportanceReporter {
   static constexpr float kChange = 0.1f;  // relative change of the screen height that is worth a report
 
   void report(std::span<const wire::MemberImportance> members);
-  // The member has left. A report that is on its way may come to the next one with its number: so what the server has
-  // of it is undone.
+  // The member has left. A report that is on its way may come to the next one with its number, so the server's
+  // knowledge of it is undone.
   void forget(std::uint32_t member);
   void forget_all();
   void resend_all();  // after a reconnect: marks every member as due

@@ -270,8 +270,8 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   PageRequest page_;
   const std::shared_ptr<Io> io_;
   std::unique_ptr<WebTransportSession> session_;  // null before it is begun
-  // What has arrived and is not read yet. The window bounds the channel's bytes. They are read first: datagrams may be
-  // of members that messages announce.
+  // What has arrived and is not read yet. The window bounds the channel's bytes. They are read first, since datagrams
+  // may belong to members that messages announce.
   std::vector<std::uint8_t> channel_bytes_;
   std::deque<std::vector<std::uint8_t>> datagrams_;
   DownloadReader downloads_;

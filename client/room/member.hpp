@@ -21,16 +21,23 @@ struct Member {
   std::uint64_t session = 0;           // the owner's; another after its session has ended and a new one begun
   std::uint32_t owners_character = 0;  // the owner's own number for it: with `session` the same for all clients
   wire::GroomHash groom_hash{};
-  std::string tag;                             // any bytes, at most wire::kTagBytesMax; by convention a name in UTF-8
-  std::optional<wire::Appearance> appearance;  // none: the default of its number
-  std::shared_ptr<const Groom> groom;          // null: not here yet, or `error` says why it cannot be shown
-  link::RequestedState::Bytes groom_file;      // the bytes of its file; null like `groom`
-  std::string error;                           // one line
-  std::shared_ptr<const Skin> skin;            // to keep its hair out of (SkinPush); null: not received yet
+  // Any bytes, at most wire::kTagBytesMax; by convention the tag is a name in UTF-8.
+  std::string tag;
+  // None: the default of its number.
+  std::optional<wire::Appearance> appearance;
+  // Null: not here yet, or `error` says why it cannot be shown.
+  std::shared_ptr<const Groom> groom;
+  // The bytes of its file; null like `groom`.
+  link::RequestedState::Bytes groom_file;
+  // Is one line.
+  std::string error;
+  // The member's hair is kept out of it (SkinPush); null until it is received.
+  std::shared_ptr<const Skin> skin;
   // What to show now. An own character has the pose that was pushed last, with the newest lattice; the pose of others
   // belongs to the same time as their lattice. None: no pose is known, so the character cannot be shown.
   std::optional<Pose> pose;
-  link::Playout::Sample sample;  // its lattice, and the level that the server steps; at rest until `valid`
+  // Its lattice, and the level that the server steps; at rest until `valid`.
+  link::Playout::Sample sample;
   link::Playout playout;
 };
 
