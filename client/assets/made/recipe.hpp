@@ -8,12 +8,18 @@ namespace hairnet::made {
 
 // Hair in front that is combed over the forehead and cut short.
 struct Fringe {
-  double half_angle_deg = 0;    // of the roots' azimuth; 0 = no fringe
-  double depth_m = 0.035;       // behind the hairline, in the middle
-  double wedge = 0.5;           // share of the depth that is missing at the fringe's ends
-  double tip_height_m = 0.066;  // cut at this height, about the brows
-  double sweep = 0;             // to the left (+X), relative to 1 straight ahead
-  double length_m = 0.11;       // at most
+  // Bounds the azimuth of the roots; zero means no fringe.
+  double half_angle_deg = 0;
+  // Reaches back from the hairline, in the middle.
+  double depth_m = 0.035;
+  // The share of the depth that is missing at the fringe's ends.
+  double wedge = 0.5;
+  // Hair is cut at this height, about the brows.
+  double tip_height_m = 0.066;
+  // Leads to the left (+X), relative to 1 straight ahead.
+  double sweep = 0;
+  // No strand of the fringe is longer.
+  double length_m = 0.11;
 };
 
 // The recipe of hair that falls free from the scalp.
@@ -33,9 +39,12 @@ struct LooseRecipe {
   double tuck = 0;             // tips turn in to the neck
   double flyaway = 0.05;       // deviation of single strands
   int locks = 260;
-  double clumping = 0.45;      // strands of a lock gather towards their tips, 0 … 1
-  double gathered_at = 0.9;    // the share of the length where this is complete
-  double curl_disorder = 0.9;  // of the phases within a lock, radians
+  // Strands of a lock gather towards their tips, 0 … 1.
+  double clumping = 0.45;
+  // The share of the length where the gathering is complete.
+  double gathered_at = 0.9;
+  // Spreads the phases within a lock, radians.
+  double curl_disorder = 0.9;
   int points = 18;
   Fringe fringe;
 };
