@@ -23,7 +23,7 @@ struct Thread {
   bool rooted = false;
   // Is lambda_0 of eq. 7, if rooted.
   float root_length_m = 0.02f;
-  // Is for drawing.
+  // Drawing alone uses it.
   float radius_m = 8e-4f;
   Vec3f colour{0.6f, 0.1f, 0.1f};  // linear RGB albedo
   // A spring of length L has k = this / L.
@@ -49,9 +49,9 @@ struct Cloth {
   // Is lambda_0 of eq. 7, if pinned.
   float root_length_m = 0.02f;
   Vec3f colour{0.8f, 0.8f, 0.8f};  // linear RGB albedo
-  // Is for drawing.
+  // Drawing alone uses it.
   float opacity = 1;
-  // Tension over width and strain along the weave.
+  // The tension over width and strain, along the weave.
   float stretch_stiffness_n_per_m = 30;
   // The shear modulus over width of a square weave.
   float shear_stiffness_n_per_m = 3;
@@ -67,7 +67,7 @@ struct Cloth {
 // points keep their distances from each other and from the knot's own frame of four points. A knot may have mass. Ten
 // times the default stiffness ties no better, and at 60 iterations of the solver it ties worse.
 struct Knot {
-  // Index Groom::points; there are at least two.
+  // Are indices into Groom::points; there are at least two.
   std::vector<std::uint32_t> points{};
   // Acts on the whole knot against being pulled apart.
   float stiffness_n_per_m = 300;

@@ -29,8 +29,10 @@ struct StrandProperties {
 
 // A lock of hair drawn as one ribbon of textured hair. It has the mechanics of a strand along its middle.
 struct HairCard {
-  PointRange points;            // left, right, left, right … from the root
-  StrandProperties properties;  // radius_m is not used here
+  // Lists left, right, left, right … from the root.
+  PointRange points;
+  // Has a radius_m that is not used here.
+  StrandProperties properties;
 };
 
 // A strand that is drawn as a clump of hair: copies follow the strand at fixed offsets. The copies have no mechanics;

@@ -10,7 +10,7 @@ namespace hairnet {
 // gel. The design stays the equilibrium and the lattice state does not change, so the hair does not jump. The client
 // applies a change of lambda_0 when it draws; a change of thickness needs a new build.
 struct MaterialScale {
-  // The k and the q of springs and attachments.
+  // These scale the k and the q of springs and attachments.
   float stiffness = 1;
   float damping = 1;
   // Scales all mass, and the ether that replaces the tension of hanging mass.

@@ -41,7 +41,8 @@ struct LearntHair {
   std::vector<float> hidden_weights;             // Z', N', R': [3 hidden][hidden]
   std::vector<float> bias;                       // z0, n0, r0: [3 hidden]
   std::vector<float> output_weights;             // C: [mode][hidden]
-  PoseInputs most{};                             // the greatest size of each input in the training motions
+  // The greatest size of each input in the training motions.
+  PoseInputs most{};
   // The errors of this hair and of the low level from the finest, over its motion; measured on held-out motions in
   // still air.
   float error = 0, low_error = 0;

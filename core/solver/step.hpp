@@ -27,17 +27,23 @@ struct LatticeState {
 
 struct Environment {
   Vec3 gravity{0, -9.81, 0};  // m/s^2, world
-  WindField wind;             // drag acts on the velocity relative to it
+  // Drag acts on the velocity relative to it.
+  WindField wind;
 };
 extern const Environment kCalmEnvironment;
 
 struct StepInput {
-  Pose from, to;  // at the start and the end of the step
+  // The poses at the start and the end of the step.
+  Pose from, to;
   double step_s = 1.0 / 30;
-  const Environment* environment = &kCalmEnvironment;  // must outlive the step
-  double contact_release = 0;                          // fraction of contact that is switched off, 0 to 1
-  MaterialScale material;                              // the character's own, on top of the level's material
-  double time_s = 0;                                   // at the end of the step, for the wind
+  // Must outlive the step.
+  const Environment* environment = &kCalmEnvironment;
+  // The fraction of contact that is switched off, 0 to 1.
+  double contact_release = 0;
+  // The character's own material, on top of the level's.
+  MaterialScale material;
+  // The time at the end of the step, for the wind.
+  double time_s = 0;
 };
 
 struct SolverSettings {

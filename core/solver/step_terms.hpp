@@ -24,7 +24,7 @@ struct StepTerms {
   float stiffness = 1, damping = 1, density = 1, ether_damping = 1, air_drag = 1, gel_per_s2 = 0;
   float contact = 1;
 
-  // Belongs to LatticeState.
+  // Is LatticeState::elastic_energy_max_j at the start.
   float elastic_energy_max_j = 0;
 
   // Maps a point of head space, at the start and at the end, to its place relative to the bone at rest.

@@ -18,7 +18,7 @@ inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
 // Hair settles after bones and air have rested for so long.
 inline constexpr double kSettleAfter_s = 8;
-// Is no tick.
+// No tick has this number.
 inline constexpr std::uint64_t kNeverChanged = ~0ull;
 
 // Hair on the learnt level.
@@ -35,20 +35,31 @@ struct LearntTurn {
 struct Character {
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
-  LatticeState state;  // empty without a lattice
-  LearntTurn learnt;   // empty on other levels
+  // Is empty without a lattice.
+  LatticeState state;
+  // Is empty on other levels.
+  LearntTurn learnt;
   MaterialScale material;
   std::uint32_t environment = 0;
-  Pose from, to;                      // `from`: pose at state_tick, to which the state belongs; `to`: the newest
-  Pose last_from;                     // pose at which the last substep began: with `from` it gives the rigid velocity
-  double last_step_s = 0;             // the length of that substep
-  Vec3 head_velocity = Vec3::Zero();  // world, m/s, over its last turn: tells a ride from a jump (is_teleport)
-  Pose still_pose;                    // the bones have stayed near it for bones_still_s
-  double bones_still_s = 0;           // duration
-  double still_s = 0;                 // duration for bones and hair; from kSleepAfter_s on the character is asleep
-  double rigid_ease_s = -1;           // time since the rigid level was requested; negative: not requested
-  double since_switch_s = 1e9;        // time since the last level switch
-  double stiffness = 1;               // factor of the last tick from the level switch and untangling
+  // The state belongs to `from`, the pose at state_tick; `to` is the newest.
+  Pose from, to;
+  // The last substep began at this pose: with `from` it gives the rigid velocity.
+  Pose last_from;
+  // The length of that substep.
+  double last_step_s = 0;
+  // World, m/s, over its last turn: tells a ride from a jump (is_teleport).
+  Vec3 head_velocity = Vec3::Zero();
+  // The bones have stayed near it for bones_still_s.
+  Pose still_pose;
+  double bones_still_s = 0;
+  // Bones and hair have been still for so long; from kSleepAfter_s on the character is asleep.
+  double still_s = 0;
+  // The time since the rigid level was requested; negative means not requested.
+  double rigid_ease_s = -1;
+  // The time since the last level switch.
+  double since_switch_s = 1e9;
+  // The factor of the last tick from the level switch and untangling.
+  double stiffness = 1;
   double contact_release = 0;
   Untangle untangle;
   // The state before its last turn, while it settles.

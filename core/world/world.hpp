@@ -36,10 +36,11 @@ struct WorldDef {
 };
 
 struct CharacterDef {
-  std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set
+  // Null: only the rigid level can be set.
+  std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
-  std::uint32_t environment = 0;  // index of its environment
+  std::uint32_t environment = 0;
 };
 
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;

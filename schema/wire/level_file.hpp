@@ -29,7 +29,7 @@ inline constexpr std::size_t kLevelFileBytesMax = std::size_t{256} << 20;
 enum class LevelFileFault : std::uint8_t {
   none,
   not_a_level_file,
-  // Another version of the layout or of the build, or other specs.
+  // The version of the layout or of the build differs, or the specs do.
   other_version,
   other_groom,
   // Bytes are missing, surplus or changed.

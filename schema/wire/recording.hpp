@@ -27,13 +27,15 @@ struct RecordingHeader {
   // Blows in rooms that no tick has given another.
   Wind wind;
 };
+// Comes before the first tick that uses it.
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
-};  // before the first tick that uses it
+};
+// Comes after its groom. Levels that characters are given from the next tick on have it.
 struct RecordedLearnt {
   GroomHash groom{};
   std::shared_ptr<const LearntHair> hair;
-};  // after its groom; of levels that characters are given from the next tick on
+};
 using RecordedAdd = SimulationInputs::Add;
 using RecordedLevel = SimulationInputs::Level;
 using RecordedMaterial = SimulationInputs::Material;
@@ -45,7 +47,8 @@ using RecordedPose = SimulationInputs::BonePose;
 struct RecordedTick : SimulationInputs {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  std::uint64_t state_hash = 0;  // World::hash after the step
+  // Is World::hash after the step.
+  std::uint64_t state_hash = 0;
 };
 using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedLearnt, RecordedTick>;
 

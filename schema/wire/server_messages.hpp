@@ -42,20 +42,22 @@ struct Welcome {
 };
 struct GroomNeed {
   GroomHash hash{};
-  std::uint64_t offset = 0;  // send from here on; byte_count of the offer: all there
+  // The client sends from here on; byte_count of the offer means that all are there.
+  std::uint64_t offset = 0;
 };
 struct GroomStatus {
   GroomHash hash{};
   GroomState state = GroomState::queued;
 };
-struct GroomData {  // the groom's bytes from `offset` on; pieces come in order
+// Holds the groom's bytes from `offset` on; pieces come in order.
+struct GroomData {
   GroomHash hash{};
   // The size of the whole groom.
   std::uint64_t byte_count = 0;
   std::uint64_t offset = 0;
   std::vector<std::uint8_t> bytes;
 };
-// Goes to the owner.
+// The server sends it to the owner.
 struct CharacterAdded {
   std::uint32_t character = 0;
   GroomHash groom{};
@@ -65,7 +67,7 @@ struct CharacterAdded {
   // Counts the characters that have had this member number.
   std::uint8_t generation = 0;
 };
-// Goes to all others in the room.
+// The server sends it to all others in the room.
 struct MemberJoined {
   std::uint32_t member = 0;
   // The owner's session.
@@ -80,17 +82,19 @@ struct MemberJoined {
   // Counts the characters that have had this member number.
   std::uint8_t generation = 0;
 };
-// Goes to all others in the room: its tag, its appearance or both have changed.
+// Its tag, its appearance or both have changed; the server sends it to all others in the room.
 struct MemberChanged {
   std::uint32_t member = 0;
   std::string tag = {};
   std::optional<Appearance> appearance = {};
 };
-struct RoomWind {  // the wind in which the room's hair moves, when a session joins and when it changes
-  static constexpr std::uint64_t kOfEarlierServer =
-      ~std::uint64_t{0};  // a session of the room's server before this one
+// Holds the wind in which the room's hair moves, when a session joins and when it changes.
+struct RoomWind {
+  // A session of the room's server before this one has set the wind.
+  static constexpr std::uint64_t kOfEarlierServer = ~std::uint64_t{0};
   Wind wind;
-  std::uint64_t session = 0;  // who has set it; 0: the server's setting
+  // Names who has set it; zero means the server's setting.
+  std::uint64_t session = 0;
 };
 struct MemberLeft {
   std::uint32_t member = 0;
