@@ -249,7 +249,7 @@ struct Link::Impl {
   const LinkOptions options;
   mutable std::mutex mutex;
   LinkCore core;
-  // Belong to the open connection.
+  // Both belong to the open connection.
   std::string transport, fallback_reason;
   asio::io_context io;
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);

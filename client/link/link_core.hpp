@@ -32,7 +32,7 @@ namespace hairnet::link {
 // Who connects, and when the link gives up.
 struct LinkCoreOptions {
   std::string client_name = "hairnet-link";
-  // Empty: the lobby, and no token.
+  // Empty means the lobby, and no token.
   std::string room, token;
   wire::Role role = wire::Role::participant;
   // Lasts from the attempt to the welcome; a Link that is `automatic` adds 3.
@@ -209,7 +209,8 @@ class LinkCore {
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered = false);
   std::optional<wire::ServerAt> next_to_ask();
   void go_on_elsewhere(std::string why, std::int64_t now_ns);
-  void put_down(std::int64_t now_ns);  // what belongs to the connection; keeps the hair of the caller's characters
+  // Ends what belongs to the connection; keeps the hair of the caller's characters.
+  void put_down(std::int64_t now_ns);
   void end(wire::GoodbyeReason reason, std::string detail);
   void check_invariants() const;
 
@@ -253,10 +254,14 @@ class LinkCore {
   EventQueue events_;
   LinkCounters counters_;
   std::optional<wire::Welcome> welcome_;
-  std::optional<wire::ServerAt> redirected_to_, welcomed_at_;  // none: the server that the caller knows
-  std::size_t asked_ = 0;                                      // attempts since the one at the last server failed
-  std::uint8_t redirects_ = 0;                                 // in a row, since the last welcome
-  std::optional<std::int64_t> sent_on_ns_;                     // time of the first redirect since the last welcome
+  // None: the server that the caller knows.
+  std::optional<wire::ServerAt> redirected_to_, welcomed_at_;
+  // Counts attempts since the one at the last server failed.
+  std::size_t asked_ = 0;
+  // Counts redirects in a row, since the last welcome.
+  std::uint8_t redirects_ = 0;
+  // The time of the first redirect since the last welcome.
+  std::optional<std::int64_t> sent_on_ns_;
   std::string end_detail_;
 };
 

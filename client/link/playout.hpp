@@ -38,7 +38,8 @@ class Playout {
   void freeze();
 
   struct Sample {
-    bool valid = false;  // false until the first frame
+    // Is false until the first frame.
+    bool valid = false;
     Pose pose;
     // The level that the server steps.
     LevelIndex level = LevelIndex::rigid;
@@ -120,7 +121,8 @@ class Playout {
   State shown_;
   std::int64_t time_ns_ = 0;
   std::optional<Correction> correction_;
-  bool started_ = false;  // sample() has returned a valid sample
+  // sample() has returned a valid sample.
+  bool started_ = false;
   std::int64_t render_time_ns_ = 0;
   std::int64_t delay_ns_ = 0;
   std::uint64_t dropped_count_ = 0;

@@ -12,7 +12,7 @@ namespace hairnet::link {
 // thread.
 class SentPoses {
  public:
-  // Counts the poses of one character; still older ones would come too late.
+  // So many poses of a character are sent again; still older ones would come too late.
   static constexpr std::size_t kPosesMax = 2;
   // Poses may be this much older than the one that they are sent with.
   static constexpr std::int64_t kAgeMax_ns = 200'000'000;

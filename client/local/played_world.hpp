@@ -64,7 +64,7 @@ class PlayedWorld {
   struct Shown {
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
-    // Moves the displacements of the grid's nodes.
+    // Moves hair by displacements of the grid's nodes.
     MovedLattice lattice;
     // Null: at rest.
     std::shared_ptr<const LevelGeometry> geometry;

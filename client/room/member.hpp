@@ -16,10 +16,14 @@ namespace hairnet::room {
 
 // One character of a room, as it is shown at the last Room::advance(). Only the Room changes it.
 struct Member {
-  std::uint32_t number = 0;            // in the room; an own character gets another one from another server
-  std::uint32_t own = 0;               // this client's own number for it; 0: another client's character
-  std::uint64_t session = 0;           // the owner's; another after its session has ended and a new one begun
-  std::uint32_t owners_character = 0;  // the owner's own number for it: with `session` the same for all clients
+  // The number in the room; an own character gets another one from another server.
+  std::uint32_t number = 0;
+  // This client's own number for it; zero means another client's character.
+  std::uint32_t own = 0;
+  // The owner's session; it is another after that session has ended and a new one begun.
+  std::uint64_t session = 0;
+  // The owner's own number for it: with `session` it is the same for all clients.
+  std::uint32_t owners_character = 0;
   wire::GroomHash groom_hash{};
   // Any bytes, at most wire::kTagBytesMax; by convention the tag is a name in UTF-8.
   std::string tag;
@@ -29,7 +33,7 @@ struct Member {
   std::shared_ptr<const Groom> groom;
   // The bytes of its file; null like `groom`.
   link::RequestedState::Bytes groom_file;
-  // Is one line.
+  // Says in one line why the groom cannot be shown; empty without an error.
   std::string error;
   // The member's hair is kept out of it (SkinPush); null until it is received.
   std::shared_ptr<const Skin> skin;

@@ -192,7 +192,8 @@ class Room {
   Wind wind_;
   bool may_set_wind_ = true;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
-  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;  // the same
+  // Holds the same members as members_.
+  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
   std::map<std::uint32_t, Own> own_;
   std::uint32_t next_own_ = 1;
   // Holds the grooms that members or own characters use.

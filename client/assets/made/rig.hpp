@@ -18,7 +18,7 @@ struct Gesture {
   double left_shoulder = 0, right_shoulder = 0;
   // Lifts both about +Z.
   double shoulders_up = 0;
-  // Leads straight ahead.
+  // The speed straight ahead.
   double speed_m_per_s = 0;
   // The position on the floor, not eased.
   Vec3 place = Vec3::Zero();

@@ -11,7 +11,7 @@ namespace hairnet::made {
 namespace {
 
 constexpr int kColumns = 33, kRows = 30;
-// Lies under the veil.
+// The hair under the veil is this thick.
 constexpr double kHairThickness = 0.030;
 // Half the angle of the comb's arc over the head.
 constexpr double kCombHalf_rad = 0.80;

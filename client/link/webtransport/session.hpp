@@ -69,8 +69,10 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   [[nodiscard]] const std::string& why() const { return quic_->why(); }
 
   // The following assert that it has been open, and do nothing once it is over.
-  void send(std::vector<std::uint8_t> bytes);  // on the channel
-  void end_channel();                          // behind what was sent
+  // Sends on the channel.
+  void send(std::vector<std::uint8_t> bytes);
+  // Ends the channel behind what was sent.
+  void end_channel();
   // False: it is too large. Those that wait for the window are dropped when they are outdated.
   [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes, std::int64_t now_ns);
   // Takes bytes that on_channel_bytes() has passed on: the server may send as many more.
@@ -110,7 +112,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   Http3Session http3_;
   // Holds the time at which each datagram that waits was to be sent.
   std::deque<std::int64_t> datagram_ns_;
-  // Bytes in hand that the events have and take later.
+  // The events have so many of the bytes in hand, and take them later.
   std::size_t passed_bytes_ = 0;
   // The server has ended the channel.
   bool has_ended_ = false;

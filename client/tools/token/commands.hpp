@@ -11,7 +11,7 @@ namespace hairnet::token {
 
 struct MakeOptions {
   std::string key_file;
-  // Has no times.
+  // The times in it are not used: the next two fields set them, in seconds.
   channel::TokenClaims claims;
   // Counts from now.
   std::int64_t expires_s = 3600;

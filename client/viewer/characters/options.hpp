@@ -41,7 +41,7 @@ enum class Output : std::uint8_t { window, pictures, video, none };
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
-  // Are shown as they are.
+  // These files are shown as they are.
   std::vector<std::string> files;
   // Applies to all strand files.
   HairImport hair;

@@ -22,7 +22,7 @@ namespace hairnet::viewer {
 
 // Another client's character in the moments of a stream; none at moments when it was absent or its hair was unknown.
 struct SeenCharacter {
-  // Describes it as it was last.
+  // Is as it was last.
   std::shared_ptr<const room::Member> member;
   std::shared_ptr<const Groom> groom;
   // Indexed [time].

@@ -22,7 +22,7 @@ struct LocalCharacter {
   Place place;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();
-  // Applies at run time.
+  // Replaces the material at run time.
   std::optional<Material> material;
 };
 

@@ -18,10 +18,10 @@ namespace hairnet::viewer {
 class SceneList {
  public:
   static constexpr int kCountMax = 256;
-  // As Choice::level: one of each, side by side.
+  // Choice::level asks with it for one of each level, side by side.
   static constexpr int kEveryLevel = static_cast<int>(kLevelCount);
   struct Choice {
-    // Index hair() and motions().
+    // Are indices into hair() and motions().
     int hair = 0, motion = 0;
     int count = 1;
     // Is a LevelIndex, or kEveryLevel.

@@ -28,9 +28,9 @@ class TimeGraph {
 };
 
 struct Timings {
-  // Time a picture, drawing it, a tick, and one character's step.
+  // These time a picture, drawing it, a tick, and one character's step.
   TimeGraph frame_ms, draw_ms, tick_ms, step_us;
-  // Are known of a server only.
+  // Only a server gives these.
   TimeGraph latency_ms, received_kb_per_s;
 };
 
