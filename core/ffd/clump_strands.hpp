@@ -25,13 +25,13 @@ class ClumpStrands {
 
  private:
   struct Copy {
-    // The strand's points.
+    // Bound the strand's points.
     std::uint32_t begin, end;
-    // The angle about the strand, radians.
+    // Is the angle about the strand, radians.
     float angle;
-    // The share of the clump's radius, 0 … 1.
+    // Is the share of the clump's radius, 0 … 1.
     float ring;
-    // The clump's radii, near the root and at the tip.
+    // Are the clump's radii, near the root and at the tip.
     float radius_m, tip_radius_m;
   };
   std::size_t own_point_count_;

@@ -22,11 +22,11 @@ inline constexpr float kSkinWaySteps = 89;
 // The grid of one bone's skin.
 struct SkinGrid {
   Bone bone = Bone::head;
-  // The position of its first node, m.
+  // Is the position of its first node, m.
   Vec3f origin = Vec3f::Zero();
-  // The distance between two nodes.
+  // Is the distance between two nodes.
   float cell_m = 0;
-  // Nodes an axis.
+  // Counts nodes an axis.
   std::array<int, 3> dims{0, 0, 0};
   // Is the number of its first node among all nodes; x is fastest, then y.
   std::uint32_t first = 0;

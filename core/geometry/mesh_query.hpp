@@ -22,7 +22,7 @@ class MeshQuery {
     std::uint32_t triangle = 0;
     double distance = std::numeric_limits<double>::infinity();  // m; infinite when the mesh is empty
     Vec3 point = Vec3::Zero();
-    // The weights of the triangle's three corners; they sum to 1.
+    // Weighs the triangle's three corners; the sum is 1.
     Vec3 barycentric = Vec3::Zero();
   };
   // The nearest point within `distance_max`; an infinite distance means that there is none.
@@ -48,11 +48,11 @@ class MeshQuery {
   };
   struct Box {
     Vec3 low, high;
-    // Range over triangles in corners_.
+    // Bound its triangles in corners_.
     std::uint32_t begin, end;
     // Indexes the second child, the first follows its parent; zero means a leaf.
     std::uint32_t second;
-    // The area-weighted centre, and the sum of area vectors.
+    // Are the area-weighted centre, and the sum of area vectors.
     Vec3 dipole_centre, dipole;
     // The ball of this radius about dipole_centre contains all triangles.
     double dipole_radius;

@@ -51,15 +51,15 @@ struct Cloth {
   Vec3f colour{0.8f, 0.8f, 0.8f};  // linear RGB albedo
   // Drawing alone uses it.
   float opacity = 1;
-  // The tension over width and strain, along the weave.
+  // Is the tension over width and strain, along the weave.
   float stretch_stiffness_n_per_m = 30;
-  // The shear modulus over width of a square weave.
+  // Is the shear modulus over width of a square weave.
   float shear_stiffness_n_per_m = 3;
   float damping_time_s = 0.008f;  // q / k
   // Applies to the attachment at each pinned point.
   float pin_stiffness_n_per_m = 20;
   float area_density_kg_per_m2 = 0.04f;
-  // The resistance to motion across the cloth's plane, over area.
+  // Is the resistance to motion across the cloth's plane, over area.
   float air_drag_ns_per_m3 = 0.6f;
 };
 
@@ -72,7 +72,7 @@ struct Knot {
   // Acts on the whole knot against being pulled apart.
   float stiffness_n_per_m = 300;
   float damping_time_s = 0.010f;  // q / k
-  // The mass of a bead or clasp, at the mean of its points.
+  // Is the mass of a bead or clasp, at the mean of its points.
   float mass_kg = 0;
 };
 

@@ -15,7 +15,7 @@ namespace hairnet {
 
 // The properties of one strand.
 struct StrandProperties {
-  // The radius of one real hair, for drawing.
+  // Is the radius of one real hair, for drawing.
   float radius_m = 4e-5f;
   // Counts the real hairs that this strand represents: multiplies stiffness, mass and drag.
   float hair_count = 10;
@@ -40,7 +40,7 @@ struct HairCard {
 struct Clump {
   std::uint32_t strand = 0;
   std::uint16_t copy_count = 6;
-  // The radius of the clump, a little beyond the root.
+  // Is the radius of the clump, a little beyond the root.
   float radius_m = 0.004f;
   float tip_radius_m = 0.002f;
 };

@@ -18,7 +18,7 @@ namespace hairnet {
 struct Material {
   // Is E A, per hair; a spring of length L has k = this / L (eq. 3).
   float axial_stiffness_n = 4e-4f;
-  // Per hair (eq. 4).
+  // Is per hair (eq. 4).
   float attachment_stiffness_n_per_m = 6e-3f;
   // Damps springs and attachments, relative to the strand's first axial mode.
   float damping_ratio = 0.16f;
@@ -26,7 +26,7 @@ struct Material {
   float linear_density_kg_per_m = 6.6e-6f;
   // Is q of the drag tensor (eq. 6), per hair.
   float air_drag_ns_per_m2 = 1e-5f;
-  // The ether mass over the hair mass.
+  // Is the ether mass over the hair mass.
   float ether_mass_ratio = 0.5f;
   // Gel is added to the ether stiffness of freely hanging hair, over mass.
   float ether_stiffness_per_s2 = 0;
@@ -36,7 +36,7 @@ struct Material {
   float root_length_m = 0.02f;
   // Hair stays this far from the skin.
   float thickness_m = 0.006f;
-  // The potential of contact: twice the value is twice as hard.
+  // Is the potential of contact: twice the value is twice as hard.
   float metaball_potential_j = 0.03f;
   friend bool operator==(const Material&, const Material&) = default;
 };

@@ -15,9 +15,9 @@ struct HairLearning {
   std::uint32_t motion_count = 1024;
   // Counts more motions, which only measure the error.
   std::uint32_t held_out_count = 32;
-  // The duration of each motion.
+  // Is the duration of each motion.
   double duration_s = 6;
-  // A multiple of 4.
+  // Must be a multiple of 4.
   std::size_t hidden_count = 48;
   // Counts driven modes; fewer when the basis has fewer; a multiple of 4.
   std::size_t mode_count = 32;
@@ -25,7 +25,7 @@ struct HairLearning {
   int rounds = 20;
   // Errors are propagated back through this time.
   double window_s = 1;
-  // The rate of the first steps; it falls to a hundredth.
+  // Is the rate of the first steps; it falls to a hundredth.
   double rate = 0.01;
   // Pulls weights to zero, relative to the rate.
   double decay = 0.3;

@@ -41,9 +41,9 @@ struct LearntHair {
   std::vector<float> hidden_weights;             // Z', N', R': [3 hidden][hidden]
   std::vector<float> bias;                       // z0, n0, r0: [3 hidden]
   std::vector<float> output_weights;             // C: [mode][hidden]
-  // The greatest size of each input in the training motions.
+  // Is the greatest size of each input in the training motions.
   PoseInputs most{};
-  // The errors of this hair and of the low level from the finest, over its motion; measured on held-out motions in
+  // Are the errors of this hair and of the low level from the finest, over its motion; measured on held-out motions in
   // still air.
   float error = 0, low_error = 0;
   LearntWind wind;
@@ -67,11 +67,11 @@ struct LearntState {
 
 struct LearntMember {
   LearntState* state = nullptr;
-  // The pose at kLearntTick_s after the last one.
+  // Is the pose at kLearntTick_s after the last one.
   const Pose* pose = nullptr;
-  // Coefficients of the groom's basis, m; those that are not driven become 0.
+  // Holds coefficients of the groom's basis, m; those that are not driven become 0.
   std::span<float> coefficients;
-  // The velocity of the air at the head, m/s; that of carried air is relative to the head's.
+  // Is the velocity of the air at the head, m/s; that of carried air is relative to the head's.
   Vec3 air_world = Vec3::Zero();
   // Is Wind::carried.
   bool air_is_carried = false;
@@ -91,7 +91,7 @@ struct LearntMotion {
   int ticks = 1;
   // The network sees `from` held for kLearntStart_ticks first.
   bool begins = false;
-  // The coefficients at `to`; unchanged when there is nothing to see.
+  // Holds the coefficients at `to`; is unchanged when there is nothing to see.
   std::span<float> coefficients;
   // Velocities of the air at the head, m/s: at `from`, which counts when the network begins, then at each tick. Empty:
   // still air.

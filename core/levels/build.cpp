@@ -139,7 +139,7 @@ bool decimate_both(const Grid& grid, const LevelSpec& spec, const LevelProgress&
                   parallel_for);
 }
 
-// Active indices of every grid node; kTrimmed for trimmed ones.
+// Returns the active index of every grid node; that of trimmed ones is kTrimmed.
 constexpr std::uint32_t kTrimmed = ~0u;
 std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
   HAIRNET_ASSERT(!geometry.active_nodes.empty());

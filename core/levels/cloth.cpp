@@ -21,11 +21,11 @@ struct Triangle {
 };
 
 struct Edge {
-  // The area of its triangles, m^2.
+  // Is the area of its triangles, m^2.
   double area = 0;
   // The edge is the longest of every triangle that it belongs to.
   bool is_longest = true;
-  // The third corner of each triangle.
+  // Holds the third corner of each triangle.
   std::vector<std::uint32_t> across;
 };
 using Edges = std::map<std::array<std::uint32_t, 2>, Edge>;

@@ -21,7 +21,7 @@ constexpr float kSpacingMin_m = 0.01f;
 // Nearer to the root hair hardly moves relative to the head.
 constexpr float kBlendMin = 0.15f;
 constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
-// The depth to which the load may press in.
+// The load may press in to this depth.
 constexpr double kDent_m = 0.005;
 // In the design a point is this much farther away than where contact begins, so that rounding causes no contact.
 constexpr float kSlack_m = 1e-5f;
@@ -89,9 +89,9 @@ float apart2(const Centreline& a, const Centreline& b) {
 // The points chosen.
 struct Chosen {
   HairSample hair;
-  // The root of each point's strand.
+  // Holds the root of each point's strand.
   std::vector<Vec3f> root;
-  // The length of hair from the root; infinite without a root.
+  // Holds the length of hair from the root, which is infinite without a root.
   std::vector<float> arm_m;
 };
 

@@ -27,7 +27,7 @@ struct Cluster {
 struct Candidate {
   double cost;
   std::uint32_t a, b;  // a < b
-  // The versions of the clusters when the cost was found.
+  // Are the versions of the clusters when the cost was found.
   std::uint32_t version_a, version_b;
 };
 

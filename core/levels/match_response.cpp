@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kResponse_s = 0.2;  // tau
 constexpr int kAffineCount = 12, kWaveCount = 12;
-// The waves' length, relative to the lattice's greatest extent.
+// Waves are so long, relative to the lattice's greatest extent.
 constexpr double kWaveLength = 0.5;
 constexpr int kIterations = 20;
 // Weighs the mean square relative change of the weights.

@@ -14,7 +14,7 @@ using Vec4 = Eigen::Vector4d;
 using Mat4 = Eigen::Matrix4d;
 
 struct Neighbour {
-  // The index among active nodes.
+  // Is the index among active nodes.
   std::uint32_t active;
   // Leads from the trimmed node to the neighbour, in nodes.
   Vec3 offset;

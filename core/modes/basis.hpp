@@ -23,7 +23,7 @@ inline constexpr std::size_t kModeCountMax = 256;
 struct Basis {
   // Counts the active nodes of the finest level.
   std::size_t node_count = 0;
-  // The RMS of each coefficient over the training motions, not ascending.
+  // Holds the RMS of each coefficient over the training motions, and never ascends.
   std::vector<float> deviation_m;
   // An integer of 1 in each mode stands for this; no dimension.
   std::vector<float> unit;

@@ -13,11 +13,11 @@ namespace hairnet {
 struct MovedLattice {
   // Null means that the hair is at rest.
   const LevelGeometry* geometry = nullptr;
-  // Every grid node, head space, m; empty means that the coefficients move the lattice.
+  // Moves every grid node, head space, m; empty means that the coefficients move the lattice.
   std::span<const Vec3f> grid_displacements;
   // Belongs to the same geometry.
   std::shared_ptr<const Basis> basis = nullptr;
-  // Coefficients of the basis, m; those that are missing at the end are 0.
+  // Holds coefficients of the basis, m; those that are missing at the end are 0.
   std::span<const float> coefficients = {};
 };
 

@@ -17,9 +17,9 @@ namespace hairnet {
 struct ModeTraining {
   // There are at least two.
   std::uint32_t motion_count = 24;
-  // The duration of each motion.
+  // Is the duration of each motion.
   double duration_s = 5;
-  // The time between two snapshots.
+  // Is the time between two snapshots.
   double snapshot_s = 0.1;
   // Bounds the error of all modes, over the motion, unless kModeCountMax modes err by more.
   float error_max = 0.065f;
@@ -29,7 +29,7 @@ struct ModeTraining {
 // nodes, then y, then z; head space, m.
 struct Snapshots {
   std::array<Eigen::MatrixXf, 4> levels;
-  // The motion of each column.
+  // Names the motion of each column.
   std::vector<std::uint32_t> motion;
 };
 

@@ -14,9 +14,9 @@ namespace hairnet {
 // paper sums metaballs instead (3.3); the force law is still the metaballs' (core/solver/contact.hpp).
 struct SkinDistanceField {
   Bone bone = Bone::head;
-  // The position of node (0, 0, 0), m.
+  // Is the position of node (0, 0, 0), m.
   Vec3f origin = Vec3f::Zero();
-  // The distance between two nodes.
+  // Is the distance between two nodes.
   float cell_m = 0;
   std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2
   std::vector<float> distance;       // m; node (i, j, k) has index i + nx (j + ny k)

@@ -28,7 +28,7 @@ struct HeadMotion {
     return -(rotation_less_identity * rest + relative.position) / step_s;
   }
 
-  // The velocity of the head's joint.
+  // Returns the velocity of the head's joint.
   [[nodiscard]] Vec3 velocity() const { return relative.position / -step_s; }
 
   RigidTransform relative;  // head space at the start of the step -> head space at its end

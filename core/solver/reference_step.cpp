@@ -20,9 +20,9 @@ struct Linearised {
 };
 
 struct System {
-  // Forces on nodes.
+  // Holds the forces on nodes.
   std::vector<Vec3> f;
-  // Derivatives of forces on single nodes: block diagonal.
+  // Hold the derivatives of forces on single nodes, which are block diagonal.
   std::vector<Mat3> df_dp, df_dp_dot;
   // All other forces act through weighted sums.
   std::vector<Linearised> stiffeners;

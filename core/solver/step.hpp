@@ -21,7 +21,7 @@ struct LatticeState {
   // The most elastic energy that the last step may have left, J (limit_elastic_energy in step_inl.hpp). Infinite when
   // there was no step yet on this level with this material.
   float elastic_energy_max_j = std::numeric_limits<float>::infinity();
-  // The speed of the fastest node relative to the head, at the end of the last step.
+  // Is the speed of the fastest node relative to the head, at the end of the last step.
   float speed_max_m_per_s = 0;
 };
 
@@ -33,16 +33,16 @@ struct Environment {
 extern const Environment kCalmEnvironment;
 
 struct StepInput {
-  // The poses at the start and the end of the step.
+  // Are the poses at the start and the end of the step.
   Pose from, to;
   double step_s = 1.0 / 30;
   // Must outlive the step.
   const Environment* environment = &kCalmEnvironment;
-  // The fraction of contact that is switched off, 0 to 1.
+  // Is the fraction of contact that is switched off, 0 to 1.
   double contact_release = 0;
-  // The character's own material, on top of the level's.
+  // Is the character's own material, on top of the level's.
   MaterialScale material;
-  // The time at the end of the step, for the wind.
+  // Is the time at the end of the step, for the wind.
   double time_s = 0;
 };
 

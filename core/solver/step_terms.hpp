@@ -30,7 +30,7 @@ struct StepTerms {
   // Maps a point of head space, at the start and at the end, to its place relative to the bone at rest.
   AffineMap to_bone_before[kBoneCount], to_bone[kBoneCount];
 
-  // Velocities at the corners of the lattice (LatticeWind), m/s.
+  // Holds the velocities at the corners of the lattice (LatticeWind), m/s.
   float wind[8][3] = {};
 };
 inline constexpr std::size_t kStepTermCount = sizeof(StepTerms) / sizeof(float);

@@ -11,7 +11,7 @@ namespace hairnet {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-// The speed of a hurricane.
+// A hurricane is so fast.
 constexpr double kSpeedMax_m_per_s = 60;
 // Where a wind blows across an axis, sines and cosines leave a component below NumberRange::kSmallest there. Only what
 // is smaller than this is refused.

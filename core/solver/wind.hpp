@@ -16,9 +16,9 @@ struct Wind {
   Vec3 mean_m_per_s = Vec3::Zero();
   // Gusts vary the mean's speed between (1 - ratio) and (1 + ratio) times its own.
   double gust_ratio = 0;
-  // The period of the slowest gust; two quicker ones are added to it.
+  // Is the period of the slowest gust; two quicker ones are added to it.
   double gust_period_s = 4;
-  // The RMS of each component.
+  // Is the RMS of each component.
   double turbulence_rms_m_per_s = 0;
   // The smallest length over which turbulence changes: its wave numbers are 1/(4 scale) to 1/scale rad/m, so the
   // smallest eddies are pi scale across. A lattice cannot represent turbulence below kTurbulenceScaleMin_m.

@@ -36,7 +36,7 @@ class Batches {
     const void* model;
     LevelIndex level;
     int ticks;
-    // Index items.
+    // Are indices of items.
     std::size_t begin, end;
     std::int64_t step_ns;
   };

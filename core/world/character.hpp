@@ -24,7 +24,7 @@ inline constexpr std::uint64_t kNeverChanged = ~0ull;
 // Hair on the learnt level.
 struct LearntTurn {
   LearntState state;
-  // Coefficients that the network drives, m.
+  // Holds the coefficients that the network drives, m.
   std::vector<float> coefficients;
   bool has_begun = false;
   // Training covered its last turn.
@@ -45,24 +45,24 @@ struct Character {
   Pose from, to;
   // The last substep began at this pose: with `from` it gives the rigid velocity.
   Pose last_from;
-  // The length of that substep.
+  // Is the length of that substep.
   double last_step_s = 0;
-  // World, m/s, over its last turn: tells a ride from a jump (is_teleport).
+  // Is taken over its last turn, world, m/s: tells a ride from a jump (is_teleport).
   Vec3 head_velocity = Vec3::Zero();
   // The bones have stayed near it for bones_still_s.
   Pose still_pose;
   double bones_still_s = 0;
   // Bones and hair have been still for so long; from kSleepAfter_s on the character is asleep.
   double still_s = 0;
-  // The time since the rigid level was requested; negative means not requested.
+  // Is the time since the rigid level was requested; negative means not requested.
   double rigid_ease_s = -1;
-  // The time since the last level switch.
+  // Is the time since the last level switch.
   double since_switch_s = 1e9;
-  // The factor of the last tick from the level switch and untangling.
+  // Is the factor of the last tick from the level switch and untangling.
   double stiffness = 1;
   double contact_release = 0;
   Untangle untangle;
-  // The state before its last turn, while it settles.
+  // Holds the state before its last turn, while it settles.
   LatticeState unsettled;
   // Counts the ticks that the state includes.
   std::uint64_t state_tick = 0;

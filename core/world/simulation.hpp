@@ -37,7 +37,7 @@ class Simulation {
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
   // Asserts contains(key).
   [[nodiscard]] LatticeView lattice(CharacterKey key) const;
-  // The velocities of the lattice's nodes, head space, m/s.
+  // Returns the velocities of the lattice's nodes, head space, m/s.
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;
   // Characters whose initial hair state did not fit in the last step.
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }

@@ -17,7 +17,7 @@ constexpr double kLookEvery_s = 0.2;
 constexpr double kStiffnessMin = 0.01;
 constexpr float kHome_m = 0.002f;
 constexpr std::size_t kPointsMax = 400;
-// The step of the gradient's differences, in cells.
+// Is the step of the gradient's differences, in cells.
 constexpr float kDifference = 0.05f;
 
 // In an upright body no hair presses into the skin, so it is safe without contact.

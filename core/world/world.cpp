@@ -157,11 +157,11 @@ struct World::Impl {
   std::deque<Slot> slots;  // a deque, so that slots never move in memory; removed slots are reused
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
-  // Live slots without suspended ones, in the order of arrange().
+  // Holds the live slots without suspended ones, in the order of arrange().
   std::vector<Placed> order;
   // The order is still right for the current characters, levels and strides.
   bool is_arranged = false;
-  // The outcomes of the last tick, in this order.
+  // Holds the outcomes of the last tick, in this order.
   std::vector<Outcome> outcomes;
   Batches batches;
   std::uint64_t tick = 0;

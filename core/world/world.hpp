@@ -22,9 +22,9 @@ struct CharacterId {
 
 struct WorldDef {
   double tick_s = 1.0 / 30;
-  // Zero: substep_count_for(tick_s); poses are interpolated within the tick.
+  // Zero means substep_count_for(tick_s); poses are interpolated within the tick.
   int substep_count = 0;
-  // Counts iterations of conjugate gradient in a step; zero: iterations_for.
+  // Counts iterations of conjugate gradient in a step; zero means iterations_for.
   int iterations = 0;
   std::uint32_t character_count_max = 65536;
   // Belongs to every index without set_environment.
@@ -36,7 +36,7 @@ struct WorldDef {
 };
 
 struct CharacterDef {
-  // Null: only the rigid level can be set.
+  // Null means that only the rigid level can be set.
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
@@ -65,9 +65,9 @@ struct LatticeView {
   LevelIndex level = LevelIndex::rigid;
   // Is null when learnt or rigid.
   const Level* model = nullptr;
-  // Active order, head space, m; empty without a lattice.
+  // Is in active order, head space, m; is empty without a lattice.
   std::span<const Vec3f> displacement;
-  // Coefficients of the groom's basis, m; empty unless learnt.
+  // Holds coefficients of the groom's basis, m; is empty unless learnt.
   std::span<const float> coefficients;
   // The network was trained on such motions as those of the last step.
   bool is_covered = true;

@@ -18,7 +18,7 @@ struct TokenClaims {
   // None means any room.
   std::optional<std::string> room;
   wire::Role role = wire::Role::participant;
-  // Seconds since 1970; the token is invalid from then on.
+  // Counts seconds since 1970; the token is invalid from then on.
   std::int64_t expires_s = 0;
   // The token is invalid until then.
   std::optional<std::int64_t> not_before_s;

@@ -12,9 +12,9 @@ namespace hairnet::codec {
 inline constexpr double kHeadPositionStep_m = 1.0 / (1 << 13);
 // Applies to the other bones.
 inline constexpr double kBonePositionStep_m = 1.0 / (1 << 9);
-// The step of a component of a quaternion.
+// Is the step of a component of a quaternion.
 inline constexpr double kBoneRotationStep = 1.0 / (1 << 9);
-// The bits of each of three components of any rotation.
+// Holds the bits of each of three components of any rotation.
 inline constexpr unsigned kRotationBits = 14;
 
 // An upper bound of the bytes of a pose.

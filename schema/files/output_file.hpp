@@ -47,14 +47,14 @@ class OutputFile {
   OutputFile() = default;
   Result<void> copy_to_place();
 
-  // The path of a regular file.
+  // Is the path of a regular file.
   std::string target_;
   Temporary temporary_;
   // Is the temporary file.
   std::unique_ptr<std::FILE, CloseFile> file_;
   // Writes to what is no regular file.
   std::unique_ptr<std::FILE, CloseFile> in_place_;
-  // The errno of the first write that failed.
+  // Is the errno of the first write that failed.
   int fault_ = 0;
 };
 

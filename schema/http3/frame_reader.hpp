@@ -16,7 +16,7 @@ class FrameReader {
  public:
   struct Piece {
     std::uint64_t type = 0;
-    // The length of the whole payload.
+    // Is the length of the whole payload.
     std::uint64_t length = 0;
     std::span<const std::uint8_t> bytes;
     bool is_first = false, is_last = false;

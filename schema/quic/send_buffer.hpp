@@ -35,11 +35,11 @@ class SendBuffer {
 
  private:
   std::deque<std::vector<std::uint8_t>> chunks_;
-  // The stream's offset of the first chunk.
+  // Is where the first chunk begins in the stream.
   std::uint64_t begin_ = 0;
-  // The stream's offset of the first unsent byte.
+  // Is the place of the first unsent byte in the stream.
   std::uint64_t next_ = 0;
-  // The stream's offset behind the last byte.
+  // Is the place behind the last byte in the stream.
   std::uint64_t end_ = 0;
   std::size_t next_chunk_ = 0, next_in_chunk_ = 0;
   bool is_ended_ = false, is_end_sent_ = false, is_reset_ = false;

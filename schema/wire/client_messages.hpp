@@ -36,15 +36,15 @@ struct Hello {
   // Empty means none.
   std::string token = {};
   Role role = Role::participant;
-  // The session to continue; zero means a new one.
+  // Is the session to continue; zero means a new one.
   std::uint64_t session = 0;
-  // The secret of that session.
+  // Belongs to that session.
   SessionSecret secret{};
   // The number in union Body of the last message that the client knows: the server sends none beyond it.
   std::uint8_t message_max = std::variant_size_v<Message>;
   // Counts the redirects that the client has followed to come here since its last Welcome.
   std::uint8_t redirects = 0;
-  // The last that the client knows: kFrameDatagramLayout; zero means only packets.
+  // Is the last that the client knows: kFrameDatagramLayout; zero means only packets.
   std::uint8_t datagram_layout = 0;
   // Names the client's whole way, over all servers, for their logs; zero means none.
   std::uint64_t trace = 0;
@@ -152,7 +152,7 @@ struct Observe {
 // values.
 struct MemberImportance {
   std::uint32_t member = 0;
-  // The height of the head over the screen's.
+  // Is the height of the head over the screen's.
   float screen_height = 0;
   bool in_view = true;
 };
@@ -170,11 +170,11 @@ struct EvaluateLearnt {  // the client has the file of GroomLearnt: frames of su
 // What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`.
 struct Moderate {
   ModerateAction action = ModerateAction::remove;
-  // The owner of a member, as MemberJoined names it.
+  // Is the owner of a member, as MemberJoined names it.
   std::uint64_t session = 0;
-  // As the server's log names it: "sub:alice".
+  // Is named as in the server's log: "sub:alice".
   std::string subject;
-  // The duration of the ban after a removal; zero means none.
+  // Is the duration of the ban after a removal; zero means none.
   std::uint32_t seconds = 0;
   // Is for people and the log.
   std::string reason = {};

@@ -11,7 +11,7 @@ namespace hairnet::wire {
 namespace {
 
 constexpr double kMoveStep_m = 5e-5;
-// The step of a component of a quaternion.
+// Is the step of a component of a quaternion.
 constexpr double kTurnStep = 1.0 / 32767;
 // A larger turn would make it imprecise.
 constexpr double kLeastW = 0.5;

@@ -86,7 +86,7 @@ void for_each_coordinate(std::size_t number, std::span<const PointRun> runs, Bod
 using Weights = std::array<std::int16_t, kGroomWeightsPerRow>;
 using Steps = std::array<std::int64_t, kGroomTaps>;
 
-// The steps that lead to each point before coordinate i, the nearest first; 0 where there are no more.
+// Returns the steps that lead to each point before coordinate i, the nearest first; 0 where there are no more.
 Steps steps_before(std::span<const std::int32_t> q, std::size_t number, std::size_t i, std::size_t step) {
   Steps steps{};
   for (std::size_t t = 0; t < kGroomTaps && t + 2 <= number; ++t)

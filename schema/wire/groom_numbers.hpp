@@ -14,7 +14,7 @@
 // floats. Encoding what was decoded gives the same integers again. For groom_file.cpp and groom_features.cpp.
 namespace hairnet::wire {
 
-// The step of each coordinate: points move by 0.043 mm at most.
+// Is the step of each coordinate: points move by 0.043 mm at most.
 inline constexpr double kGroomStep_m = 5e-5;
 // Is a bone weight of 1.
 inline constexpr std::int32_t kGroomWeightMax = 4095;

@@ -35,7 +35,7 @@ struct Welcome {
   std::int64_t pose_delay_ns = 0;
   // The session may set the wind; a moderator may forbid it later.
   bool may_set_wind = true;
-  // Other servers of the fleet, to ask when this one does not answer any more.
+  // Names other servers of the fleet, to ask when this one does not answer any more.
   std::vector<ServerAt> others = {};
   // The client hears something of it in less than kSilence_ms, all the time.
   bool signs_of_life = false;
@@ -52,7 +52,7 @@ struct GroomStatus {
 // Holds the groom's bytes from `offset` on; pieces come in order.
 struct GroomData {
   GroomHash hash{};
-  // The size of the whole groom.
+  // Is the size of the whole groom.
   std::uint64_t byte_count = 0;
   std::uint64_t offset = 0;
   std::vector<std::uint8_t> bytes;
@@ -62,7 +62,7 @@ struct CharacterAdded {
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::rigid;
-  // Its number in frames.
+  // Is its number in frames.
   std::uint32_t member = 0;
   // Counts the characters that have had this member number.
   std::uint8_t generation = 0;
@@ -70,14 +70,14 @@ struct CharacterAdded {
 // The server sends it to all others in the room.
 struct MemberJoined {
   std::uint32_t member = 0;
-  // The owner's session.
+  // Is the owner's session.
   std::uint64_t session = 0;
-  // The owner's number for it.
+  // Is the owner's number for it.
   std::uint32_t character = 0;
   GroomHash groom{};
-  // The owner's, as in AddCharacter.
+  // Is the owner's, as in AddCharacter.
   std::string tag = {};
-  // The owner's; none: the receiver's default.
+  // Is the owner's; none means the receiver's default.
   std::optional<Appearance> appearance = {};
   // Counts the characters that have had this member number.
   std::uint8_t generation = 0;
@@ -105,20 +105,20 @@ struct CharacterRemoved {
 // Comes before the groom's first frame with coefficients.
 struct GroomBasis {
   GroomHash groom{};
-  // The hash of the file, which GroomRequest asks for.
+  // Is the hash of the file, which GroomRequest asks for.
   GroomHash basis{};
 };
 // The client may evaluate the groom's hair itself while it is on the learnt level.
 struct GroomLearnt {
   GroomHash groom{};
-  // The hash of the file, which GroomRequest asks for.
+  // Is the hash of the file, which GroomRequest asks for.
   GroomHash learnt{};
 };
 // An encoded frame. `content` is a prefix of what codec::encode_frame gives: a pose, and coefficients of the groom's
 // basis. It refers to no other frame.
 struct Frame {
   std::uint32_t member = 0;
-  // The level that the server steps; rigid means no coefficients: hair is at rest.
+  // Is the level that the server steps; rigid means no coefficients: hair is at rest.
   LevelIndex level = LevelIndex::rigid;
   // Marks a teleport or a reset: do not interpolate from the last frame.
   bool discontinuous = false;
@@ -132,19 +132,19 @@ struct Frame {
 };
 struct FrameBatch {
   std::uint64_t tick = 0;
-  // When the poses were sampled, by the server's clock (tick time - pose delay).
+  // Is when the poses were sampled, by the server's clock (tick time - pose delay).
   std::int64_t sample_time_ns = 0;
   // Members ascend.
   std::vector<Frame> frames;
   // The contents of a decoded batch lie in it.
   std::shared_ptr<const std::vector<std::uint8_t>> storage = {};
-  // The generation of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded; else
-  // empty.
+  // Holds the generation of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded;
+  // else empty.
   std::vector<std::uint8_t> generations = {};
 };
 // Leads to the server that holds the room: the client connects there, with a new session.
 struct Redirect {
-  // None: nobody holds it for the moment; ask again where you asked first.
+  // None means that nobody holds it for the moment; ask again where you asked first.
   std::optional<ServerAt> to = {};
 };
 struct Error {
