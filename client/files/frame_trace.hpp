@@ -15,14 +15,14 @@ struct TracedFrame {
   std::uint64_t tick = 0;
   // Holds session << 32 | the client's number.
   std::uint64_t character = 0;
-  // The level that was stepped.
+  // Is the level that was stepped.
   LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false;
   bool asleep = false;
   Pose pose;
-  // The displacement of the level, or of the finest where frames came from a server; active order, head space, m.
+  // Is the displacement of the level, or of the finest where frames came from a server; in active order, head space, m.
   std::span<const Vec3f> displacement;
-  // Ticks from one step to the next.
+  // Counts ticks from one step to the next.
   int step_stride = 1;
 };
 

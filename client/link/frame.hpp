@@ -12,11 +12,11 @@ namespace hairnet::link {
 
 // One character at one tick, decoded.
 struct Frame {
-  // The character's number in the room.
+  // Is the character's number in the room.
   std::uint32_t member = 0;
-  // This client's own number; zero means another client's character.
+  // Is this client's own number; zero means another client's character.
   std::uint32_t character = 0;
-  // The level that the server steps.
+  // Is the level that the server steps.
   LevelIndex level = LevelIndex::rigid;
   // Marks a teleport or a reset: do not interpolate from the last frame.
   bool discontinuous = false;
@@ -26,15 +26,15 @@ struct Frame {
   bool repeated = false;
   // Shows the last known hair from before a reconnect; the new server has no lattice yet.
   bool last_known = false;
-  // Ticks from one step of the character to the next.
+  // Counts ticks from one step of the character to the next.
   std::uint8_t step_stride = 1;
-  // The same in seconds; zero means not known.
+  // Is the same in seconds; zero means not known.
   float step_s = 0;
-  // The pose of the head and shoulders at that step.
+  // Is the pose of the head and shoulders at that step.
   Pose pose;
-  // Coefficients of the basis, m; those that are missing at the end are 0.
+  // Holds coefficients of the basis, m; those that are missing at the end are 0.
   std::vector<float> coefficients;
-  // Null: the hair is at rest, or its basis has not arrived yet.
+  // Is null when the hair is at rest, or its basis has not arrived yet.
   std::shared_ptr<const KnownBasis> basis;
 };
 

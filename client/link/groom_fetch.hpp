@@ -17,7 +17,7 @@ class GroomFetch {
  public:
   // Counts the files that are on their way, and those that have arrived since none was.
   struct Progress {
-    // The bytes that are here, and the sizes of those files whose size is known.
+    // Count the bytes that are here, and those of files whose size is known.
     std::uint64_t bytes = 0, byte_count = 0;
   };
   [[nodiscard]] Progress progress() const;
@@ -34,13 +34,13 @@ class GroomFetch {
   GroomFetched fail(const wire::GroomHash& hash, std::string why);
 
   struct Fetch {
-    // The bytes that have arrived.
+    // Holds the bytes that have arrived.
     std::vector<std::uint8_t> bytes;
-    // The size of the file; zero until a piece has arrived.
+    // Is the size of the file; zero until a piece has arrived.
     std::uint64_t byte_count = 0;
   };
   std::map<wire::GroomHash, Fetch> fetches_;
-  // The bytes of files that arrived since none was on its way.
+  // Counts the bytes of files that arrived since none was on its way.
   std::uint64_t arrived_bytes_ = 0;
 };
 

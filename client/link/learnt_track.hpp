@@ -12,7 +12,7 @@ namespace hairnet::link {
 
 // What the hair of a member depends on beside the coefficients of its frame.
 struct LearntFrame {
-  // The pose of the frame before; null means that there is none that the hair could continue.
+  // Is the pose of the frame before; null means that there is none that the hair could continue.
   const Pose* from = nullptr;
   const Pose* to = nullptr;
   // Counts the ticks between the two.

@@ -45,7 +45,7 @@ struct LinkCoreOptions {
   std::uint64_t seed = 1;
   // The logs of all its servers name this number; zero means that a Link draws one.
   std::uint64_t trace = 0;
-  // The fraction of members whose frames are decoded; the others are only counted.
+  // Is the fraction of members whose frames are decoded; the others are only counted.
   double decode_share = 1;
   // Learnt hair is computed from poses alone: networks are downloaded, and frames of it are smaller.
   bool evaluate_learnt = true;
@@ -229,9 +229,9 @@ class LinkCore {
   // Bases that frames wait for are asked for again then.
   std::int64_t ask_again_ns_ = 0;
   std::int64_t active_since_ns_ = 0;
-  // The start of the current or the last outage.
+  // Is the start of the current or the last outage.
   std::optional<std::int64_t> away_since_ns_;
-  // The time when a packet, or a sign of life, went out last.
+  // Is the time when a packet, or a sign of life, went out last.
   std::int64_t sent_ns_ = 0;
   channel::Silence silence_{0};
   Backoff backoff_;
@@ -245,7 +245,7 @@ class LinkCore {
   // Holds what was sent over this connection, if it has datagrams.
   SentPoses sent_poses_;
   Members members_;
-  // The frames of the batch in hand.
+  // Holds the frames of the batch in hand.
   std::vector<Members::DecodedFrame> decoded_;
   LastKnownHair last_known_;
   ImportanceReporter importance_;
@@ -254,13 +254,13 @@ class LinkCore {
   EventQueue events_;
   LinkCounters counters_;
   std::optional<wire::Welcome> welcome_;
-  // None: the server that the caller knows.
+  // None means the server that the caller knows.
   std::optional<wire::ServerAt> redirected_to_, welcomed_at_;
   // Counts attempts since the one at the last server failed.
   std::size_t asked_ = 0;
   // Counts redirects in a row, since the last welcome.
   std::uint8_t redirects_ = 0;
-  // The time of the first redirect since the last welcome.
+  // Is the time of the first redirect since the last welcome.
   std::optional<std::int64_t> sent_on_ns_;
   std::string end_detail_;
 };

@@ -56,20 +56,20 @@ class Members {
     std::optional<wire::GroomHash> wants_basis;
     // Names the file of the learnt hair that the frame shows, if it is not here.
     std::optional<wire::GroomHash> wants_learnt;
-    // The message for the server: what the hair depends on is here; or again, since the network has missed too many
+    // Is the message for the server: what the hair depends on is here; or again, since the network has missed too many
     // frames.
     std::optional<wire::EvaluateLearnt> evaluates;
     // The frame has no coefficients, and the learnt hair is not here.
     bool lacks_learnt = false;
     // Is the frame's own mark, or that of an earlier undecodable frame.
     bool discontinuous = false;
-    // This client's own number; zero means another client's character.
+    // Is this client's own number; zero means another client's character.
     std::uint32_t character = 0;
     // The following describe a decoded frame, and are valid until the next frame of the member.
     const Pose* pose = nullptr;
-    // m; those that are missing at the end are 0. They are as coded until evaluate().
+    // Holds coefficients, m; those that are missing at the end are 0. They are as coded until evaluate().
     std::span<const float> coefficients;
-    // Null: the hair is at rest, or its basis has not arrived yet.
+    // Is null when the hair is at rest, or its basis has not arrived yet.
     std::shared_ptr<const KnownBasis> basis;
   };
   // After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the

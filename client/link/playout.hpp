@@ -41,13 +41,13 @@ class Playout {
     // Is false until the first frame.
     bool valid = false;
     Pose pose;
-    // The level that the server steps.
+    // Is the level that the server steps.
     LevelIndex level = LevelIndex::rigid;
-    // Coefficients of the basis, m; those that are missing are 0. They are valid until the next call.
+    // Holds coefficients of the basis, m; those that are missing are 0. They are valid until the next call.
     std::span<const float> coefficients;
-    // Null: at rest.
+    // Is null at rest.
     std::shared_ptr<const KnownBasis> basis;
-    // The sample time that is shown; it never goes back.
+    // Is the sample time that is shown; it never goes back.
     std::int64_t time_ns = 0;
     [[nodiscard]] std::shared_ptr<const LevelGeometry> geometry() const {
       return basis ? std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry) : nullptr;
@@ -62,7 +62,7 @@ class Playout {
   Sample sample(std::int64_t render_time_ns);
 
   [[nodiscard]] std::uint64_t dropped_count() const { return dropped_count_; }
-  // The time that passes from sample time to play time.
+  // Returns the time that passes from sample time to play time.
   [[nodiscard]] std::int64_t delay_ns() const { return delay_ns_; }
 
  private:
@@ -77,7 +77,7 @@ class Playout {
     bool discontinuous = false;
     // The frame is shown until a newer one comes.
     bool asleep = false;
-    // The time from one step of the character to the next; zero means not known.
+    // Is the time from one step of the character to the next; zero means not known.
     std::int64_t step_ns = 0;
     State state;
   };
@@ -112,12 +112,12 @@ class Playout {
 
   // Sorted by time; once sampled, at most three lie at or before the play time.
   std::deque<BufferedFrame> frames_;
-  // The last frames, in the order of their arrival.
+  // Holds the last frames, in the order of their arrival.
   std::deque<Arrival> arrivals_;
   std::int64_t least_late_ns_ = 0, most_late_ns_ = 0;
   // Nine tenths of the intervals between frames are shorter.
   std::int64_t interval_ns_ = 0;
-  // The last result of sample(), and its time.
+  // Are the last result of sample(), and its time.
   State shown_;
   std::int64_t time_ns_ = 0;
   std::optional<Correction> correction_;

@@ -66,11 +66,11 @@ class PlayedWorld {
     LevelIndex level = LevelIndex::rigid;
     // Moves hair by displacements of the grid's nodes.
     MovedLattice lattice;
-    // Null: at rest.
+    // Is null at rest.
     std::shared_ptr<const LevelGeometry> geometry;
     // Is in active order and head space, m.
     std::span<const Vec3f> displacement;
-    // Null: rigid.
+    // Is null when rigid.
     std::shared_ptr<const Level> model;
   };
   // Asserts that the character is there.
@@ -93,11 +93,11 @@ class PlayedWorld {
     std::shared_ptr<const LevelSet> levels;
     LevelIndex level_wanted = LevelIndex::high;
     MaterialScale material;
-    // The last two ticks.
+    // Holds the last two ticks.
     Lattice before, after;
-    // As shown: active nodes, and all grid nodes.
+    // Hold what is shown, for active nodes and for all grid nodes.
     std::vector<Vec3f> displacement, grid;
-    // The lattice that is shown.
+    // Is the lattice that is shown.
     const Lattice* lattice = nullptr;
   };
   static WorldDef world_def(const Def& def);

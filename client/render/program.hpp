@@ -57,7 +57,7 @@ class Program {
   [[nodiscard]] GLint at(const char* uniform) const;
 
   GLuint name_;
-  // Locations of the uniforms used so far; their names are literals.
+  // Holds the locations of the uniforms used so far; their names are literals.
   mutable std::vector<std::pair<const char*, GLint>> places_;
 };
 

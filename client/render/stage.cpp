@@ -162,7 +162,7 @@ class GlStage final : public Stage {
   VertexArray nothing_;
   // No texture has more rows.
   std::size_t rows_max_ = 0;
-  // Rows that the strands of all characters take.
+  // The strands of all characters take so many rows.
   std::size_t point_rows_ = 0;
   // Counts the grids of density in the picture.
   std::size_t densities_ = 0;

@@ -38,9 +38,9 @@ struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, vertices = 0;
   // Counts characters that did not fit into the GPU's textures.
   std::size_t left_out = 0;
-  // On the GPU: all grooms and bases, and one character.
+  // Count bytes on the GPU: those of all grooms and bases, and those of one character.
   std::size_t groom_bytes = 0, character_bytes = 0;
-  // On the GPU: points of the drawn strands.
+  // Counts bytes on the GPU of the points of the drawn strands.
   std::size_t point_bytes = 0;
 };
 

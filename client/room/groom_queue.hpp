@@ -34,11 +34,11 @@ class GroomQueue {
   [[nodiscard]] std::optional<wire::GroomHash> largest(std::int64_t waited_ns) const;
 
   std::set<wire::GroomHash> waiting_;
-  // The largest head with each groom.
+  // Holds the largest head with each groom.
   std::map<wire::GroomHash, float> heights_;
   std::optional<wire::GroomHash> current_;
   int reports_ = 0, calls_ = 0;
-  // The time when the first groom began to wait.
+  // Is the time when the first groom began to wait.
   std::optional<std::int64_t> begun_ns_;
 };
 

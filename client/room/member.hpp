@@ -16,22 +16,22 @@ namespace hairnet::room {
 
 // One character of a room, as it is shown at the last Room::advance(). Only the Room changes it.
 struct Member {
-  // The number in the room; an own character gets another one from another server.
+  // Is the number in the room; an own character gets another one from another server.
   std::uint32_t number = 0;
-  // This client's own number for it; zero means another client's character.
+  // Is this client's own number for it; zero means another client's character.
   std::uint32_t own = 0;
-  // The owner's session; it is another after that session has ended and a new one begun.
+  // Is the owner's session, and another after that one has ended and a new one begun.
   std::uint64_t session = 0;
-  // The owner's own number for it: with `session` it is the same for all clients.
+  // Is the owner's own number for it: with `session` it is the same for all clients.
   std::uint32_t owners_character = 0;
   wire::GroomHash groom_hash{};
-  // Any bytes, at most wire::kTagBytesMax; by convention the tag is a name in UTF-8.
+  // Holds any bytes, at most wire::kTagBytesMax; by convention the tag is a name in UTF-8.
   std::string tag;
-  // None: the default of its number.
+  // None means the default of its number.
   std::optional<wire::Appearance> appearance;
-  // Null: not here yet, or `error` says why it cannot be shown.
+  // Is null when it is not here yet, or `error` says why it cannot be shown.
   std::shared_ptr<const Groom> groom;
-  // The bytes of its file; null like `groom`.
+  // Holds the bytes of its file; is null like `groom`.
   link::RequestedState::Bytes groom_file;
   // Says in one line why the groom cannot be shown; empty without an error.
   std::string error;
@@ -40,7 +40,7 @@ struct Member {
   // What to show now. An own character has the pose that was pushed last, with the newest lattice; the pose of others
   // belongs to the same time as their lattice. None: no pose is known, so the character cannot be shown.
   std::optional<Pose> pose;
-  // Its lattice, and the level that the server steps; at rest until `valid`.
+  // Holds its lattice, and the level that the server steps; is at rest until `valid`.
   link::Playout::Sample sample;
   link::Playout playout;
 };

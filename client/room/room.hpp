@@ -102,7 +102,7 @@ class Room {
   [[nodiscard]] State state() const { return state_; }
   // Belongs to this client; zero until there is one.
   [[nodiscard]] std::uint64_t session() const { return session_; }
-  // The room's wind; still air before it is known.
+  // Is the room's wind; still air before it is known.
   [[nodiscard]] const Wind& wind() const { return wind_; }
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
   [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }

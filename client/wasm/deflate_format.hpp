@@ -7,7 +7,7 @@
 namespace hairnet::wasm {
 
 inline constexpr std::uint32_t kCodeBitsMax = 15;
-// The symbol behind the literals.
+// Is the symbol behind the literals.
 inline constexpr std::size_t kEndOfBlock = 256;
 // The code of a block's code lengths has so many symbols.
 inline constexpr std::size_t kLengthSymbols = 19;

@@ -149,7 +149,7 @@ class PrefixCode {
   std::array<std::uint16_t, std::size_t{1} << kFastBits> fast_;
   // Counts the codes with each length.
   std::array<std::uint16_t, kCodeBitsMax + 1> count_;
-  // Sorted in the order of their codes.
+  // Is sorted in the order of their codes.
   std::array<std::uint16_t, kLiteralCodes> symbols_;
 };
 

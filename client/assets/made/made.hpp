@@ -15,7 +15,7 @@ namespace hairnet {
 Body make_bust();
 
 struct HairstyleOptions {
-  // The length of the longest strands before curling, or of the tail if tied; zero means the style's own.
+  // Is the length of the longest strands before curling, or of the tail if tied; zero means the style's own.
   double length_m = 0;
   // Ranges from 0, straight, to 1, tight curls; a negative value means the style's own.
   double curl = -1;

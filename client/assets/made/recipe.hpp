@@ -12,7 +12,7 @@ struct Fringe {
   double half_angle_deg = 0;
   // Reaches back from the hairline, in the middle.
   double depth_m = 0.035;
-  // The share of the depth that is missing at the fringe's ends.
+  // Is the share of the depth that is missing at the fringe's ends.
   double wedge = 0.5;
   // Hair is cut at this height, about the brows.
   double tip_height_m = 0.066;
@@ -53,7 +53,7 @@ struct LooseRecipe {
   int locks = 260;
   // Strands of a lock gather towards their tips, 0 … 1.
   double clumping = 0.45;
-  // The share of the length where the gathering is complete.
+  // The gathering is complete at this share of the length.
   double gathered_at = 0.9;
   // Spreads the phases within a lock, radians.
   double curl_disorder = 0.9;

@@ -18,11 +18,11 @@ struct Gesture {
   double left_shoulder = 0, right_shoulder = 0;
   // Lifts both about +Z.
   double shoulders_up = 0;
-  // The speed straight ahead.
+  // Is the speed straight ahead.
   double speed_m_per_s = 0;
-  // The position on the floor, not eased.
+  // Is the position on the floor, not eased.
   Vec3 place = Vec3::Zero();
-  // The yaw at that place, not eased.
+  // Is the yaw at that place, not eased.
   double facing = 0;
   // Counts teleports.
   std::uint32_t place_index = 0;

@@ -13,7 +13,7 @@ namespace {
 constexpr int kColumns = 33, kRows = 30;
 // The hair under the veil is this thick.
 constexpr double kHairThickness = 0.030;
-// Half the angle of the comb's arc over the head.
+// Is half the angle of the comb's arc over the head.
 constexpr double kCombHalf_rad = 0.80;
 
 // One warp thread of the veil: from the comb back over the hair, then down, in folds that open towards the hem.

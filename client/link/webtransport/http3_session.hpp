@@ -12,7 +12,7 @@
 
 namespace hairnet::link {
 
-// QUIC's number of a stream. The lowest bit says who opened it (0: the client), the next whether it is one-way.
+// Is QUIC's number of a stream. The lowest bit says who opened it (0: the client), the next whether it is one-way.
 using StreamId = std::int64_t;
 
 // What a Http3Session asks of the QUIC connection below it, and tells the one above. No call may destroy it.

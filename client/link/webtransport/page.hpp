@@ -15,10 +15,10 @@ inline constexpr std::string_view kWebTransportPage = "/wt.json";
 
 // What that page says.
 struct WebTransportPage {
-  // Zero: the server has no WebTransport.
+  // Zero means that the server has no WebTransport.
   std::uint16_t port = 0;
   std::string path;
-  // Hashes of the certificates that the server may show; none: they are signed by an authority.
+  // Holds hashes of the certificates that the server may show; none means that they are signed by an authority.
   std::vector<quic::CertificateHash> hashes;
 };
 

@@ -26,7 +26,7 @@ namespace hairnet::link {
 
 struct QuicOptions {
   static constexpr std::uint64_t kOneWayWindowBytes = std::uint64_t{512} << 10;
-  // The application's protocol, as TLS names it; empty means none.
+  // Is the application's protocol, as TLS names it; empty means none.
   std::string protocol = "h3";
   std::uint32_t version = NGTCP2_PROTO_VER_V1;
   std::int64_t handshake_timeout_ns = 5'000'000'000;
@@ -83,7 +83,7 @@ class QuicConnection final : private quic::SendObserver {
   void drop_first_datagram() { queues_.drop_first_datagram(); }
   // Counts the datagrams that wait.
   [[nodiscard]] std::size_t datagram_count() const { return queues_.datagram_count(); }
-  // Zero: the peer takes none.
+  // Returns zero when the peer takes none.
   [[nodiscard]] std::size_t datagram_frame_bytes_max() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] std::size_t kept_bytes() const { return queues_.kept_bytes(); }
@@ -126,7 +126,7 @@ class QuicConnection final : private quic::SendObserver {
   ngtcp2_crypto_conn_ref reference_{};
   quic::SendQueues queues_;
   quic::AnswerDelay answer_;
-  // The time at which the packet in hand is read.
+  // Is the time at which the packet in hand is read.
   std::int64_t now_ns_ = 0;
   // Holds what is not yet sent.
   std::vector<std::uint8_t> close_packet_;

@@ -116,7 +116,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   std::size_t passed_bytes_ = 0;
   // The server has ended the channel.
   bool has_ended_ = false;
-  // The time of the current call.
+  // Is the time of the current call.
   std::int64_t now_ns_ = 0;
   // Bounds the opening and the end; zero means no deadline.
   std::int64_t deadline_ns_ = 0;

@@ -25,9 +25,9 @@ struct SimulateOptions {
   LevelIndex level = LevelIndex::high;
   Solver solver = Solver::standard;
   double rate_hz = 30;
-  // Zero: substep_count_for the rate.
+  // Zero means substep_count_for the rate.
   int substep_count = 0;
-  // Zero: the level's own.
+  // Zero means the level's own.
   int iterations = 0;
   Wind wind;
   // Replaces the groom's own.

@@ -93,7 +93,7 @@ class ConvergedStepper : public Stepper {
   StepperDef def_;
   // Is kept alive by def_.
   const Level& level_;
-  // At the end of the last tick, and one substep before that.
+  // Hold the poses at the end of the last tick, and one substep before that.
   Pose from_, last_from_;
   // Belongs to the last tick; world, m/s.
   Vec3 head_velocity_ = Vec3::Zero();

@@ -59,20 +59,20 @@ struct ViewOptions {
   // Follows the motions: heads ease upright within 1 s, then are still.
   double settle_s = 0;
   double pose_rate_hz = 60;
-  // The rate of a local world.
+  // Is the rate of a local world.
   double tick_rate_hz = 30;
-  // The rate of a video.
+  // Is the rate of a video.
   double frame_rate_hz = 30;
   // Each pose is taken up to this much earlier or later.
   double jitter_ms = 0;
   // Blows in the whole room.
   std::optional<Wind> wind;
   std::string out, sheet, trace;
-  // The times of the sheet's columns.
+  // Holds the times of the sheet's columns.
   std::vector<double> times_s;
   // The sheet has one row for each character and view.
   std::vector<View> views;
-  // The size of a picture, a video or the window.
+  // Are the size of a picture, a video or the window.
   int width = 480, height = 540;
 };
 

@@ -163,7 +163,7 @@ class RenderedPictures : public Pictures {
   std::unique_ptr<render::Renderer> renderer_;
   struct OnStage {
     std::size_t number = 0;
-    // The skin that the stage has.
+    // Is the skin that the stage has.
     std::shared_ptr<const Skin> skin;
   };
   std::map<const Groom*, OnStage> grooms_;

@@ -13,7 +13,7 @@
 namespace hairnet::viewer {
 
 struct StreamResult {
-  // Indexed [time][character].
+  // Is indexed [time][character].
   std::vector<std::vector<Moment>> moments;
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
@@ -21,7 +21,7 @@ struct StreamResult {
   std::string members;
   // The stream is connected to a server; without one, the statistics count nothing.
   bool connected = false;
-  // The error that ended the stream early, if any.
+  // Is the error that ended the stream early, if any.
   Result<void> ended;
   // A signal stopped it before its end: moments may be missing.
   bool stopped = false;

@@ -24,25 +24,25 @@ struct ViewedCharacter {
   std::uint64_t id = 0;
   std::string name;
   std::shared_ptr<const Groom> groom;
-  // Linear RGB.
+  // Is linear RGB.
   Vec3f hair_colour = Vec3f::Zero();
   // Replaces hair_colour; none: the default skin and roughness.
   std::optional<wire::Appearance> appearance;
   Pose pose;
-  // The lattice of its hair.
+  // Is the lattice of its hair.
   MovedLattice lattice;
-  // The level that is stepped.
+  // Is the level that is stepped.
   LevelIndex level = LevelIndex::rigid;
-  // The lattice's geometry; null means at rest.
+  // Is the lattice's geometry; null means at rest.
   std::shared_ptr<const LevelGeometry> geometry;
-  // The same of simulated hair, active order, head space, m.
+  // Holds the same for simulated hair, in active order, head space, m.
   std::span<const Vec3f> displacement;
-  // The lattice's mechanical model; null means not known here.
+  // Is the lattice's mechanical model; null means not known here.
   std::shared_ptr<const Level> model;
   // The hair is kept out of this skin; null means not known here.
   std::shared_ptr<const Skin> skin;
   MaterialScale material;
-  // The finest level that it may have.
+  // Is the finest level that it may have.
   LevelIndex level_wanted = LevelIndex::high;
   // The user may grab and change it.
   bool own = false;

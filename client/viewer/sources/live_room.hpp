@@ -25,7 +25,7 @@ struct SeenCharacter {
   // Is as it was last.
   std::shared_ptr<const room::Member> member;
   std::shared_ptr<const Groom> groom;
-  // Indexed [time].
+  // Is indexed [time].
   std::vector<std::optional<Moment>> moments;
 };
 
@@ -55,7 +55,7 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   [[nodiscard]] std::int64_t now_ns() const { return link_->now_ns(); }
   // Negative before the clips begin; none while their begin is not known.
   [[nodiscard]] std::optional<double> clip_time_s(std::int64_t now_ns) const;
-  // The moments of the own characters, as last shown.
+  // Returns the moments of the own characters, as last shown.
   [[nodiscard]] std::vector<Moment> moments() const;
   // The characters of others whose hair was seen in at least one moment. `moment_count`: of all moments.
   [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const;
@@ -63,7 +63,7 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   [[nodiscard]] std::string members_summary() const;
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_->counters(); }
-  // The last batch's latency, from pose to frame.
+  // Returns the last batch's latency, from pose to frame.
   [[nodiscard]] double latency_ms() const { return latency_ms_; }
   // Is one line; empty without a problem.
   [[nodiscard]] const std::string& status() const { return status_; }
@@ -138,7 +138,7 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   std::vector<ViewedCharacter> viewed_;
   Wind wind_;
   bool paused_ = false;
-  // The total so far.
+  // Is the total so far.
   double paused_s_ = 0;
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
@@ -149,7 +149,7 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   std::int64_t opened_ns_ = 0;
   // pose_count_ poses have been sent since poses_begun_ns_.
   std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;
-  // The time at which the clips begin.
+  // Is the time at which the clips begin.
   std::optional<std::int64_t> zero_ns_;
   std::optional<std::int64_t> refused_ns_;
   double last_pose_s_ = -MotionTimeline::kLeadIn_s;

@@ -28,7 +28,7 @@ struct LocalCharacter {
 
 struct LocalTick {
   std::uint64_t number = 0;
-  // The time at the tick's end.
+  // Is the time at the tick's end.
   double time_s = 0;
   StepReport report;
   // World::step took so long; zero without a clock.
@@ -43,7 +43,7 @@ class LocalWorld : public HairSource {
                           kTickRateMax_hz = local::PlayedWorld::kTickRateMax_hz;
   struct Def {
     double tick_rate_hz = 30;
-    // The duration of the clips, see MotionTimeline.
+    // Is the duration of the clips, see MotionTimeline.
     double duration_s = 0;
     Loop loop = Loop::plain;
     Wind wind;
