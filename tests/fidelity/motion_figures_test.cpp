@@ -14,7 +14,7 @@
 namespace hairnet::fidelity {
 namespace {
 
-// Bound each motion over both hairstyles and both levels. Shares are of points too deep in the body, lengths of strands
+// Bounds each motion over both hairstyles and both levels. Shares are of points too deep in the body, lengths of strands
 // in the lattice over their design's.
 struct Bounds {
   std::string_view motion;
