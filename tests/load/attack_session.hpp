@@ -29,7 +29,7 @@ struct SessionAttack {
   double wind_hz = 0;
   // Says whether the winds differ.
   bool wind_varies = true;
-  // Characters are added and removed in turn.
+  // Characters are added and removed in turn so often.
   double churn_hz = 0;
   // Sends SetAppearance of its characters in turn, with tags of any bytes.
   double appearance_hz = 0;

@@ -43,9 +43,9 @@ struct Counts {
   // Counts own frames and others'.
   std::array<std::uint64_t, kLevelCount> frames_by_level{};
   std::array<std::uint64_t, kStrides.size()> frames_by_stride{};
-  // Count packets.
+  // Count bytes of packets.
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  // Counts nodes alone, in frames.
+  // Counts bytes of nodes alone, in frames.
   std::uint64_t content_bytes = 0;
   // Count characters: those whose first frame came, and those whose first frame never came.
   std::uint64_t joins = 0, joins_unanswered = 0;

@@ -115,7 +115,7 @@ class BadClient final : public ClientEvents {
   std::int64_t until_ns_ = 0;
   // Counts connections.
   std::uint64_t turn_ = 0;
-  // Is true once it is welcome on this connection, unless it was sent away.
+  // Is true while it is welcome on this connection, and was not sent away.
   bool is_welcome_ = false;
   std::uint32_t sequence_ = 0;
   std::set<std::uint32_t> characters_;

@@ -19,7 +19,7 @@ struct Gaps {
   // Lie between one frame of a character and its next, on arrival; ascending.
   std::vector<float> ms;
   double frame_bytes_per_s = 0;
-  // Is the share of observers whose hair was coarser, or frames fewer, than asked for, ten times a second.
+  // Is the share of observers, looked at ten times a second, with coarser hair or fewer frames than asked for.
   double coarser_share = 0;
   // A client moves a character over such a line. These are the share of its poses that never came, and the share of
   // ticks before whose sample time the newest pose was captured.

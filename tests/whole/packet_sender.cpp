@@ -13,7 +13,7 @@ constexpr std::size_t kAcknowledgementBytes = 60;
 constexpr std::uint64_t kReorderedPackets = 3;
 // It is lost too when so many round trips have gone.
 constexpr double kReorderedTrips = 9.0 / 8;
-// Multiplies the window by a loss.
+// Multiplies the window at a loss.
 constexpr double kShrink = 0.7;
 // Bounds a window that nobody needs, bytes.
 constexpr double kUnusedMax = 64e3;

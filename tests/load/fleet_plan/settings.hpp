@@ -24,7 +24,7 @@ struct Settings {
   double zipf = 0.9;
   // Limits the people of a room; zero allows any number.
   std::uint32_t room_cap = 256;
-  // Counts rooms that a person asks for, while they are full, before it goes away.
+  // Limits the rooms that a person asks for, while they are full, before it goes away.
   std::uint32_t room_tries = 3;
   // Limits the members whose hair a client gets.
   std::uint32_t observe = 32;
@@ -53,7 +53,7 @@ struct Settings {
   // Autoscaling.
   // Is a fixed number; zero means autoscaling.
   std::uint32_t servers = 0;
-  // Bounds autoscaling.
+  // Autoscaling keeps at least so many.
   std::uint32_t servers_min = 2;
   // Is added to the needed servers, as a share of them.
   double buffer = 0.25;
