@@ -40,11 +40,15 @@ struct Options {
 struct Run {
   std::vector<Pose> poses;
   std::vector<std::vector<float>> coefficients;
-  double motion_m2 = 0;            // sums over frames: of the hair's displacements,
-  double outside_m2 = 0;           // of what no coefficient shows,
-  std::array<double, 4> moved{};   // of the error of each level, as its lattice moves the hair,
-  std::array<double, 4> learnt{};  // and through its map
-  // high: nodes, modes; low: nodes, modes; then the same after the push
+  // Sums squares of the hair's displacements over frames, as the next three sum squares of errors.
+  double motion_m2 = 0;
+  // Is what no coefficient shows.
+  double outside_m2 = 0;
+  // Is the error of each level as its lattice moves the hair.
+  std::array<double, 4> moved{};
+  // Is the error of each level through its map.
+  std::array<double, 4> learnt{};
+  // The order is high: nodes, modes; low: nodes, modes; then the same after the push.
   std::array<double, 2 * kDepthCases> deep_percent{};
 
   [[nodiscard]] double percent(double error_m2) const { return 100 * std::sqrt(error_m2 / motion_m2); }

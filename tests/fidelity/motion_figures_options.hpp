@@ -11,7 +11,8 @@ namespace hairnet::fidelity {
 
 struct MotionFigureFlags {
   std::vector<std::string> grooms, motions, level_names;
-  std::string set = "everyday";  // of motions
+  // Names a set of motions.
+  std::string set = "everyday";
   Wind wind;
   std::vector<LevelIndex> levels{LevelIndex::high, LevelIndex::low};
   double rate_hz = 30, duration_s = 12;

@@ -14,8 +14,8 @@
 namespace hairnet::fidelity {
 namespace {
 
-// Of each motion, over both hairstyles and both levels. Shares are of points too deep in the body, lengths of strands
-// in the lattice over their design's.
+// Bounds each motion over both hairstyles and both levels. Shares are of points too deep in the body, lengths of
+// strands in the lattice over their design's.
 struct Bounds {
   std::string_view motion;
   double deep_share_mean, deep_share_worst;

@@ -28,7 +28,8 @@ constexpr int kPictureRate_hz = 120;
 constexpr int kFrameRate_hz = 30;
 constexpr std::int64_t kPicture_ns = 1'000'000'000 / kPictureRate_hz;
 constexpr std::int64_t kLatency_ns = 20'000'000;
-constexpr unsigned kSeeds = 8;  // of which frames are lost
+// Each seed loses other frames.
+constexpr unsigned kSeeds = 8;
 
 struct Options {
   std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
@@ -65,9 +66,12 @@ Run run_clip(const std::shared_ptr<const LevelSet>& levels, const Modes& modes, 
 }
 
 struct Figures {
-  double error_percent = 0;  // of the motion
-  double jolt_percent = 0;   // change of speed from picture to picture beyond the true one, of the RMS speed
-  double worst_jolt_mm = 0;  // in one picture
+  // Is in percent of the motion.
+  double error_percent = 0;
+  // Is the change of speed from picture to picture beyond the true one, in percent of the RMS speed.
+  double jolt_percent = 0;
+  // Is the largest jolt in one picture.
+  double worst_jolt_mm = 0;
   double delay_ms = 0;
 
   // Means over the seeds; the worst of all.

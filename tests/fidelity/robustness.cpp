@@ -45,8 +45,10 @@ struct Trial {
   std::string groom, level, what;
   std::size_t steps = 0, lattices_reset = 0, not_finite = 0;
   double farthest_m = 0, bound_m = 0;
-  double rest_s = -1;  // until it fell asleep; negative: never
-  double off_m = 0;    // of the farthest node from the design then
+  // Is the time until it fell asleep; negative when it never did.
+  double rest_s = -1;
+  // Is the distance of the farthest node from the design then.
+  double off_m = 0;
   bool is_folded = false;
   bool passed = false;
 };

@@ -28,7 +28,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kPush_m = 0.12, kPush_s = 0.25, kWatch_s = 3;
 constexpr LevelSpec kUndecimated{{10, 10, 10}, std::size_t(-1), std::size_t(-1)};
 
-// From rest aside, smoothly, to a stop.
+// The head moves aside from rest, smoothly, to a stop.
 Pose pushed(double time_s) {
   const double t = std::clamp(time_s / kPush_s, 0.0, 1.0);
   return rigid_pose({Quat::Identity(), Vec3(kPush_m * t * t * t * (10 + t * (-15 + 6 * t)), 1.5, 0)});
@@ -82,7 +82,7 @@ struct Swing {
   double frequency_hz = 0, damping_ratio = 0;
 };
 
-// From the first extremum after the head has stopped and the one after it, each of a parabola through three samples.
+// Uses the first extremum after the head has stopped and the one after it, each of a parabola through three samples.
 Swing measured(const std::vector<double>& aside_m, double interval_s) {
   struct Extremum {
     double time_s, value_m;
