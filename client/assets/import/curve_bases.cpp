@@ -42,6 +42,13 @@ void add_weight(CurvePoint& point, std::size_t& used, std::size_t control, doubl
   point.weight[at] += static_cast<float>(weight);
 }
 
+// How many chords stay within `tolerance` of a cubic over a step of 1, from the second derivatives at its ends: they
+// are its largest, and a chord over a step of h is within h²/8 of them.
+int pieces_of(double second_derivative, float tolerance) {
+  const double pieces = std::ceil(std::sqrt(second_derivative / (8 * double{tolerance})));
+  return pieces >= 1 ? static_cast<int>(std::min(pieces, double{kPiecesMax})) : 1;
+}
+
 // A curve of cubic segments over control points that may lie before the first and behind the last: a periodic curve
 // goes round, a pinned one continues straight on.
 struct Segments {
@@ -80,7 +87,6 @@ struct Segments {
     return point;
   }
 
-  // The second derivative of a cubic is largest at an end; a chord over a step of h is within h²/8 of it.
   [[nodiscard]] int pieces(std::size_t segment, std::span<const Vec3f> points, float tolerance) const {
     double largest = 0;
     for (const double t : {0., 1.}) {
@@ -88,8 +94,44 @@ struct Segments {
       for (std::size_t i = 0; i < 4; ++i) weights[i] = 2 * (*matrix)[2][i] + 6 * t * (*matrix)[3][i];
       largest = std::max(largest, double{value_at(combine(segment, weights), points).norm()});
     }
-    const double pieces = std::ceil(std::sqrt(largest / (8 * double{tolerance})));
-    return pieces >= 1 ? static_cast<int>(std::min(pieces, double{kPiecesMax})) : 1;
+    return pieces_of(largest, tolerance);
+  }
+};
+
+// The part of a curve between two knots that differ.
+struct KnotSpan {
+  std::size_t order, span;
+  std::span<const float> knots;
+
+  // By the recursion of de Boor and Cox, from the one function of order 1 that is not 0 here.
+  [[nodiscard]] CurvePoint at(std::size_t segment, double t) const {
+    const double u = (1 - t) * double{knots[span]} + t * double{knots[span + 1]};
+    std::array<double, 4> weights{1, 0, 0, 0};
+    for (std::size_t degree = 1; degree < order; ++degree) {
+      double carried = 0;
+      for (std::size_t i = 0; i < degree; ++i) {
+        const double right = double{knots[span + 1 + i]}, left = double{knots[span + 1 + i - degree]};
+        const double share = weights[i] / (right - left);
+        weights[i] = carried + (right - u) * share;
+        carried = (u - left) * share;
+      }
+      weights[degree] = carried;
+    }
+    CurvePoint point;
+    for (std::size_t i = 0; i < order; ++i) {
+      point.control[i] = static_cast<std::uint32_t>(span + 1 - order + i);
+      point.weight[i] = static_cast<float>(weights[i]);
+    }
+    point.segment = static_cast<float>(static_cast<double>(segment) + t);
+    return point;
+  }
+
+  // The larger one at the ends. It changes linearly between them, so that second differences of four points tell it.
+  [[nodiscard]] double second_derivative(std::span<const Vec3f> controls) const {
+    std::array<Vec3, 4> x;
+    for (std::size_t i = 0; i < 4; ++i) x[i] = value_at(at(0, static_cast<double>(i) / 3), controls).cast<double>();
+    const Vec3 before = x[0] - 2 * x[1] + x[2], behind = x[1] - 2 * x[2] + x[3];
+    return 9 * std::max((2 * before - behind).norm(), (2 * behind - before).norm());
   }
 };
 
@@ -142,6 +184,28 @@ Result<std::vector<CurvePoint>> sample_curve(CurveBasis basis, CurveWrap wrap, s
   for (std::size_t s = 0; s < segments->count; ++s) {
     const int pieces = segments->pieces(s, controls, tolerance);
     for (int i = 1; i <= pieces; ++i) points.push_back(segments->at(s, static_cast<double>(i) / pieces));
+  }
+  return points;
+}
+
+Result<std::vector<CurvePoint>> sample_knots(std::size_t order, std::span<const float> knots,
+                                             std::span<const Vec3f> controls, float tolerance) {
+  if (order < 2 || order > 4) return Refusal("is of order " + std::to_string(order) + ", and only 2 to 4 are read");
+  if (controls.size() < order || knots.size() != controls.size() + order)
+    return Refusal("has " + std::to_string(controls.size()) + " points and " + std::to_string(knots.size()) +
+                   " knots, which must be " + std::to_string(order) + " more than the points");
+  const bool ascend =
+      std::ranges::all_of(knots, [](float knot) { return std::isfinite(knot); }) && std::ranges::is_sorted(knots);
+  if (!ascend || !(knots[order - 1] < knots[controls.size()])) return Refusal("has knots that do not ascend");
+  std::vector<CurvePoint> points;
+  std::size_t segment = 0;
+  for (std::size_t span = order - 1; span < controls.size(); ++span) {
+    if (!(knots[span] < knots[span + 1])) continue;
+    const KnotSpan piece{order, span, knots};
+    if (points.empty()) points.push_back(piece.at(0, 0));
+    const int pieces = order == 2 ? 1 : pieces_of(piece.second_derivative(controls), tolerance);
+    for (int i = 1; i <= pieces; ++i) points.push_back(piece.at(segment, static_cast<double>(i) / pieces));
+    ++segment;
   }
   return points;
 }

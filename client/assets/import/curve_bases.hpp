@@ -40,6 +40,11 @@ Value value_at(const CurvePoint& point, std::span<const Value> of_controls) {
 Result<std::vector<CurvePoint>> sample_curve(CurveBasis basis, CurveWrap wrap, std::span<const Vec3f> controls,
                                              float tolerance);
 
+// A B-spline with knots of its own, as NURBS curves have: `order` is 2 for lines, 3 for parabolas, 4 for cubics.
+// Returns an error where their number is not that of the control points and the order, or where they descend.
+Result<std::vector<CurvePoint>> sample_knots(std::size_t order, std::span<const float> knots,
+                                             std::span<const Vec3f> controls, float tolerance);
+
 // What is too small to be seen in a curve of this size: 1/2000 of the way along its control points.
 float curve_tolerance(std::span<const Vec3f> controls);
 

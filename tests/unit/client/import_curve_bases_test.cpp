@@ -154,6 +154,51 @@ TEST(CurveBases, values_at_control_points_are_interpolated_as_positions_are) {
   }
 }
 
+Points with_knots(std::size_t order, const std::vector<float>& knots, const Points& controls) {
+  const auto curve = sample_knots(order, knots, controls, 1e-3f);
+  EXPECT_TRUE(curve) << curve.error();
+  Points points;
+  for (const CurvePoint& point : curve.value_or(std::vector<CurvePoint>{}))
+    points.push_back(value_at(point, std::span<const Vec3f>(controls)));
+  return points;
+}
+
+TEST(CurveBases, even_knots_make_the_b_spline_without_knots_and_knots_for_bezier_its_curve) {
+  const Points seven = random_controls(7, 9), four = random_controls(4, 10);
+  std::vector<float> even;
+  for (int i = 0; i < 11; ++i) even.push_back(0.5f * static_cast<float>(i));
+  const auto is_near = [](const Points& a, const Points& b) {
+    for (const Vec3f& x : a) EXPECT_LT(distance_to(b, x), 1e-3f);
+    for (const Vec3f& x : b) EXPECT_LT(distance_to(a, x), 1e-3f);
+  };
+  is_near(with_knots(4, even, seven), sampled(CurveBasis::bspline, CurveWrap::open, seven));
+  is_near(with_knots(4, {0, 0, 0, 0, 1, 1, 1, 1}, four), sampled(CurveBasis::bezier, CurveWrap::open, four));
+}
+
+TEST(CurveBases, repeated_knots_at_the_ends_hit_the_outer_control_points_and_order_2_is_a_polyline) {
+  const Points controls = random_controls(6, 11);
+  const Points cubic = with_knots(4, {0, 0, 0, 0, 1, 2, 3, 3, 3, 3}, controls),
+               parabola = with_knots(3, {0, 0, 0, 1, 2, 3, 4, 4, 4}, controls);
+  for (const Points& line : {cubic, parabola}) {
+    EXPECT_LT((line.front() - controls.front()).norm(), 1e-6f);
+    EXPECT_LT((line.back() - controls.back()).norm(), 1e-6f);
+  }
+  EXPECT_EQ(with_knots(2, {0, 0, 1, 2, 3, 4, 5, 5}, controls), controls);
+}
+
+TEST(CurveBases, knots_that_do_not_fit_are_refused) {
+  const Points controls = random_controls(5, 12);
+  const auto refused = [&](std::size_t order, const std::vector<float>& knots) {
+    const auto curve = sample_knots(order, knots, controls, 1e-3f);
+    return curve ? std::string() : curve.error();
+  };
+  EXPECT_EQ(refused(4, {0, 0, 0, 0, 1, 1, 1, 1}), "has 5 points and 8 knots, which must be 4 more than the points");
+  EXPECT_EQ(refused(4, {0, 0, 0, 0, 2, 1, 3, 3, 3}), "has knots that do not ascend");
+  EXPECT_EQ(refused(4, std::vector<float>(9, 1.f)), "has knots that do not ascend");
+  EXPECT_EQ(refused(4, std::vector<float>(9, std::nanf(""))), "has knots that do not ascend");
+  EXPECT_EQ(refused(6, std::vector<float>(11, 1.f)), "is of order 6, and only 2 to 4 are read");
+}
+
 TEST(CurveBases, impossible_counts_are_refused_and_points_in_one_place_are_not) {
   EXPECT_EQ(refusal(CurveBasis::linear, CurveWrap::open, 1), "has 1 point, where a linear curve has at least 2");
   EXPECT_EQ(refusal(CurveBasis::bezier, CurveWrap::open, 8), "has 8 points, where a Bezier curve has 4, 7, 10, ...");
