@@ -16,6 +16,7 @@ enum Root : std::size_t { kFileVersion, kLibraryVersion, kTop, kMetadata, kTimes
 constexpr std::size_t kKeyBytes = 16;     // before the values of each sample
 constexpr std::size_t kHashesBytes = 32;  // behind the headers of child objects
 constexpr unsigned kOwnMetadata = 0xff;   // not in the table, but behind the header
+constexpr std::uint64_t kReadsOfFile = 4, kReadsOfSmallFile = 60, kSharedBytesMax = 256 << 20;
 constexpr std::uint32_t kLibraryMin = 9999, kLibraryMax = 99'999;
 
 enum Type : unsigned {
@@ -166,10 +167,14 @@ bool AbcProperty::is_text() const {
   return type == kText || type == kWideText;
 }
 
+std::size_t AbcProperty::stored_at(std::size_t sample) const {
+  sample = std::min<std::size_t>(sample, last_changed);
+  return sample < first_changed || last_changed == 0 ? 0 : sample - first_changed + 1;
+}
+
 std::span<const std::byte> AbcProperty::bytes(std::size_t sample) const {
   if (kind == Kind::compound || sample_count == 0) return {};
-  sample = std::min<std::size_t>(sample, last_changed);
-  const std::size_t stored = sample < first_changed || last_changed == 0 ? 0 : sample - first_changed + 1;
+  const std::size_t stored = stored_at(sample);
   // The values of an array alternate with its dimensions.
   const std::span<const std::byte> all = group.data(kind == Kind::array ? 2 * stored : stored);
   return all.size() > kKeyBytes ? all.subspan(kKeyBytes) : std::span<const std::byte>();
@@ -177,17 +182,6 @@ std::span<const std::byte> AbcProperty::bytes(std::size_t sample) const {
 
 AbcNumbers AbcProperty::numbers(std::size_t sample) const {
   return is_text() ? AbcNumbers() : AbcNumbers(bytes(sample), type);
-}
-
-std::vector<std::string_view> AbcProperty::texts(std::size_t sample) const {
-  std::vector<std::string_view> texts;
-  if (type != kText) return texts;
-  for (std::string_view rest = text_of(bytes(sample)); !rest.empty();) {
-    const std::size_t end = std::min(rest.find('\0'), rest.size());
-    texts.push_back(rest.substr(0, end));
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
-  return texts;
 }
 
 Result<AbcArchive> AbcArchive::open(std::span<const std::byte> bytes) {
@@ -205,7 +199,8 @@ Result<AbcArchive> AbcArchive::open(std::span<const std::byte> bytes) {
     return damaged("there is no Alembic of version " + std::to_string(archive.library_version_));
   archive.top_ = root->group(kTop);
   archive.metadata_ = text_of(root->data(kMetadata));
-  archive.header_bytes_left_ = 4 * std::uint64_t{bytes.size()};
+  archive.bytes_left_ = kReadsOfFile * std::uint64_t{bytes.size()} +
+                        std::min(kReadsOfSmallFile * std::uint64_t{bytes.size()}, kSharedBytesMax);
   if (std::string error = archive.read_times(root->data(kTimes)); !error.empty()) return damaged(error);
   if (std::string error = archive.read_metadata_table(root->data(kMetadataTable)); !error.empty())
     return damaged(error);
@@ -243,8 +238,7 @@ std::string AbcArchive::read_metadata_table(std::span<const std::byte> bytes) {
 Result<std::span<const std::byte>> AbcArchive::headers_of(const OgawaGroup& group) {
   if (group.child_count() == 0 || !group.is_data(group.child_count() - 1)) return std::span<const std::byte>();
   const std::span<const std::byte> headers = group.data(group.child_count() - 1);
-  if (headers.size() > header_bytes_left_) return damaged("its objects share more headers than the file has room for");
-  header_bytes_left_ -= headers.size();
+  if (!spend(headers.size())) return overspent();
   return headers;
 }
 
@@ -267,6 +261,29 @@ Result<std::vector<AbcObject>> AbcArchive::children(const OgawaGroup& object) {
   return children;
 }
 
+Result<std::vector<std::string_view>> AbcArchive::texts(const AbcProperty& property, std::size_t sample) {
+  std::vector<std::string_view> texts;
+  if (property.type != kText) return texts;
+  const std::span<const std::byte> bytes = property.bytes(sample);
+  if (!spend(bytes.size())) return overspent();
+  for (std::string_view rest = text_of(bytes); !rest.empty();) {
+    const std::size_t end = std::min(rest.find('\0'), rest.size());
+    texts.push_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return texts;
+}
+
+bool AbcArchive::spend(std::uint64_t bytes) {
+  if (bytes > bytes_left_) return false;
+  bytes_left_ -= bytes;
+  return true;
+}
+
+Refusal AbcArchive::overspent() {
+  return damaged("its parts share more bytes than an honest file does");
+}
+
 Result<std::vector<AbcProperty>> AbcArchive::properties_of_object(const OgawaGroup& object) {
   return properties(object.group(0));
 }
@@ -286,6 +303,10 @@ Result<std::vector<AbcProperty>> AbcArchive::properties(const OgawaGroup& compou
       return damaged("the samples" + of_property + " do not add up");
     if (!compound.is_group(properties.size())) return damaged("there are no values" + of_property);
     property.group = compound.group(properties.size());
+    const std::size_t slots = property.stored_samples() * (property.kind == AbcProperty::Kind::array ? 2 : 1);
+    if (property.kind != AbcProperty::Kind::compound && slots > property.group.child_count())
+      return damaged("there are " + std::to_string(property.group.child_count()) + " blocks of data" + of_property +
+                     ", which must be " + std::to_string(slots));
     properties.push_back(property);
   }
   return properties;

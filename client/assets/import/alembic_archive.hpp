@@ -47,11 +47,13 @@ struct AbcProperty {
 
   [[nodiscard]] bool is_text() const;
   [[nodiscard]] bool is_constant() const { return sample_count <= 1 || last_changed == 0; }
-  // Of a sample that the property does not have, its last one. Empty without samples, and for another kind of values.
+  // Of a sample that the property does not have, its last one. Empty without samples, and for text.
   [[nodiscard]] AbcNumbers numbers(std::size_t sample) const;
-  [[nodiscard]] std::vector<std::string_view> texts(std::size_t sample) const;
+  [[nodiscard]] std::size_t stored_samples() const { return sample_count == 0 ? 0 : stored_at(last_changed) + 1; }
 
  private:
+  friend class AbcArchive;
+  [[nodiscard]] std::size_t stored_at(std::size_t sample) const;
   [[nodiscard]] std::span<const std::byte> bytes(std::size_t sample) const;
 };
 
@@ -69,11 +71,16 @@ class AbcArchive {
   [[nodiscard]] std::uint32_t library_version() const { return library_version_; }  // 10805 is Alembic 1.8.5
   [[nodiscard]] const AbcTimes& times(const AbcProperty& property) const { return times_[property.times]; }
 
-  // The children of an object, and the properties of an object or a compound property. Each call reads their headers;
-  // together they may not read more than four times the file, which they can only do if many share their headers.
+  // Parts of a file may share their bytes, so that a small damaged file could cause any amount of work. Everything that
+  // is read is therefore counted, and what exceeds the file many times is refused.
+  [[nodiscard]] bool spend(std::uint64_t bytes);
+  [[nodiscard]] static Refusal overspent();
+
+  // The children of an object, the properties of an object or a compound property, and the words of a sample.
   Result<std::vector<AbcObject>> children(const OgawaGroup& object);
   Result<std::vector<AbcProperty>> properties_of_object(const OgawaGroup& object);
   Result<std::vector<AbcProperty>> properties(const OgawaGroup& compound);
+  Result<std::vector<std::string_view>> texts(const AbcProperty& property, std::size_t sample);
 
  private:
   std::string read_times(std::span<const std::byte> bytes);
@@ -85,7 +92,7 @@ class AbcArchive {
   std::uint32_t library_version_ = 0;
   std::vector<AbcTimes> times_;
   std::vector<std::string_view> metadata_table_;
-  std::uint64_t header_bytes_left_ = 0;
+  std::uint64_t bytes_left_ = 0;
 };
 
 // The value of a key in metadata, which are KEY=VALUE;KEY=VALUE. Empty without it.
