@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "client/assets/import/byte_reader.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
@@ -296,7 +297,7 @@ Result<std::vector<AbcProperty>> AbcArchive::properties(const OgawaGroup& compou
   while (!in.at_end()) {
     AbcProperty property = read_property(in, metadata_table_);
     if (in.failed()) return damaged("a list of properties ends early");
-    const std::string of_property = " of property " + std::string(property.name);
+    const std::string of_property = " of property " + shown(property.name);
     if (property.type >= kTypes) return damaged("there is no type " + std::to_string(property.type) + of_property);
     if (property.times >= times_.size()) return damaged("there are no times" + of_property);
     if (property.first_changed > property.last_changed || property.last_changed > property.sample_count)

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <utility>
 
+#include "core/shown_text.hpp"
+
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kExamplesMax = 3, kNameLengthMax = 64;
+constexpr std::size_t kExamplesMax = 3, kGroupNameBytes = 64;
 constexpr std::size_t kGroupsMax = 256;  // as many as a groom may have
 
 const AbcAttribute* find_attribute(const std::vector<AbcAttribute>& attributes, std::string_view name) {
@@ -71,14 +73,6 @@ std::string AbcExamples::text() const {
 
 std::string counted(std::size_t count, const std::string& thing) {
   return std::to_string(count) + " " + thing + (count == 1 ? "" : thing.ends_with("h") ? "es" : "s");
-}
-
-std::string shown(std::string_view name) {
-  std::string text(name.substr(0, kNameLengthMax));
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return name.size() > kNameLengthMax ? text + "..." : text;
 }
 
 std::vector<std::vector<CurvePoint>> AbcStrands::add(const AbcCurves& curves, const AbcPlace& place) {
@@ -148,13 +142,13 @@ void AbcStrands::add_attributes(const AbcCurves& curves, const AbcPlace& place, 
   const std::string_view said = name == nullptr ? std::string_view() : name->text(first_of(*name, curve, c));
   are_groups_said_ = are_groups_said_ || !said.empty() || id != nullptr;
   if (!said.empty()) {
-    strands_.groups.push_back(group_index(shown(said)));
+    strands_.groups.push_back(group_index(shown_text(said, kGroupNameBytes, '"')));
   } else if (id != nullptr) {
     const double number = id->value(first_of(*id, curve, c));
     const bool is_number = std::abs(number) < 1e9;
     strands_.groups.push_back(group_index("group " + std::to_string(is_number ? static_cast<int>(number) : -1)));
   } else {
-    strands_.groups.push_back(group_index(shown(place.name)));
+    strands_.groups.push_back(group_index(shown_text(place.name, kGroupNameBytes, '"')));
   }
 }
 

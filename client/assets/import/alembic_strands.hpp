@@ -22,7 +22,6 @@ class AbcExamples {
 };
 
 std::string counted(std::size_t count, const std::string& thing);  // "1 mesh", "3 curves"
-std::string shown(std::string_view name);                          // a name out of a file, fit for a line
 
 // The place of an object in the archive, and what the objects above it say of it.
 struct AbcPlace {

@@ -13,9 +13,9 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 16, kDepthMax = 256, kWordBytes = 8;
+constexpr std::size_t kOgawaHeaderBytes = 16, kGroupDepthMax = 256, kWordBytes = 8;
 constexpr std::uint64_t kDataBit = std::uint64_t{1} << 63;
-constexpr std::array<unsigned char, 5> kMagic{'O', 'g', 'a', 'w', 'a'};
+constexpr std::array<unsigned char, 5> kOgawaMagic{'O', 'g', 'a', 'w', 'a'};
 constexpr std::array<unsigned char, 4> kHdf5Magic{0x89, 'H', 'D', 'F'};
 
 template <std::size_t size>
@@ -87,7 +87,7 @@ class OgawaCheck {
 
   // Whether a word of 8 bytes lies there, behind the header.
   [[nodiscard]] bool has_word(std::uint64_t at) const {
-    return at >= kHeaderBytes && file_.size() >= 8 && at <= file_.size() - 8;
+    return at >= kOgawaHeaderBytes && file_.size() >= 8 && at <= file_.size() - 8;
   }
 
   std::string enter(std::uint64_t at) {
@@ -99,7 +99,8 @@ class OgawaCheck {
              " children, more than the file has room for";
     const bool is_ancestor = std::ranges::any_of(path_, [&](const Step& step) { return step.group.at_ == at; });
     if (is_ancestor) return "damaged: the group" + at_byte(at) + " lies within itself";
-    if (path_.size() == kDepthMax) return "its groups lie within each other deeper than " + std::to_string(kDepthMax);
+    if (path_.size() == kGroupDepthMax)
+      return "its groups lie within each other deeper than " + std::to_string(kGroupDepthMax);
     if (count + 1 > words_left_) return "damaged: its groups share more children than the file has room for";
     words_left_ -= static_cast<std::size_t>(count) + 1;
     path_.push_back({OgawaGroup(file_, static_cast<std::size_t>(at), static_cast<std::size_t>(count))});
@@ -123,8 +124,8 @@ class OgawaCheck {
 
 Result<OgawaGroup> open_ogawa(std::span<const std::byte> bytes) {
   if (begins_with(bytes, kHdf5Magic)) return Refusal("HDF5 Alembic is not read: export it as Ogawa");
-  if (!begins_with(bytes, kMagic)) return Refusal("not an Alembic file: it does not begin with Ogawa");
-  if (bytes.size() < kHeaderBytes) return Refusal("truncated: shorter than the header of 16 bytes");
+  if (!begins_with(bytes, kOgawaMagic)) return Refusal("not an Alembic file: it does not begin with Ogawa");
+  if (bytes.size() < kOgawaHeaderBytes) return Refusal("truncated: shorter than the header of 16 bytes");
   if (bytes[5] != std::byte{0xff}) return Refusal("was not written to its end: export it again");
   const unsigned version = std::to_integer<unsigned>(bytes[6]) << 8 | std::to_integer<unsigned>(bytes[7]);
   if (version != 1) return Refusal("Ogawa version " + std::to_string(version) + " is not read, only version 1");
