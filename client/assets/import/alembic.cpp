@@ -26,7 +26,7 @@ constexpr std::array<OtherSchema, 6> kOtherSchemas{{{"AbcGeom_PolyMesh", "mesh"}
                                                     {"AbcGeom_SubD", "subdivision mesh"},
                                                     {"AbcGeom_Camera", "camera"},
                                                     {"AbcGeom_Light", "light"},
-                                                    {"AbcGeom_Points", "cloud of points"},
+                                                    {"AbcGeom_Points", "point cloud"},
                                                     {"AbcGeom_NuPatch", "NURBS patch"}}};
 
 // Names, each once, of which a line shows the first.

@@ -160,6 +160,11 @@ double AbcNumbers::operator[](std::size_t i) const {
   }
 }
 
+unsigned AbcNumbers::small(std::size_t i) const {
+  const double number = (*this)[i];
+  return number >= 0 && number <= 255 ? static_cast<unsigned>(number) : 256;
+}
+
 float AbcNumbers::single(std::size_t i) const {
   return type_ == kF32 ? ByteReader(bytes_, 4 * i).f32() : static_cast<float>((*this)[i]);
 }

@@ -27,7 +27,8 @@ class AbcNumbers {
   AbcNumbers(std::span<const std::byte> bytes, unsigned type);
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] double operator[](std::size_t i) const;
-  [[nodiscard]] float single(std::size_t i) const;  // the same, at once for 32-bit floats, which points are
+  [[nodiscard]] unsigned small(std::size_t i) const;  // from 0 to 255; 256 for what is none of these
+  [[nodiscard]] float single(std::size_t i) const;    // the same, at once for 32-bit floats, which points are
 
  private:
   std::span<const std::byte> bytes_;

@@ -7,7 +7,8 @@
 namespace hairnet {
 namespace {
 
-enum CurveType : std::uint8_t { kCubic, kLinear, kVariableOrder };
+enum CurveType : unsigned { kCubic, kLinear, kVariableOrder };
+constexpr float kCoordinateMax = 1e30f, kWeightMax = 1e6f;
 constexpr std::array<std::string_view, 10> kStructure{
     "P", "nVertices", "curveBasisAndType", ".knots",         ".orders",
     "w", ".selfBnds", ".childBnds",        ".arbGeomParams", ".userProperties"};
@@ -75,11 +76,12 @@ std::string read_basis(const AbcProperty* property, bool& is_variable, AbcCurves
     curves.remarks.emplace_back("does not say how its points make curves, and is taken as linear");
     return {};
   }
-  const auto type = static_cast<int>(said[0]), basis = static_cast<int>(said[2]);
+  const unsigned type = said.small(0), basis = said.small(2);
   if (said[1] == 1) curves.wrap = CurveWrap::periodic;
   is_variable = type == kVariableOrder;
   if (type == kLinear) return {};
-  if (type != kCubic && type != kVariableOrder) return "there are no curves of type " + std::to_string(type);
+  if (type != kCubic && type != kVariableOrder)
+    return "has curves of type " + std::to_string(type) + ", which there are not";
   curves.basis = CurveBasis::bspline;
   if (is_variable || basis == 2) return {};
   if (basis == 0) {
@@ -88,8 +90,8 @@ std::string read_basis(const AbcProperty* property, bool& is_variable, AbcCurves
   } else if (basis == 1 || basis == 3) {
     curves.basis = basis == 1 ? CurveBasis::bezier : CurveBasis::catmull_rom;
   } else {
-    return std::string(basis == 4 ? "Hermite curves" : "curves with a power basis") +
-           " are not read: export it as linear, Bezier or B-spline curves";
+    return std::string("has ") + (basis == 4 ? "Hermite curves" : "curves with a power basis") +
+           ", which are not read: export linear, Bezier or B-spline curves";
   }
   return {};
 }
@@ -104,7 +106,7 @@ void divide_points(const AbcNumbers& counts, const AbcNumbers& orders, AbcCurves
       break;
     }
     AbcCurves::Curve curve{first, static_cast<std::size_t>(count), 0, 4, first_end, 0};
-    if (c < orders.size()) curve.order = static_cast<std::size_t>(std::max(orders[c], 0.0));
+    if (c < orders.size()) curve.order = orders.small(c);
     curve.end_count = segment_ends(curves.basis, curves.wrap, curve.count, curve.order);
     first += curve.count;
     first_end += curve.end_count;
@@ -270,8 +272,9 @@ Result<std::vector<CurvePoint>> sample_abc_curve(const AbcCurves& curves, std::s
                                                  std::span<const Vec3f> controls) {
   const AbcCurves::Curve& curve = curves.curves[c];
   if (controls.empty()) return Refusal("has no points");
-  if (!std::ranges::all_of(controls, [](const Vec3f& x) { return x.allFinite(); }))
-    return Refusal("has a coordinate that is not finite");
+  const auto is_usable = [](const Vec3f& x) { return x.allFinite() && x.cwiseAbs().maxCoeff() <= kCoordinateMax; };
+  if (!std::ranges::all_of(controls, is_usable))
+    return Refusal("has a coordinate that is not finite, or is beyond 1e30");
   const float tolerance = curve_tolerance(controls);
   if (curves.knots.empty()) return sample_curve(curves.basis, curves.wrap, controls, tolerance);
   const std::size_t knots = curves.knots.size() - curve.first_knot;
@@ -281,8 +284,11 @@ Result<std::vector<CurvePoint>> sample_abc_curve(const AbcCurves& curves, std::s
   if (!points || curves.weights.size() == 0) return points;
   for (CurvePoint& point : *points) {
     float sum = 0;
-    for (std::size_t i = 0; i < 4; ++i) sum += point.weight[i] *= curves.weights.single(curve.first + point.control[i]);
-    if (!(std::isfinite(sum) && sum > 0)) return Refusal("has weights that cannot be");
+    for (std::size_t i = 0; i < 4; ++i) {
+      const float weight = curves.weights.single(curve.first + point.control[i]);
+      if (!(weight > 0 && weight <= kWeightMax)) return Refusal("has a weight that is not within 0 and 1e6");
+      sum += point.weight[i] *= weight;
+    }
     for (float& weight : point.weight) weight /= sum;
   }
   return points;

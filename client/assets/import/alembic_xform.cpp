@@ -71,14 +71,16 @@ Result<AbcXform> AbcXform::read(const AbcArchive& archive, const std::vector<Abc
   std::size_t value_count = 0;
   const AbcNumbers coded = operations->numbers(0);
   for (std::size_t i = 0; i < coded.size(); ++i) {
-    const unsigned operation = static_cast<unsigned>(coded[i]) >> 4;
+    const unsigned operation = coded.small(i) >> 4;
     if (operation >= kOperations) return Refusal("there is no operation " + std::to_string(operation));
     xform.operations_.push_back(operation);
     value_count += kValues[operation];
   }
   if (value_count == 0) return xform;
   const AbcProperty* values = find(properties, ".vals");
-  const std::size_t first_count = values == nullptr ? 0 : values->numbers(0).size();
+  // Without values, the operations change nothing.
+  if (values == nullptr || values->sample_count == 0) return xform;
+  const std::size_t first_count = values->numbers(0).size();
   if (first_count < value_count)
     return Refusal("it has " + std::to_string(first_count) + " values, where its operations need " +
                    std::to_string(value_count));

@@ -67,7 +67,7 @@ std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
   if (groups.size() > 1)
     std::erase_if(groups, [](const StrandGroup& group) { return group.strands.strand_count() == 0; });
   if (!keeps_guides && guide_count > 0)
-    strands.notes.push_back(std::to_string(guide_count) + " guides beside " +
+    strands.notes.push_back(std::to_string(guide_count) + (guide_count == 1 ? " guide beside " : " guides beside ") +
                             std::to_string(strands.strand_count() - guide_count) + " strands are left out");
   groups.front().strands.notes = std::move(strands.notes);
   groups.front().strands.doubts = std::move(strands.doubts);
