@@ -6,6 +6,7 @@
 #include <random>
 
 #include "client/assets/import/alembic.hpp"
+#include "client/assets/import/hair_import.hpp"
 #include "tests/support/abc_writer.hpp"
 #include "tests/support/import_files.hpp"
 
@@ -541,6 +542,43 @@ TEST(AlembicDamage, samples_and_words_that_do_not_add_up_are_refused) {
   EXPECT_THAT(with([](test::AbcProp& p) { p.times = 9; }), HasSubstr("there are no times of property P"));
   EXPECT_THAT(with([](test::AbcProp& p) { p.samples[0].resize(7); }), HasSubstr("1 curve can be read"));
   EXPECT_THAT(with([](test::AbcProp& p) { p.samples[0].push_back({}), p.samples[0].push_back({}); }), "");
+}
+
+// Hair on the upper half of a head of 9 units, which hangs down at its back; the last curve is bad.
+AbcBytes hair_of_a_head() {
+  std::vector<float> points;
+  std::vector<std::int32_t> counts(200, 8);
+  for (int s = 0; s < 200; ++s) {
+    const float y = (static_cast<float>(s) + 0.5f) / 200, ring = std::sqrt(1 - y * y);
+    const float angle = 2.39996f * static_cast<float>(s);
+    for (int i = 0; i < 8; ++i) {
+      const float along = static_cast<float>(i) / 7, out = 9 + 4 * along;
+      points.insert(points.end(), {out * ring * std::cos(angle), out * y - 12 * along * along,
+                                   out * ring * std::sin(angle) - 8 * along * along});
+    }
+  }
+  points.back() = std::nanf("");
+  return abc_file({curves("hair", counts, {points})});
+}
+
+TEST(Alembic, an_import_says_what_was_read_and_a_strict_one_refuses_what_was_left_out) {
+  const auto imported = [](bool is_strict) {
+    HairParts parts;
+    parts.name = "head";
+    parts.strands.push_back({decoded(hair_of_a_head()), "head", "head.abc"});
+    HairImport import;
+    import.strict = is_strict;
+    return import_hair_parts(std::move(parts), import);
+  };
+  const auto lax = imported(false);
+  ASSERT_TRUE(lax) << lax.error();
+  EXPECT_EQ(lax->groom.strand_count(), 199u);
+  EXPECT_EQ(lax->warnings.front(), "head.abc: Alembic 1.8.5 of hairnet test: 199 curves of 1592 points in 1 object");
+  EXPECT_THAT(lax->warnings, Contains(HasSubstr("head.abc: 1 of 200 curves are left out: curve 199 of /hair")));
+  EXPECT_EQ(lax->placement.unit_m, 0.01);
+  const auto strict = imported(true);
+  ASSERT_FALSE(strict);
+  EXPECT_THAT(strict.error(), HasSubstr("1 of 200 curves are left out"));
 }
 
 struct RealArchive {
