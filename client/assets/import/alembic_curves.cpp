@@ -8,7 +8,7 @@ namespace hairnet {
 namespace {
 
 enum CurveType : unsigned { kCubic, kLinear, kVariableOrder };
-constexpr float kCoordinateMax = 1e30f, kWeightMax = 1e6f;
+constexpr float kCoordinateMax = 1e30f, kWeightMax = 1e3f;
 constexpr std::array<std::string_view, 10> kStructure{
     "P", "nVertices", "curveBasisAndType", ".knots",         ".orders",
     "w", ".selfBnds", ".childBnds",        ".arbGeomParams", ".userProperties"};
@@ -247,8 +247,7 @@ Result<AbcCurves> read_curves(AbcArchive& archive, const AbcCurvesProperties& pr
   const AbcProperty* orders = is_variable ? find(geometry, ".orders") : nullptr;
   divide_points(counts->numbers(0), orders == nullptr ? AbcNumbers() : orders->numbers(0), curves);
   read_knots(knots, is_variable, curves);
-  if (const AbcProperty* weights = find(geometry, "w"); weights != nullptr && !curves.knots.empty())
-    curves.weights = weights->numbers(0);
+  if (const AbcProperty* weights = find(geometry, "w"); weights != nullptr) curves.weights = weights->numbers(0);
   if (curves.weights.size() != curves.point_count()) curves.weights = {};
 
   AbcCounts sizes{counts->numbers(0).size(), curves.point_count(), 0};
@@ -276,20 +275,19 @@ Result<std::vector<CurvePoint>> sample_abc_curve(const AbcCurves& curves, std::s
   if (!std::ranges::all_of(controls, is_usable))
     return Refusal("has a coordinate that is not finite, or is beyond 1e30");
   const float tolerance = curve_tolerance(controls);
-  if (curves.knots.empty()) return sample_curve(curves.basis, curves.wrap, controls, tolerance);
-  const std::size_t knots = curves.knots.size() - curve.first_knot;
-  auto points = sample_knots(
-      curve.order, std::span(curves.knots).subspan(curve.first_knot, std::min(knots, curve.count + curve.order)),
-      controls, tolerance);
-  if (!points || curves.weights.size() == 0) return points;
+  const std::span<const float> knots = std::span(curves.knots).subspan(curves.knots.empty() ? 0 : curve.first_knot);
+  auto points = curves.knots.empty()
+                    ? sample_curve(curves.basis, curves.wrap, controls, tolerance)
+                    : sample_knots(curve.order, knots.first(std::min(knots.size(), curve.count + curve.order)),
+                                   controls, tolerance);
+  if (!points || curves.weights.size() == 0 || curves.basis == CurveBasis::linear) return points;
   for (CurvePoint& point : *points) {
     float sum = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const float weight = curves.weights.single(curve.first + point.control[i]);
-      if (!(weight > 0 && weight <= kWeightMax)) return Refusal("has a weight that is not within 0 and 1e6");
-      sum += point.weight[i] *= weight;
+    for (std::size_t i = 0; i < 4; ++i) sum += point.weight[i] *= curves.weights.single(curve.first + point.control[i]);
+    for (float& weight : point.weight) {
+      weight /= sum;
+      if (!(std::abs(weight) <= kWeightMax)) return Refusal("has weights that make no curve");
     }
-    for (float& weight : point.weight) weight /= sum;
   }
   return points;
 }

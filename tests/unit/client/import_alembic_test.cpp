@@ -113,6 +113,8 @@ TEST(Alembic, knots_and_orders_of_nurbs_curves_are_used_and_wrong_ones_told) {
   float nearest = 10;
   for (const Vec3f& x : pulled.points) nearest = std::min(nearest, (x - Vec3f(1, 2, 0)).norm());
   EXPECT_LT(nearest, 0.05f);
+  EXPECT_THAT(refusal({curves("w", {5}, {five}, kBspline, {numbers<float>("w", {{0, 0, 0, 0, 0}})})}),
+              HasSubstr("has weights that make no curve"));
 }
 
 TEST(Alembic, cubic_curves_without_a_basis_and_other_bases) {
