@@ -110,33 +110,32 @@ void AbcStrands::add_attributes(const AbcCurves& curves, const AbcPlace& place, 
   const auto attribute = [&](std::initializer_list<std::string_view> names) {
     return find_attribute(curves, place, names);
   };
+  // Lists begin with the first curve that has such a value; those before it have none.
+  const std::size_t strand = strands_.strand_count() - 1, first_point = strands_.strand_begin[strand];
   // Epic's width stands before that of the curves, which an export to it leaves as it is.
-  const AbcAttribute* width = attribute({"groom_width", "width"});
-  const double scale = std::cbrt(std::abs(place.world.linear().determinant()));
-  for (const CurvePoint& point : points)
-    strands_.widths.push_back(
-        width == nullptr ? 0 : std::max(finite(scale * value_at_point(*width, curves, c, point, 0, 1)), 0.f));
-  has_widths_ = has_widths_ || width != nullptr;
-
-  const AbcAttribute* colour = attribute({"groom_color"});
-  for (const CurvePoint& point : points) {
-    Vec3f rgb = Vec3f::Zero();
-    for (std::size_t i = 0; colour != nullptr && i < 3; ++i)
-      rgb[static_cast<Eigen::Index>(i)] = finite(value_at_point(*colour, curves, c, point, i, 3));
-    strands_.colours.push_back(rgb);
+  if (const AbcAttribute* width = attribute({"groom_width", "width"})) {
+    const double scale = std::cbrt(std::abs(place.world.linear().determinant()));
+    strands_.widths.resize(first_point);
+    for (const CurvePoint& point : points)
+      strands_.widths.push_back(std::max(finite(scale * value_at_point(*width, curves, c, point, 0, 1)), 0.f));
   }
-  has_colours_ = has_colours_ || colour != nullptr;
-
-  const AbcAttribute* root_uv = attribute({"groom_root_uv", "uv"});
-  Eigen::Vector2f uv = Eigen::Vector2f::Zero();
-  for (std::size_t i = 0; root_uv != nullptr && i < 2; ++i)
-    uv[static_cast<Eigen::Index>(i)] = finite(root_uv->value(first_of(*root_uv, curve, c), i, 2));
-  strands_.root_uvs.push_back(uv);
-  has_root_uvs_ = has_root_uvs_ || root_uv != nullptr;
-
+  if (const AbcAttribute* colour = attribute({"groom_color"})) {
+    strands_.colours.resize(first_point, Vec3f::Zero());
+    for (const CurvePoint& point : points) {
+      const auto component = [&](std::size_t i) { return finite(value_at_point(*colour, curves, c, point, i, 3)); };
+      strands_.colours.emplace_back(component(0), component(1), component(2));
+    }
+  }
+  if (const AbcAttribute* uv = attribute({"groom_root_uv", "uv"})) {
+    const std::size_t first = first_of(*uv, curve, c);
+    strands_.root_uvs.resize(strand, Eigen::Vector2f::Zero());
+    strands_.root_uvs.emplace_back(finite(uv->value(first, 0, 2)), finite(uv->value(first, 1, 2)));
+  }
   const AbcAttribute* guide = attribute({"groom_guide"});
-  const bool is_guide = guide != nullptr && guide->value(first_of(*guide, curve, c)) != 0;
-  strands_.guides.push_back(is_guide ? 1 : 0);
+  if (guide != nullptr && guide->value(first_of(*guide, curve, c)) != 0) {
+    strands_.guides.resize(strand);
+    strands_.guides.push_back(1);
+  }
 
   const AbcAttribute *name = attribute({"groom_group_name"}), *id = attribute({"groom_group_id"});
   const std::string_view said = name == nullptr ? std::string_view() : name->text(first_of(*name, curve, c));
@@ -170,10 +169,10 @@ void AbcStrands::settle_groups() {
 }
 
 ImportedStrands AbcStrands::take() {
-  if (!has_widths_) strands_.widths = {};
-  if (!has_colours_) strands_.colours = {};
-  if (!has_root_uvs_) strands_.root_uvs = {};
-  if (std::ranges::count(strands_.guides, 1) == 0) strands_.guides = {};
+  if (!strands_.widths.empty()) strands_.widths.resize(point_count());
+  if (!strands_.colours.empty()) strands_.colours.resize(point_count(), Vec3f::Zero());
+  if (!strands_.root_uvs.empty()) strands_.root_uvs.resize(strand_count(), Eigen::Vector2f::Zero());
+  if (!strands_.guides.empty()) strands_.guides.resize(strand_count());
   settle_groups();
   return std::move(strands_);
 }

@@ -56,8 +56,7 @@ class AbcStrands {
   AbcExamples bad_;
   std::map<std::string, std::uint32_t> groups_;
   std::size_t control_count_ = 0, listed_count_ = 0;
-  bool has_widths_ = false, has_colours_ = false, has_root_uvs_ = false, are_groups_said_ = false;
-  bool has_object_of_many_ = false;
+  bool are_groups_said_ = false, has_object_of_many_ = false;
 };
 
 }  // namespace hairnet

@@ -226,6 +226,23 @@ TEST(Alembic, epics_attributes_of_grooms_are_read) {
   EXPECT_THAT(strands.notes, Contains("unknown attributes: Cd_mine"));
 }
 
+TEST(Alembic, curves_without_an_attribute_that_others_have_get_none) {
+  const AbcObj with =
+      row("b", 1, {},
+          {attribute<float>("groom_width", "con", {2}), attribute<float>("groom_root_uv", "uni", {1, 1}, 2),
+           attribute<float>("groom_color", "con", {1, 1, 1}, 3), attribute<std::int8_t>("groom_guide", "con", {1})});
+  const ImportedStrands strands = decoded({row("a", 1), with, row("c", 1)});
+  EXPECT_THAT(strands.widths, ElementsAre(0, 0, 0, 2, 2, 2, 0, 0, 0));
+  EXPECT_THAT(strands.guides, ElementsAre(0, 1, 0));
+  ASSERT_EQ(strands.colours.size(), 9u);
+  EXPECT_EQ(strands.colours[0], Vec3f(0, 0, 0));
+  EXPECT_EQ(strands.colours[3], Vec3f(1, 1, 1));
+  EXPECT_EQ(strands.colours[8], Vec3f(0, 0, 0));
+  ASSERT_EQ(strands.root_uvs.size(), 3u);
+  EXPECT_EQ(strands.root_uvs[1], Eigen::Vector2f(1, 1));
+  EXPECT_EQ(strands.root_uvs[2], Eigen::Vector2f(0, 0));
+}
+
 TEST(Alembic, attributes_of_objects_above_hold_for_the_curves_below) {
   const auto said = [](const std::string& name) {
     return test::compound(".userProperties", {test::texts("groom_group_name", "con", {name})});
