@@ -124,8 +124,9 @@ AbcProperty read_property(HeaderReader& in, const std::vector<std::string_view>&
 }  // namespace
 
 double AbcTimes::time_s(std::size_t sample) const {
-  const std::size_t in_cycle = is_cyclic ? sample % stored_s.size() : std::min(sample, stored_s.size() - 1);
-  return stored_s[in_cycle] + (is_cyclic ? cycle_s * static_cast<double>(sample / stored_s.size()) : 0);
+  if (!is_cyclic) return stored_s[std::min(sample, stored_s.size() - 1)];
+  const std::size_t cycle = sample / stored_s.size();
+  return stored_s[sample % stored_s.size()] + cycle_s * static_cast<double>(cycle);
 }
 
 AbcNumbers::AbcNumbers(std::span<const std::byte> bytes, unsigned type)
