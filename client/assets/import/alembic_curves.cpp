@@ -12,9 +12,8 @@ constexpr float kCoordinateMax = 1e30f, kWeightMax = 1e3f;
 constexpr std::array<std::string_view, 10> kStructure{
     "P", "nVertices", "curveBasisAndType", ".knots",         ".orders",
     "w", ".selfBnds", ".childBnds",        ".arbGeomParams", ".userProperties"};
-constexpr std::array<std::string_view, 10> kUsed{
-    "width",          "uv",          "groom_width",      "groom_root_uv",       "groom_color",
-    "groom_group_id", "groom_guide", "groom_group_name", "groom_version_major", "groom_version_minor"};
+constexpr std::array<std::string_view, 8> kUsed{"width",       "uv",          "groom_width",    "groom_root_uv",
+                                                "groom_color", "groom_guide", "groom_group_id", "groom_group_name"};
 
 bool contains(std::span<const std::string_view> names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();

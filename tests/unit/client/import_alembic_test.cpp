@@ -222,7 +222,7 @@ TEST(Alembic, epics_attributes_of_grooms_are_read) {
   EXPECT_EQ(strands.colours[5], Vec3f(1, 0.5f, 0.25f));
   ASSERT_EQ(strands.root_uvs.size(), 3u);
   EXPECT_EQ(strands.root_uvs[1], Eigen::Vector2f(0.5f, 0.25f));
-  EXPECT_THAT(strands.notes, Contains("attributes that are not used: groom_id"));
+  EXPECT_THAT(strands.notes, Contains("attributes that are not used: groom_version_major, groom_id"));
   EXPECT_THAT(strands.notes, Contains("unknown attributes: Cd_mine"));
 }
 
