@@ -10,7 +10,7 @@
 
 namespace hairnet {
 
-// The format that a file's extension names, also in capitals: .hair, .tfx, .data; none for any other.
+// The format that a file's extension names, also in capitals: .hair, .tfx, .data, .abc; none for any other.
 std::optional<StrandFormat> strand_format_of(std::string_view path);
 
 // Read strands and bodies from their files. An error begins with the file's name.

@@ -23,9 +23,15 @@ class ByteReader {
   }
 
   void skip(std::size_t bytes) { at_ += bytes; }
+  std::uint8_t u8() { return static_cast<std::uint8_t>(little_endian(1)); }
   std::uint16_t u16() { return static_cast<std::uint16_t>(little_endian(2)); }
   std::uint32_t u32() { return little_endian(4); }
+  std::uint64_t u64() {
+    const std::uint64_t low = u32();
+    return low | std::uint64_t{u32()} << 32;
+  }
   float f32() { return std::bit_cast<float>(u32()); }
+  double f64() { return std::bit_cast<double>(u64()); }
   Vec3f vec3f() {
     const float x = f32(), y = f32(), z = f32();
     return {x, y, z};

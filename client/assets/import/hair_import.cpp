@@ -64,6 +64,14 @@ void tell_outliers(const std::vector<Outlier>& outliers, const HairParts& parts,
   }
 }
 
+// What the decoders say of their files.
+void tell_decoded(const HairParts& parts, Remarks& remarks) {
+  for (const StrandFile& file : parts.strands) {
+    for (const std::string& note : file.strands.notes) remarks.notes.push_back(file.file + ": " + note);
+    for (const std::string& doubt : file.strands.doubts) remarks.doubts.push_back(file.file + ": " + doubt);
+  }
+}
+
 // The distance between neighbouring 32-bit numbers at most of the points, in units of the file.
 double rounding_of(std::span<const StrandFile> files) {
   std::vector<float> far;
@@ -145,11 +153,12 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   std::vector<std::size_t> strand_counts;
   std::size_t strand_count = 0;
   for (const StrandFile& file : parts.strands) strand_counts.push_back(file.strands.strand_count());
+  Remarks remarks, of_placement;
+  tell_decoded(parts, remarks);
   const std::vector<Outlier> outliers = cut_outliers(parts.strands);
   for (const StrandFile& file : parts.strands) strand_count += file.strands.strand_count();
   if (strand_count == 0) return Refusal(first + "no strand has a length: all points of each lie in one place");
 
-  Remarks remarks, of_placement;
   const std::string roots = settle_roots(parts, import, of_placement);
   GroomDef def;
   def.name = parts.name;

@@ -23,7 +23,7 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
       if (!groom) return Refusal(groom.error());
       grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
     } else {
-      return Refusal(file + ": not one of .hair, .tfx, .data, .obj, .groom, .bvh");
+      return Refusal(file + ": not one of .hair, .tfx, .data, .abc, .obj, .groom, .bvh");
     }
   }
   if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);
