@@ -17,12 +17,14 @@ std::optional<StrandFormat> strand_format_of(std::string_view path) {
   if (extension == ".hair") return StrandFormat::yuksel_hair;
   if (extension == ".tfx") return StrandFormat::tressfx;
   if (extension == ".data") return StrandFormat::usc_data;
+  if (extension == ".usda" || extension == ".usd" || extension == ".usdc" || extension == ".usdz")
+    return StrandFormat::usd;
   return {};
 }
 
 Result<ImportedStrands> read_strands(const std::string& path) {
   const std::optional<StrandFormat> format = strand_format_of(path);
-  if (!format) return of_file(path, "strands are read from .hair, .tfx and .data files");
+  if (!format) return of_file(path, "strands are read from .hair, .tfx, .data and .usda files");
   const auto bytes = read_file(path);
   if (!bytes) return of_file(path, bytes.error());
   auto strands = decode_strands(*format, *bytes);

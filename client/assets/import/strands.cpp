@@ -42,6 +42,8 @@ Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std:
       return decode_tressfx(bytes);
     case StrandFormat::usc_data:
       return decode_usc_data(bytes);
+    case StrandFormat::usd:
+      return decode_usd_curves(bytes);
   }
   return Refusal("no such strand format");
 }
