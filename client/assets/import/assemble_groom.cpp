@@ -135,13 +135,6 @@ struct Counts {
   std::size_t rooted = 0, far_below = 0;
 };
 
-// The radius of a hair where the file says one that a hair can have; some draw a few thick ones for many.
-float radius_m(const ImportedStrands& strands, std::size_t strand, double unit_m) {
-  constexpr double kMin_m = 5e-6, kMax_m = 2e-4;
-  const double radius_m = strands.widths.empty() ? 0 : unit_m * static_cast<double>(strands.widths[strand]) / 2;
-  return radius_m >= kMin_m && radius_m <= kMax_m ? static_cast<float>(radius_m) : StrandProperties{}.radius_m;
-}
-
 Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
   std::size_t strand_count = 0;
   for (const StrandFile& file : def.files) strand_count += file.strands.strand_count();
@@ -151,19 +144,11 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
   properties.root_length_m = static_cast<float>(def.root_length_m);
   Counts counts;
   std::vector<Vec3f> strand;
-  const auto group_named = [&](const std::string& name) {
-    const auto named = std::ranges::find(groom.group_names, name);
-    const auto group = static_cast<std::uint16_t>(named - groom.group_names.begin());
-    if (named == groom.group_names.end()) groom.group_names.push_back(name);
-    return group;
-  };
   for (const StrandFile& file : def.files) {
-    std::vector<std::uint16_t> groups;
-    for (const std::string& name : file.strands.group_names) groups.push_back(group_named(name));
-    if (file.strands.groups.empty()) groups = {group_named(file.group)};
+    const auto named = std::ranges::find(groom.group_names, file.group);
+    properties.group = static_cast<std::uint16_t>(named - groom.group_names.begin());
+    if (named == groom.group_names.end()) groom.group_names.push_back(file.group);
     for (std::size_t s = 0; s < file.strands.strand_count(); ++s) {
-      properties.group = groups[file.strands.groups.empty() ? 0 : file.strands.groups[s]];
-      properties.radius_m = radius_m(file.strands, s, def.placement.unit_m);
       strand.clear();
       for (std::uint32_t i = file.strands.strand_begin[s]; i < file.strands.strand_begin[s + 1]; ++i) {
         strand.push_back(place(def.placement, origin, file.strands.points[i]));

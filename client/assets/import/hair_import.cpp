@@ -64,6 +64,14 @@ void tell_outliers(const std::vector<Outlier>& outliers, const HairParts& parts,
   }
 }
 
+// What the decoders say of their files.
+void tell_decoded(const HairParts& parts, Remarks& remarks) {
+  for (const StrandFile& file : parts.strands) {
+    for (const std::string& note : file.strands.notes) remarks.notes.push_back(file.file + ": " + note);
+    for (const std::string& doubt : file.strands.doubts) remarks.doubts.push_back(file.file + ": " + doubt);
+  }
+}
+
 // The distance between neighbouring 32-bit numbers at most of the points, in units of the file.
 double rounding_of(std::span<const StrandFile> files) {
   std::vector<float> far;
@@ -110,9 +118,9 @@ KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> fil
 }
 
 // Places strands and body, together if the body fits.
-Result<Placement> place_parts(const HairParts& parts, const HairImport& import, GroomDef& def, Remarks& remarks) {
+Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& known, const HairImport& import,
+                              GroomDef& def, Remarks& remarks) {
   const std::string file = parts.strands.front().file + ": ";
-  const KnownPlacement known = with_stated(import.strands, parts.strands, remarks);
   if (parts.body) {
     if (auto together = guess_together(parts.strands, *parts.body, known, import.body)) {
       def.body = parts.body;
@@ -167,20 +175,18 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   std::vector<std::size_t> strand_counts;
   std::size_t strand_count = 0;
   for (const StrandFile& file : parts.strands) strand_counts.push_back(file.strands.strand_count());
+  Remarks remarks, of_placement;
+  tell_decoded(parts, remarks);
+  const KnownPlacement known = with_stated(import.strands, parts.strands, remarks);
   const std::vector<Outlier> outliers = cut_outliers(parts.strands);
   for (const StrandFile& file : parts.strands) strand_count += file.strands.strand_count();
   if (strand_count == 0) return Refusal(first + "no strand has a length: all points of each lie in one place");
 
-  Remarks remarks, of_placement;
-  for (const StrandFile& file : parts.strands) {
-    for (const std::string& note : file.strands.notes) remarks.notes.push_back(file.file + ": " + note);
-    for (const std::string& doubt : file.strands.doubts) remarks.doubts.push_back(file.file + ": " + doubt);
-  }
   const std::string roots = settle_roots(parts, import, of_placement);
   GroomDef def;
   def.name = parts.name;
   def.hairs_in_all = import.hairs_in_all;
-  const Result<Placement> placement = place_parts(parts, import, def, of_placement);
+  const Result<Placement> placement = place_parts(parts, known, import, def, of_placement);
   if (!placement) return Refusal(placement.error());
   def.placement = *placement;
   remarks.notes.push_back(first + "taken as " + to_string(*placement) + ", " + roots);

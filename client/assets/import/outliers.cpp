@@ -188,25 +188,12 @@ void drop_single_strands(std::vector<MeasuredStrand>& strands, const Usual& usua
 }
 
 void put_back(const std::vector<MeasuredStrand>& strands, std::span<StrandFile> files) {
-  std::vector<ImportedStrands> all;
-  for (StrandFile& file : files) {
-    all.push_back(file.strands);
-    ImportedStrands& out = file.strands;
-    out.points.clear();
-    out.strand_begin = {0};
-    out.groups.clear();
-    out.widths.clear();
-    out.colours.clear();
-  }
+  for (StrandFile& file : files) file.strands = {};
   for (const MeasuredStrand& strand : strands) {
     if (strand.is_dropped) continue;
     ImportedStrands& out = files[strand.file].strands;
     for (const Vec3& x : strand.points) out.points.push_back(x.cast<float>());
     out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
-    const ImportedStrands& in = all[strand.file];
-    if (!in.groups.empty()) out.groups.push_back(in.groups[strand.number]);
-    if (!in.widths.empty()) out.widths.push_back(in.widths[strand.number]);
-    if (!in.colours.empty()) out.colours.push_back(in.colours[strand.number]);
   }
 }
 

@@ -1,5 +1,8 @@
 #include "client/assets/import/strands.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "client/assets/import/strand_points.hpp"
 
 namespace hairnet {
@@ -44,8 +47,29 @@ Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std:
       return decode_usc_data(bytes);
     case StrandFormat::usd:
       return decode_usd_curves(bytes);
+    case StrandFormat::ply:
+      return decode_ply(bytes);
+    case StrandFormat::npy:
+      return decode_npy(bytes);
   }
   return Refusal("no such strand format");
+}
+
+std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
+  std::vector<StrandGroup> groups(std::max<std::size_t>(strands.group_names.size(), 1));
+  for (std::size_t g = 0; g < strands.group_names.size(); ++g) groups[g].name = strands.group_names[g];
+  for (std::size_t s = 0; s < strands.strand_count(); ++s) {
+    ImportedStrands& out = groups[strands.groups.empty() ? 0 : strands.groups[s]].strands;
+    out.points.insert(out.points.end(), strands.points.begin() + strands.strand_begin[s],
+                      strands.points.begin() + strands.strand_begin[s + 1]);
+    out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
+  }
+  ImportedStrands& first = groups.front().strands;
+  first.up = strands.up;
+  first.unit_m = strands.unit_m;
+  first.notes = std::move(strands.notes);
+  first.doubts = std::move(strands.doubts);
+  return groups;
 }
 
 }  // namespace hairnet

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/vec.hpp"
@@ -18,29 +19,41 @@ enum class Axis : std::uint8_t;  // placement.hpp
 struct ImportedStrands {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};
-  [[nodiscard]] std::size_t strand_count() const { return strand_begin.size() - 1; }
 
-  // What else a file says of each strand; empty where it says nothing.
+  // What only some formats say. Each list is empty, or has a value for each point or for each strand.
+  std::vector<float> widths;          // diameter at each point; 0: not said
+  std::vector<Vec3f> colours;         // linear RGB at each point
+  std::vector<std::uint32_t> groups;  // of each strand, an index into group_names
   std::vector<std::string> group_names;
-  std::vector<std::uint16_t> groups;  // into group_names
-  std::vector<float> widths;          // the mean over a strand, in units of the file
-  std::vector<Vec3f> colours;         // at the root, linear RGB
 
-  // What it says of itself.
+  // What the file says of its axis upwards, and of the metres in its unit.
   std::optional<Axis> up;
   std::optional<double> unit_m;
 
-  // Lines for the user: what was read and how; and what was left out, or looks wrong.
-  std::vector<std::string> notes, doubts;
+  std::vector<std::string> notes;   // lines about what was read
+  std::vector<std::string> doubts;  // lines about what was left out, or taken in spite of a doubt
+
+  [[nodiscard]] std::size_t strand_count() const { return strand_begin.size() - 1; }
 };
 
-enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data, usd };
+// One for each group of the strands, points alone; what the file says of itself, the notes and doubts with the first.
+// The group is the name.
+struct StrandGroup {
+  std::string name;  // empty: the strands have no groups
+  ImportedStrands strands;
+};
+std::vector<StrandGroup> divide_groups(ImportedStrands strands);
+
+enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data, usd, ply, npy };
 
 // Every count is compared with the size of `bytes` before memory is reserved. Returns an error for non-finite points,
 // truncation at any byte, and wrong magic or version.
 Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes);
-Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0
+Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0, and the text of 2
+Result<ImportedStrands> decode_tressfx_text(std::string_view text);
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes);
+Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes);
+Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes);         // .npy and .npz
 Result<ImportedStrands> decode_usd_curves(std::span<const std::byte> bytes);  // .usda; tells what to do with others
 Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes);
 

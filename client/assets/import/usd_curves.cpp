@@ -88,13 +88,8 @@ class Reader {
       read_prim(p);
     }
     if (control_count_ == 0) return Refusal(nothing_to_read());
-    if (control_count_ > GroomLimits{}.point_count_max)
-      return Refusal("its curves have " + std::to_string(control_count_) +
-                     " points in all, and a groom holds at most " + std::to_string(GroomLimits{}.point_count_max) +
-                     ": export fewer curves");
     name_sets();
-    make_strands(sets_, out_);
-    if (out_.strand_count() == 0) return Refusal(nothing_to_read());
+    if (const std::string fault = make_strands(sets_, out_); !fault.empty()) return Refusal(fault);
     tell();
     return std::move(out_);
   }
@@ -250,22 +245,42 @@ class Reader {
         unspread_.add(set.name + " " + name);
         continue;
       }
-      const double scale = std::cbrt(std::abs(world.topLeftCorner<3, 3>().determinant()));
-      for (std::size_t c = 0; c < set.curve_count(); ++c) {
-        double sum = 0;
-        for (std::size_t i = 0; i < spread->count[c]; ++i) sum += (*values)[spread->value(c, i)];
-        const double mean = scale * sum / std::max<std::uint32_t>(spread->count[c], 1);
-        set.widths.push_back(std::isfinite(mean) && mean > 0 ? static_cast<float>(mean) : 0);
-      }
+      const auto scale = static_cast<float>(std::cbrt(std::abs(world.topLeftCorner<3, 3>().determinant())));
+      set.widths = of_controls<float>(*spread, set, 0, [&](std::size_t i) {
+        const double width = (*values)[i];
+        return std::isfinite(width) && width > 0 ? scale * static_cast<float>(width) : 0;
+      });
     }
     if (const Attribute colour = usda::attribute(prim, "primvars:displayColor"); colour.exists()) {
       const auto values = usda::triples(colour.at(time));
       const auto spread = values ? spread_of(prim, "primvars:displayColor", time, values->size(), set) : std::nullopt;
+      if (spread)
+        set.colours = of_controls<Vec3f>(*spread, set, Vec3f::Zero(), [&](std::size_t i) { return (*values)[i]; });
       if (!spread) unspread_.add(set.name + " displayColor");
-      for (std::size_t c = 0; spread && c < set.curve_count(); ++c)
-        set.colours.push_back(spread->count[c] > 0 ? (*values)[spread->value(c, 0)] : Vec3f::Zero());
     }
     read_groups(prim, time, set);
+  }
+
+  // The values at control points. Those at the ends of segments are spread evenly along a curve.
+  template <class Value, class ValueOf>
+  static std::vector<Value> of_controls(const Spread& spread, const CurveSet& set, const Value& zero,
+                                        ValueOf value_of) {
+    std::vector<Value> values;
+    for (std::size_t c = 0; c < set.curve_count(); ++c) {
+      const std::size_t controls = set.begin[c + 1] - set.begin[c], count = spread.count[c];
+      for (std::size_t i = 0; i < controls; ++i) {
+        if (count == 0) {
+          values.push_back(zero);
+          continue;
+        }
+        const float at = controls < 2 ? 0 : static_cast<float>(i * (count - 1)) / static_cast<float>(controls - 1);
+        const auto before = static_cast<std::size_t>(at), after = std::min(before + 1, count - 1);
+        const float share = at - static_cast<float>(before);
+        values.push_back(Value((1 - share) * Value(value_of(spread.value(c, before))) +
+                               share * Value(value_of(spread.value(c, after)))));
+      }
+    }
+    return values;
   }
 
   // Groups as programs name them: by names, or by numbers.
