@@ -1,5 +1,6 @@
 #include "client/assets/import/edge_chains.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace hairnet {
@@ -30,6 +31,8 @@ Chains chain_edges(std::span<const std::array<std::uint32_t, 2>> edges, std::siz
       chains.vertices.push_back(vertex(far));
       end = mate[far];
     }
+    const auto first = chains.vertices.begin() + static_cast<std::ptrdiff_t>(chains.begin.back());
+    if (chains.vertices.back() < *first) std::reverse(first, chains.vertices.end());
     chains.begin.push_back(chains.vertices.size());
   };
   for (std::size_t end = 0; end < mate.size(); ++end) {

@@ -90,6 +90,7 @@ struct ObjLines {
     for (std::size_t i = 0; i < end.size(); ++i) single += end[i] - (i > 0 ? end[i - 1] : 0) == 2;
     if (has_longer || 2 * single < end.size()) return;
     Chains chains = chain_edges(edges, vertex_count);
+    if (chains.count() >= end.size()) return;
     vertices = std::move(chains.vertices);
     end.assign(chains.begin.begin() + 1, chains.begin.end());
     groups.clear();

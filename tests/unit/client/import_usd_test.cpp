@@ -334,7 +334,7 @@ TEST(ImportUsd, a_file_without_curves_says_what_it_has) {
   EXPECT_EQ(refusal("#usda 1.0\ndef Mesh \"a\" {}\ndef Mesh \"b\" {}\n"), "no curves: it has 2 meshes");
   EXPECT_EQ(refusal("#usda 1.0\n"), "no curves: it has no BasisCurves");
   EXPECT_THAT(refusal("#usda 1.0\ndef \"hair\" (references = @./hair.usdc@</root>) {}\n"),
-              HasSubstr("usdcat --flatten joins it): ./hair.usdc"));
+              HasSubstr("usdcat --flatten joins it): @./hair.usdc@"));
   EXPECT_THAT(refusal("#usda 1.0\n(subLayers = [@a.usd@, @b.usd@])\n"), HasSubstr("a.usd, b.usd"));
   EXPECT_THAT(refusal(file_of("")), HasSubstr("hair: it has no counts"));
 }
