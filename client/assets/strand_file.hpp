@@ -11,10 +11,10 @@
 namespace hairnet {
 
 // The extensions of strand files, for messages.
-inline constexpr std::string_view kHairFiles = ".hair .tfx .txt .data .usda .ply .npy .npz .obj";
+inline constexpr std::string_view kHairFiles = ".hair .tfx .txt .data .usd .usda .usdc .usdz .ply .npy .npz .obj";
 
 // The format that a file's extension names, also in capitals: one of kHairFiles but .obj, which may be a body; none for
-// any other. Binary USD has a format too, since its reader says what to do with it.
+// any other.
 std::optional<StrandFormat> strand_format_of(std::string_view path);
 
 // Read strands and bodies from their files. An error begins with the file's name.

@@ -88,14 +88,6 @@ Result<NpyArray> read_npy(ByteSpan bytes) {
   return array;
 }
 
-float half(std::uint16_t bits) {
-  const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
-  const float size = exponent == 0    ? std::ldexp(static_cast<float>(fraction), -24)
-                     : exponent == 31 ? HUGE_VALF + static_cast<float>(fraction) * 0
-                                      : std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
-  return (bits & 0x8000) != 0 ? -size : size;
-}
-
 float number_at(const NpyArray& array, std::size_t index) {
   const std::size_t size = static_cast<std::size_t>(array.type[2] - '0');
   std::uint64_t bits = 0;
@@ -104,7 +96,7 @@ float number_at(const NpyArray& array, std::size_t index) {
     bits = bits << 8 | std::to_integer<std::uint64_t>(array.values[index * size + byte]);
   }
   if (size == 8) return static_cast<float>(std::bit_cast<double>(bits));
-  if (size == 2) return half(static_cast<std::uint16_t>(bits));
+  if (size == 2) return half_float(static_cast<std::uint16_t>(bits));
   return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
 }
 
@@ -162,8 +154,7 @@ void read_zip64(ByteReader in, std::size_t extra_bytes, ZipEntry& entry) {
     const std::size_t stop = in.at() + size;
     for (std::uint64_t* value : {&entry.bytes, &entry.packed_bytes, &entry.header_at}) {
       if (*value != UINT32_MAX || in.at() + 8 > stop) continue;
-      const std::uint64_t low = in.u32();
-      *value = low | std::uint64_t{in.u32()} << 32;
+      *value = in.u64();
     }
     return;
   }
