@@ -4,6 +4,7 @@
 #include <span>
 
 #include "client/assets/import/strands.hpp"
+#include "core/groom/groom.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace hairnet::fuzz {
@@ -19,8 +20,8 @@ inline int require_strands(const Result<ImportedStrands>& strands, std::size_t f
   require(!begin.empty() && begin.front() == 0 && begin.back() == strands->points.size(), "the strands are the points");
   require(std::ranges::is_sorted(begin), "strands follow each other");
   require(std::ranges::all_of(strands->points, [](const Vec3f& x) { return x.allFinite(); }), "points are finite");
-  // A segment of a curve has up to 64 pieces, and takes at least a byte.
-  require(strands->points.size() <= 64 * (file_bytes + 1), "the file's size bounds the points");
+  // A segment of a curve has several pieces, and numbers may be packed.
+  require(strands->points.size() <= std::max(file_bytes, GroomLimits{}.point_count_max), "points are bounded");
   for (const std::size_t size : {strands->widths.size(), strands->colours.size()})
     require(size == 0 || size == strands->points.size(), "a value for each point, or none");
   require(strands->groups.empty() || strands->groups.size() == strands->strand_count(), "a group for each strand");

@@ -54,7 +54,7 @@ Result<ImportedStrands> decode_tressfx_text(std::string_view text);
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes);         // .npy and .npz
-Result<ImportedStrands> decode_usd_curves(std::span<const std::byte> bytes);  // .usda; tells what to do with others
+Result<ImportedStrands> decode_usd_curves(std::span<const std::byte> bytes);  // text, binary, or in an archive
 Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes);
 
 }  // namespace hairnet

@@ -21,7 +21,6 @@ namespace {
 
 using CrateBytes = std::span<const std::byte>;
 
-constexpr std::size_t kCrateTextMax = std::size_t{1} << 30;
 constexpr std::size_t kCrateDepthMax = 256;
 constexpr std::uint64_t kCrateEntriesMax = 4'000'000;  // of a table
 constexpr std::size_t kCrateFieldsMax = 256;           // of one spec
@@ -169,7 +168,7 @@ struct CrateNode {
 
 class Crate {
  public:
-  explicit Crate(CrateBytes bytes) : bytes_(bytes) {}
+  explicit Crate(CrateBytes bytes) : bytes_(bytes), text_max_(kTextBytes + kTextOfByte * bytes.size()) {}
 
   Result<std::string> text() {
     constexpr std::size_t kHeaderBytes = 24;
@@ -182,7 +181,9 @@ class Crate {
                               read_paths(), read_specs()}) {
       if (*fault != '\0') return Refusal(std::string("the binary USD is truncated or damaged: ") + fault);
     }
-    if (!write_all()) return Refusal("the binary USD is truncated or damaged: a value, or prims nested too deep");
+    if (!write_all())
+      return Refusal(
+          "the binary USD is truncated or damaged: a value, prims nested too deep, or too much of what is shared");
     return std::move(text_);
   }
 
@@ -411,7 +412,7 @@ class Crate {
       const auto values = unpack_integers(in, count, layout.bytes, bytes_);
       if (!values) return false;
       for (const std::int64_t value : *values) text_.append(std::to_string(value)).push_back(',');
-      return text_.size() <= kCrateTextMax;
+      return text_.size() <= text_max_;
     }
     if (!in.has(1)) return false;
     const char code = static_cast<char>(bytes_[in.at()]);
@@ -420,7 +421,7 @@ class Crate {
       const auto values = unpack_integers(in, count, 4, bytes_);
       if (!values) return false;
       for (const std::int64_t value : *values) text_.append(std::to_string(value)).push_back(',');
-      return text_.size() <= kCrateTextMax;
+      return text_.size() <= text_max_;
     }
     if (code != 't' || !in.has(4)) return false;
     const std::uint32_t table_size = in.u32();
@@ -430,7 +431,7 @@ class Crate {
     const auto indices = unpack_integers(in, count, 4, bytes_);
     if (!indices) return false;
     for (const std::int64_t index : *indices) {
-      if (index < 0 || index >= table_size || text_.size() > kCrateTextMax) return false;
+      if (index < 0 || index >= table_size || text_.size() > text_max_) return false;
       ByteReader entry(bytes_, table_at + static_cast<std::size_t>(index) * layout.bytes);
       put_raw(entry, layout);
       text_.push_back(',');
@@ -460,7 +461,7 @@ class Crate {
         if (!in->has(count, layout->bytes * layout->count)) return false;
         const bool is_quaternion = value.type() >= 16 && value.type() <= 18;
         for (std::uint64_t i = 0; i < count; ++i) {
-          if (text_.size() > kCrateTextMax) return false;
+          if (text_.size() > text_max_) return false;
           if (is_words) {
             const std::uint32_t index = in->u32();
             text_ += quoted(value.type() == kCrateString ? string(index) : token(index));
@@ -489,7 +490,7 @@ class Crate {
       const std::uint64_t count = in->u64();
       if (!in->has(count, 4)) return false;
       text_.push_back('[');
-      for (std::uint64_t i = 0; i < count && text_.size() <= kCrateTextMax; ++i) {
+      for (std::uint64_t i = 0; i < count && text_.size() <= text_max_; ++i) {
         const std::uint32_t index = in->u32();
         text_.append(quoted(type == kCrateTokens ? token(index) : string(index))).push_back(',');
       }
@@ -527,7 +528,7 @@ class Crate {
     for (std::uint64_t i = 0; i < count; ++i) {
       put_number(std::bit_cast<double>(in->u64()), true);
       text_ += ": ";
-      if (!put_value({values->u64()}) || text_.size() > kCrateTextMax) return false;
+      if (!put_value({values->u64()}) || text_.size() > text_max_) return false;
       text_ += ",\n";
     }
     text_.push_back('}');
@@ -640,7 +641,7 @@ class Crate {
     std::vector<Open> open{{root_}};
     while (!open.empty()) {
       const CrateNode& node = nodes_[open.back().node];
-      if (open.size() > kCrateDepthMax || text_.size() > kCrateTextMax) return false;
+      if (open.size() > kCrateDepthMax || text_.size() > text_max_) return false;
       if (open.back().next == node.children.size()) {
         if (open.back().node != root_) text_ += node.name.starts_with('{') ? "}\n}\n" : "}\n";
         open.pop_back();
@@ -659,7 +660,10 @@ class Crate {
     return true;
   }
 
+  // Prims may share values, and packed numbers may be many: the text is bounded by the file's size all the same.
+  static constexpr std::size_t kTextBytes = 64'000'000, kTextOfByte = 16;
   CrateBytes bytes_;
+  std::size_t text_max_;
   unsigned minor_ = 0;
   std::array<CrateBytes, 6> sections_;
   std::vector<std::byte> token_bytes_;
