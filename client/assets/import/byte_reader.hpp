@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -8,6 +9,15 @@
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
+
+// A number of 16 bits.
+inline float half_float(std::uint16_t bits) {
+  const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
+  float size = std::ldexp(static_cast<float>(fraction), -24);
+  if (exponent > 0) size = std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
+  if (exponent == 31) size = fraction == 0 ? HUGE_VALF : NAN;
+  return (bits & 0x8000) != 0 ? -size : size;
+}
 
 // Reads little-endian values at any alignment. The reads do not check the size: call `has` first.
 class ByteReader {

@@ -48,6 +48,12 @@ Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std:
       return decode_usc_data(bytes);
     case StrandFormat::alembic:
       return decode_alembic(bytes);
+    case StrandFormat::usd:
+      return decode_usd_curves(bytes);
+    case StrandFormat::ply:
+      return decode_ply(bytes);
+    case StrandFormat::npy:
+      return decode_npy(bytes);
   }
   return Refusal("no such strand format");
 }
@@ -69,8 +75,11 @@ std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
   if (!keeps_guides && guide_count > 0)
     strands.notes.push_back(std::to_string(guide_count) + (guide_count == 1 ? " guide beside " : " guides beside ") +
                             std::to_string(strands.strand_count() - guide_count) + " strands are left out");
-  groups.front().strands.notes = std::move(strands.notes);
-  groups.front().strands.doubts = std::move(strands.doubts);
+  ImportedStrands& first = groups.front().strands;
+  first.up = strands.up;
+  first.unit_m = strands.unit_m;
+  first.notes = std::move(strands.notes);
+  first.doubts = std::move(strands.doubts);
   return groups;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "client/assets/strand_file.hpp"
 #include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
@@ -63,8 +64,9 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
 
 void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
   CLI::App& import =
-      *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data, .abc, .obj), to a groom file");
-  import.add_option("files", o.files.files, "strand files; each becomes a group, or several if it names them")->required();
+      *app.add_subcommand("import", "strands that people have (" + std::string(kHairFiles) + "), to a groom file");
+  import.add_option("files", o.files.files, "strand files; each becomes a group, or several if it names them")
+      ->required();
   import.add_option("--out,-o", o.out, "groom file to write")->required();
   add_hair_flags(import, "--", o.import);
   import.add_option("--origin", origin, "head joint in file units, x,y,z (under the body's skull, else the roots')")
