@@ -8,6 +8,7 @@
 
 #include "client/assets/import/alembic_strands.hpp"
 #include "client/assets/import/alembic_xform.hpp"
+#include "client/assets/import/text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "client/assets/import/text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
@@ -69,10 +70,6 @@ std::string AbcExamples::text() const {
   std::string text;
   for (const std::string& example : examples_) text += (text.empty() ? "" : ", ") + example;
   return count_ > examples_.size() ? text + ", ..." : text;
-}
-
-std::string counted(std::size_t count, const std::string& thing) {
-  return std::to_string(count) + " " + thing + (count == 1 ? "" : thing.ends_with("h") ? "es" : "s");
 }
 
 std::vector<std::vector<CurvePoint>> AbcStrands::add(const AbcCurves& curves, const AbcPlace& place) {

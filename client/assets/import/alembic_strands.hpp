@@ -21,7 +21,6 @@ class AbcExamples {
   std::size_t count_ = 0;
 };
 
-std::string counted(std::size_t count, const std::string& thing);  // "1 mesh", "3 curves"
 
 // The place of an object in the archive, and what the objects above it say of it.
 struct AbcPlace {
