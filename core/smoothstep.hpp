@@ -4,7 +4,7 @@
 
 namespace hairnet {
 
-// From 0 at t = 0 to 1 at t = 1, with a slope of 0 at both ends. `t` lies in [0, 1].
+// Rises from 0 at t = 0 to 1 at t = 1, with a slope of 0 at both ends. `t` lies in [0, 1].
 template <class T>
 constexpr T smoothstep(T t) {
   return t * t * (3 - 2 * t);

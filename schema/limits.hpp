@@ -12,31 +12,45 @@ namespace hairnet::wire {
 
 inline constexpr std::uint16_t kProtocolVersion = 4;
 inline constexpr std::size_t kPacketBytesMax = 4'194'304;
-inline constexpr std::size_t kPacketBytesMin = 16;            // prefix, root, identifier, an empty table
-inline constexpr std::size_t kPacketOverheadBytesMax = 4096;  // of any packet, beside poses, frames, geometry or chunk
-inline constexpr std::size_t kDatagramBytesMax = 1024;        // some browsers take no more
+// A prefix, the root, the identifier and an empty table take so much.
+inline constexpr std::size_t kPacketBytesMin = 16;
+// Any packet takes at most so much beside its poses, frames, geometry or chunk.
+inline constexpr std::size_t kPacketOverheadBytesMax = 4096;
+// Some browsers take no more.
+inline constexpr std::size_t kDatagramBytesMax = 1024;
 inline constexpr std::size_t kGroomChunkBytesMax = 262'144;
 inline constexpr std::size_t kGroomBytesMax = 268'435'456;
 inline constexpr std::size_t kPosesPerBatchMax = 4096;
-inline constexpr std::size_t kEarlierPosesMax = 16;            // of a batch
-inline constexpr std::size_t kMembersPerMessageMax = 4096;     // of Observe, ReportImportance
-inline constexpr std::size_t kHairStateIntegersMax = 786'432;  // of the largest lattice
+// Limits one batch.
+inline constexpr std::size_t kEarlierPosesMax = 16;
+// Limits Observe and ReportImportance.
+inline constexpr std::size_t kMembersPerMessageMax = 4096;
+// The largest lattice has so many integers.
+inline constexpr std::size_t kHairStateIntegersMax = 786'432;
 inline constexpr std::size_t kRoomNameBytesMax = 64;
 inline constexpr std::size_t kTokenBytesMax = 4096;
-inline constexpr std::size_t kServersMax = 8;     // that a welcome names beside the one that sends it
-inline constexpr std::size_t kTagBytesMax = 256;  // of a character
-inline constexpr std::uint32_t kStrideMax = 4;    // ticks
+// Counts the servers that a welcome names beside the one that sends it.
+inline constexpr std::size_t kServersMax = 8;
+// Limits a character's tag.
+inline constexpr std::size_t kTagBytesMax = 256;
+inline constexpr std::uint32_t kStrideMax = 4;  // ticks
 inline constexpr float kObserveRadiusMax_m = 20'000;
 inline constexpr float kObserveErrorMax_m = 1;
 inline constexpr float kHairStateStepMax_m = 0.001f;
-inline constexpr float kScreenHeightMax = 100;                          // a head's height over the screen's
-inline constexpr std::size_t kTextBytesMax = 1024;                      // any string
-inline constexpr double kPositionMax_m = 10'000;                        // any coordinate of a pose, absolute
-inline constexpr std::int64_t kTimeMax_ns = 2'305'843'009'213'693'952;  // any time, absolute: sums cannot overflow
+// Limits a head's height over the screen's.
+inline constexpr float kScreenHeightMax = 100;
+// Limits any string.
+inline constexpr std::size_t kTextBytesMax = 1024;
+// Limits any coordinate of a pose, absolute.
+inline constexpr double kPositionMax_m = 10'000;
+// Limits any time, absolute: sums cannot overflow.
+inline constexpr std::int64_t kTimeMax_ns = 2'305'843'009'213'693'952;
 inline constexpr std::uint32_t kTickRateMax_hz = 1000;
-inline constexpr std::uint32_t kSilence_ms = 10'000;  // for which nothing comes from a peer: it is lost
+// A peer is lost when nothing comes from it for so long.
+inline constexpr std::uint32_t kSilence_ms = 10'000;
 inline constexpr std::uint32_t kLatticeNodesPerAxisMax = 64;
-inline constexpr float kLatticeCoordinateMax_m = 100;  // origin and spacing, absolute
+// Limits the origin and the spacing, absolute.
+inline constexpr float kLatticeCoordinateMax_m = 100;
 
 constexpr bool is_stride(std::uint64_t ticks) {
   return ticks == 1 || ticks == 2 || ticks == kStrideMax;

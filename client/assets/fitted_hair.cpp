@@ -12,7 +12,8 @@ namespace hairnet {
 namespace {
 
 constexpr std::size_t kStrandCount = 4000;
-constexpr double kClear_m = 0.002;  // of the skin
+// Points of the hair stand at least this far outside the skin.
+constexpr double kClear_m = 0.002;
 
 }  // namespace
 

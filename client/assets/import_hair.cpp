@@ -22,20 +22,32 @@ Result<void> take_body(const std::string& file, Result<TriangleMesh> mesh, HairP
   return {};
 }
 
+// The group of a file's strands: as it is given, else those that the file names, else its stem.
+void add_strands(ImportedStrands strands, const std::string& file, const std::string& group, HairParts& parts) {
+  if (!group.empty()) {
+    strands.groups.assign(strands.strand_count(), 0);
+    strands.group_names = {group};
+  }
+  const std::string stem = std::filesystem::path(file).stem().string();
+  for (StrandGroup& part : divide_groups(std::move(strands)))
+    parts.strands.push_back({std::move(part.strands), part.name.empty() ? stem : part.name, file});
+}
+
 Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
   if (strand_format_of(file)) {
     auto strands = read_strands(file);
     if (!strands) return Refusal(strands.error());
-    parts.strands.push_back({std::move(*strands), group, file});
+    add_strands(std::move(*strands), file, group, parts);
     return {};
   }
   const auto bytes = read_file(file);
   if (!bytes) return Refusal(file + ": " + bytes.error());
-  if (extension_of(file) != ".obj") return Refusal(file + ": strands are read from .hair, .tfx, .data and .obj files");
+  if (extension_of(file) != ".obj")
+    return Refusal(file + ": strands are read from " + std::string(kHairFiles) + " files");
   auto lines = decode_obj_strands(as_text(*bytes));
   if (!lines) return Refusal(file + ": " + lines.error());
   if (lines->strand_count() == 0) return take_body(file, read_mesh(file), parts);
-  parts.strands.push_back({std::move(*lines), group, file});
+  add_strands(std::move(*lines), file, group, parts);
   return {};
 }
 
@@ -61,8 +73,7 @@ Result<Groom> import_hair(const HairFiles& files, const HairImport& import) {
   HairParts parts;
   for (std::size_t i = 0; i < files.files.size(); ++i) {
     const std::string& file = files.files[i];
-    const std::string stem = std::filesystem::path(file).stem().string();
-    const Result<void> read = read_part(file, files.groups.empty() ? stem : files.groups.at(i), parts);
+    const Result<void> read = read_part(file, files.groups.empty() ? std::string() : files.groups.at(i), parts);
     if (!read) return Refusal(read.error());
   }
   if (!files.body.empty()) {

@@ -10,7 +10,11 @@
 
 namespace hairnet {
 
-// The format that a file's extension names, also in capitals: .hair, .tfx, .data; none for any other.
+// The extensions of strand files, for messages.
+inline constexpr std::string_view kHairFiles = ".hair .tfx .txt .data .abc .usd .usda .usdc .usdz .ply .npy .npz .obj";
+
+// The format that a file's extension names, also in capitals: one of kHairFiles but .obj, which may be a body; none for
+// any other.
 std::optional<StrandFormat> strand_format_of(std::string_view path);
 
 // Read strands and bodies from their files. An error begins with the file's name.

@@ -13,14 +13,17 @@ namespace hairnet {
 
 struct TracedFrame {
   std::uint64_t tick = 0;
-  std::uint64_t character = 0;           // session << 32 | client's number
-  LevelIndex level = LevelIndex::rigid;  // that was stepped
+  // Holds session << 32 | the client's number.
+  std::uint64_t character = 0;
+  // Is the level that was stepped.
+  LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false;
   bool asleep = false;
   Pose pose;
-  std::span<const Vec3f>
-      displacement;     // of the level, or of the finest where frames came from a server; active order, head space, m
-  int step_stride = 1;  // ticks from one step to the next
+  // Is the displacement of the level, or of the finest where frames came from a server; in active order, head space, m.
+  std::span<const Vec3f> displacement;
+  // Counts ticks from one step to the next.
+  int step_stride = 1;
 };
 
 // A folder of arrays with one row a frame; the README describes them.

@@ -22,7 +22,8 @@ struct Address {
   Transport transport = Transport::tcp;
   std::string host = "127.0.0.1";
   std::uint16_t port = 7420;
-  std::string path = "/ws";  // of the WebSocket
+  // Is the path of the WebSocket.
+  std::string path = "/ws";
 
   [[nodiscard]] bool encrypted() const { return transport == Transport::tls || transport == Transport::wss; }
   // As in the request of a page or a WebSocket.

@@ -12,18 +12,30 @@ namespace hairnet::link {
 
 // One character at one tick, decoded.
 struct Frame {
-  std::uint32_t member = 0;              // the character's number in the room
-  std::uint32_t character = 0;           // this client's own number; 0: another client's character
-  LevelIndex level = LevelIndex::rigid;  // that the server steps
-  bool discontinuous = false;            // teleport or reset: do not interpolate from the last frame
-  bool asleep = false;           // the lattice is at rest: the server sends no further frame until the character wakes
-  bool repeated = false;         // it came already, before its basis
-  bool last_known = false;       // the last known hair from before a reconnect; the new server has no lattice yet
-  std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
-  float step_s = 0;              // the same in seconds; 0: not known
-  Pose pose;                     // of the head and shoulders at that step
-  std::vector<float> coefficients;          // m, of the basis; those that are missing at the end are 0
-  std::shared_ptr<const KnownBasis> basis;  // null: the hair is at rest, or its basis has not arrived yet
+  // Is the character's number in the room.
+  std::uint32_t member = 0;
+  // Is this client's own number; zero means another client's character.
+  std::uint32_t character = 0;
+  // Is the level that the server steps.
+  LevelIndex level = LevelIndex::rigid;
+  // Marks a teleport or a reset: do not interpolate from the last frame.
+  bool discontinuous = false;
+  // The lattice is at rest: the server sends no further frame until the character wakes.
+  bool asleep = false;
+  // The frame came already, before its basis.
+  bool repeated = false;
+  // Shows the last known hair from before a reconnect; the new server has no lattice yet.
+  bool last_known = false;
+  // Counts ticks from one step of the character to the next.
+  std::uint8_t step_stride = 1;
+  // Is the same in seconds; zero means not known.
+  float step_s = 0;
+  // Is the pose of the head and shoulders at that step.
+  Pose pose;
+  // Holds coefficients of the basis, m; those that are missing at the end are 0.
+  std::vector<float> coefficients;
+  // Is null when the hair is at rest, or its basis has not arrived yet.
+  std::shared_ptr<const KnownBasis> basis;
 };
 
 // The displacements of the basis's active nodes, in head space, m; empty without a basis.

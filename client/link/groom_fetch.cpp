@@ -36,7 +36,7 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   if (data.byte_count > wire::kGroomBytesMax) return fail(data.hash, "larger than a groom may be");
   if (data.offset > bytes.size() || bytes.size() > data.byte_count || data.bytes.size() > data.byte_count - data.offset)
     return fail(data.hash, "its pieces do not fit together");
-  // Of a download that was given up, pieces may come after the request was repeated.
+  // Pieces of a download that was given up may come after the request was repeated.
   const std::size_t repeated = std::min<std::size_t>(bytes.size() - data.offset, data.bytes.size());
   bytes.insert(bytes.end(), data.bytes.begin() + static_cast<std::ptrdiff_t>(repeated), data.bytes.end());
   HAIRNET_ASSERT(bytes.size() <= data.byte_count);

@@ -15,9 +15,10 @@ namespace hairnet::link {
 // Grooms of other clients that are being downloaded in pieces and checked against their hashes. No I/O; one thread.
 class GroomFetch {
  public:
-  // Of the files that are on their way, and of those that have arrived since none was.
+  // Counts the files that are on their way, and those that have arrived since none was.
   struct Progress {
-    std::uint64_t bytes = 0, byte_count = 0;  // that are here; of files whose size is known
+    // Count the bytes that are here, and those of files whose size is known.
+    std::uint64_t bytes = 0, byte_count = 0;
   };
   [[nodiscard]] Progress progress() const;
   // The request to send; none if the groom is already being downloaded.
@@ -33,11 +34,14 @@ class GroomFetch {
   GroomFetched fail(const wire::GroomHash& hash, std::string why);
 
   struct Fetch {
-    std::vector<std::uint8_t> bytes;  // that have arrived
-    std::uint64_t byte_count = 0;     // of the file; 0: no piece has arrived
+    // Holds the bytes that have arrived.
+    std::vector<std::uint8_t> bytes;
+    // Is the size of the file; zero until a piece has arrived.
+    std::uint64_t byte_count = 0;
   };
   std::map<wire::GroomHash, Fetch> fetches_;
-  std::uint64_t arrived_bytes_ = 0;  // of files that arrived since none was on its way
+  // Counts the bytes of files that arrived since none was on its way.
+  std::uint64_t arrived_bytes_ = 0;
 };
 
 }  // namespace hairnet::link

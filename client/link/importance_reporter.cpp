@@ -9,7 +9,8 @@
 namespace hairnet::link {
 namespace {
 
-constexpr float kUnreportedHeight = 0.25f;  // that the server takes for a member of which nothing was reported
+// The server assumes this height for a member of which nothing was reported.
+constexpr float kUnreportedHeight = 0.25f;
 
 bool differs(const wire::MemberImportance& a, const wire::MemberImportance& b) {
   const float most = std::max(std::abs(a.screen_height), std::abs(b.screen_height));

@@ -14,14 +14,16 @@ namespace hairnet::link {
 class ImportanceReporter {
  public:
   static constexpr std::int64_t kInterval_ns = 250'000'000;
-  static constexpr float kChange = 0.1f;  // relative change of the screen height that is worth a report
+  // A relative change of the screen height by this is worth a report.
+  static constexpr float kChange = 0.1f;
 
   void report(std::span<const wire::MemberImportance> members);
-  // The member has left. A report that is on its way may come to the next one with its number: so what the server has
-  // of it is undone.
+  // The member has left. A report that is on its way may come to the next one with its number, so the server's
+  // knowledge of it is undone.
   void forget(std::uint32_t member);
   void forget_all();
-  void resend_all();  // after a reconnect: marks every member as due
+  // Marks every member as due, after a reconnect.
+  void resend_all();
 
   // take() returns the report to send now, if any; due_ns() is the earliest time of the next one.
   std::optional<wire::ReportImportance> take(std::int64_t now_ns);

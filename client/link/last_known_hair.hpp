@@ -33,8 +33,8 @@ class LastKnownHair {
   // The server has the groom, so its lattice frames should follow. If they are still rigid a second after the first one
   // (the server may keep the character rigid), the last known hair is no longer shown.
   void on_ready(const wire::GroomHash& groom);
-  // To show with a frame of this level that has no hair: because it is rigid, or because its basis is still on its way.
-  // Null: none.
+  // Returns the hair to show with a frame of this level that has none, because it is rigid or because its basis is
+  // still on its way. Null: none is known.
   [[nodiscard]] const HairSnapshot* of(std::uint32_t character, LevelIndex level, std::int64_t now_ns);
 
  private:

@@ -12,11 +12,15 @@ namespace hairnet::link {
 
 // What the hair of a member depends on beside the coefficients of its frame.
 struct LearntFrame {
-  const Pose* from = nullptr;  // of the frame before; null: there is none that the hair could continue
+  // Is the pose of the frame before; null means that there is none that the hair could continue.
+  const Pose* from = nullptr;
   const Pose* to = nullptr;
-  std::uint64_t ticks = 0;  // between the two
-  bool is_learnt = false;   // on the learnt level
-  bool evaluated = false;   // without coefficients
+  // Counts the ticks between the two.
+  std::uint64_t ticks = 0;
+  // The hair is on the learnt level.
+  bool is_learnt = false;
+  // The frame comes without coefficients.
+  bool evaluated = false;
   bool discontinuous = false;
 };
 

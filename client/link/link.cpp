@@ -72,7 +72,7 @@ struct Link::Impl {
     const std::lock_guard lock(mutex);
     return use(core);
   }
-  // From the caller's thread: the I/O thread then looks what is to be done.
+  // The caller's thread calls this: the I/O thread then looks what is to be done.
   template <class Use>
   void ask(Use use) {
     with_core(use);
@@ -249,7 +249,8 @@ struct Link::Impl {
   const LinkOptions options;
   mutable std::mutex mutex;
   LinkCore core;
-  std::string transport, fallback_reason;  // of the open connection
+  // Both belong to the open connection.
+  std::string transport, fallback_reason;
   asio::io_context io;
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
   asio::steady_timer wake{io};

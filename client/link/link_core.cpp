@@ -21,7 +21,8 @@ constexpr std::size_t kPosesPerDatagram = 3;
 constexpr std::size_t kPosesInDatagramsMax = 32;
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kAskAgain_ns = 1'000'000'000;
-// Of a pose that was captured before the connection. The server refuses poses of more than a second.
+// A pose that was captured before the connection is sent up to this age. The server refuses poses of more than a
+// second.
 constexpr std::int64_t kPoseAgeMax_ns = 500'000'000;
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
@@ -375,7 +376,8 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   if (std::holds_alternative<wire::FrameBatch>(message)) counters_.frame_bytes_received += packet.size();
   if (state_ == State::greeting && !may_come_first(message))
     return lose(GoodbyeReason::protocol_error, "the server sent another message before its welcome", now_ns);
-  const auto take = [this, now_ns](auto& m) {  // of a server: the decoder refuses what only clients say
+  // The server's messages arrive here: the decoder refuses what only clients say.
+  const auto take = [this, now_ns](auto& m) {
     if constexpr (requires { on(m, now_ns); }) on(m, now_ns);
   };
   std::visit(take, message);

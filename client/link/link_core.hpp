@@ -32,36 +32,57 @@ namespace hairnet::link {
 // Who connects, and when the link gives up.
 struct LinkCoreOptions {
   std::string client_name = "hairnet-link";
-  std::string room, token;  // empty: the lobby; none
+  // Empty means the lobby, and no token.
+  std::string room, token;
   wire::Role role = wire::Role::participant;
-  double connect_timeout_s = 5;  // from the attempt to the welcome; 3 more in a Link that is `automatic`
-  bool reconnect = true;         // after the first welcome; before it, only a redirect is a reason to try again
-  double give_up_after_s = 0;    // of trying to reconnect; 0: never
-  std::uint64_t seed = 1;        // of the waits between attempts
-  std::uint64_t trace = 0;       // that the logs of all its servers name; 0: a Link draws one
-  double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
-  bool evaluate_learnt = true;   // learnt hair from poses alone: downloads networks, and frames of it are smaller
+  // Lasts from the attempt to the welcome; a Link that is `automatic` adds 3.
+  double connect_timeout_s = 5;
+  // Reconnects after the first welcome; before it, only a redirect is a reason to try again.
+  bool reconnect = true;
+  // Trying to reconnect ends after this time; zero means never.
+  double give_up_after_s = 0;
+  // Seeds the waits between attempts.
+  std::uint64_t seed = 1;
+  // The logs of all its servers name this number; zero means that a Link draws one.
+  std::uint64_t trace = 0;
+  // Is the fraction of members whose frames are decoded; the others are only counted.
+  double decode_share = 1;
+  // Learnt hair is computed from poses alone: networks are downloaded, and frames of it are smaller.
+  bool evaluate_learnt = true;
   // Bases and learnt hair are downloaded of the grooms only that are here: hair that cannot be drawn needs none.
   bool files_wait_for_grooms = false;
-  std::shared_ptr<FileCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
+  // Cores of one thread share it; null means that the core makes its own.
+  std::shared_ptr<FileCatalog> catalog = {};
 };
 
 // What has happened since the start.
 struct LinkCounters {
   std::uint64_t bytes_sent = 0, bytes_received = 0;
-  std::uint64_t frame_bytes_received = 0;  // of packets with frames
-  std::uint64_t frames_dropped = 0;        // not polled in time
-  std::uint64_t poses_dropped = 0;         // not sent in time
+  // Counts whole packets that contain frames.
+  std::uint64_t frame_bytes_received = 0;
+  // Counts frames that were not polled in time.
+  std::uint64_t frames_dropped = 0;
+  // Counts poses that were not sent in time.
+  std::uint64_t poses_dropped = 0;
   std::uint64_t frames_received = 0;
-  std::uint64_t frames_undecodable = 0;     // their bytes are wrong
-  std::uint64_t frames_unknown = 0;         // of a member that is not known (yet), or not newer than its last frame
-  std::uint64_t frames_evaluated = 0;       // without coefficients: this client has evaluated the hair
-  std::uint64_t frames_lacking_learnt = 0;  // without coefficients, and what to evaluate is not here
-  std::uint64_t reconnects = 0;             // welcomes after the first
-  std::uint64_t resumes = 0;                // of these, by a server that still had the session
-  std::uint64_t servers_silent = 0;         // connections given up since nothing came any more
-  std::uint64_t redirects = 0;              // followed, to the server that holds the room
-  std::uint64_t redirect_loops = 0;         // given up, as servers sent it on and on; it asked the first one again
+  // Counts frames whose bytes are wrong.
+  std::uint64_t frames_undecodable = 0;
+  // Counts frames of a member that is not known (yet), or not newer than its last frame.
+  std::uint64_t frames_unknown = 0;
+  // Counts frames without coefficients whose hair this client has evaluated.
+  std::uint64_t frames_evaluated = 0;
+  // Counts frames without coefficients for which the learnt hair is not here.
+  std::uint64_t frames_lacking_learnt = 0;
+  // Counts the welcomes after the first.
+  std::uint64_t reconnects = 0;
+  // Counts the reconnects to a server that still had the session.
+  std::uint64_t resumes = 0;
+  // Counts connections given up since nothing came any more.
+  std::uint64_t servers_silent = 0;
+  // Counts the redirects that were followed, to the server that holds the room.
+  std::uint64_t redirects = 0;
+  // Counts the redirects given up, as servers sent it on and on; it asked the first one again.
+  std::uint64_t redirect_loops = 0;
   GroomFetch::Progress downloads;
 };
 
@@ -188,22 +209,30 @@ class LinkCore {
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered = false);
   std::optional<wire::ServerAt> next_to_ask();
   void go_on_elsewhere(std::string why, std::int64_t now_ns);
-  void put_down(std::int64_t now_ns);  // what belongs to the connection; keeps the hair of the caller's characters
+  // Ends what belongs to the connection; keeps the hair of the caller's characters.
+  void put_down(std::int64_t now_ns);
   void end(wire::GoodbyeReason reason, std::string detail);
   void check_invariants() const;
 
   const LinkCoreOptions options_;
   State state_ = State::idle;
-  bool connection_ = false;  // from on_opening() to on_closed()
+  // Is true from on_opening() to on_closed().
+  bool connection_ = false;
   bool has_datagrams_ = false;
   bool goodbye_taken_ = false, taken_may_be_lost_ = false;
-  std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
-  std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
-  std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // after a resume: all are announced by then
-  std::int64_t ask_again_ns_ = 0;                                           // for bases that frames wait for
+  // The state ends at this time at the latest.
+  std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();
+  // Applies while reconnecting.
+  std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();
+  // All members are announced by then, after a resume.
+  std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();
+  // Bases that frames wait for are asked for again then.
+  std::int64_t ask_again_ns_ = 0;
   std::int64_t active_since_ns_ = 0;
-  std::optional<std::int64_t> away_since_ns_;  // start of the current or the last outage
-  std::int64_t sent_ns_ = 0;                   // when a packet, or a sign of life, went out last
+  // Is the start of the current or the last outage.
+  std::optional<std::int64_t> away_since_ns_;
+  // Is the time when a packet, or a sign of life, went out last.
+  std::int64_t sent_ns_ = 0;
   channel::Silence silence_{0};
   Backoff backoff_;
   channel::PacketSplitter splitter_;
@@ -213,9 +242,11 @@ class LinkCore {
   UploadQueue uploads_;
   channel::BulkScheduler upload_scheduler_;
   SendQueue queue_;
-  SentPoses sent_poses_;  // over this connection, if it has datagrams
+  // Holds what was sent over this connection, if it has datagrams.
+  SentPoses sent_poses_;
   Members members_;
-  std::vector<Members::DecodedFrame> decoded_;  // of the batch in hand
+  // Holds the frames of the batch in hand.
+  std::vector<Members::DecodedFrame> decoded_;
   LastKnownHair last_known_;
   ImportanceReporter importance_;
   GroomFetch fetch_;
@@ -223,10 +254,14 @@ class LinkCore {
   EventQueue events_;
   LinkCounters counters_;
   std::optional<wire::Welcome> welcome_;
-  std::optional<wire::ServerAt> redirected_to_, welcomed_at_;  // none: the server that the caller knows
-  std::size_t asked_ = 0;                                      // attempts since the one at the last server failed
-  std::uint8_t redirects_ = 0;                                 // in a row, since the last welcome
-  std::optional<std::int64_t> sent_on_ns_;                     // time of the first redirect since the last welcome
+  // None means the server that the caller knows.
+  std::optional<wire::ServerAt> redirected_to_, welcomed_at_;
+  // Counts attempts since the one at the last server failed.
+  std::size_t asked_ = 0;
+  // Counts redirects in a row, since the last welcome.
+  std::uint8_t redirects_ = 0;
+  // Is the time of the first redirect since the last welcome.
+  std::optional<std::int64_t> sent_on_ns_;
   std::string end_detail_;
 };
 

@@ -52,17 +52,25 @@ class Members {
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
-    std::optional<wire::GroomHash> wants_basis;   // the file of a basis that the frame lacks
-    std::optional<wire::GroomHash> wants_learnt;  // the file of the learnt hair that the frame shows, if it is not here
-    // To tell the server: what the hair depends on is here; or again, since the network has missed too many frames.
+    // Names the file of a basis that the frame lacks.
+    std::optional<wire::GroomHash> wants_basis;
+    // Names the file of the learnt hair that the frame shows, if it is not here.
+    std::optional<wire::GroomHash> wants_learnt;
+    // Is the message for the server: what the hair depends on is here; or again, since the network has missed too many
+    // frames.
     std::optional<wire::EvaluateLearnt> evaluates;
-    bool lacks_learnt = false;    // it has no coefficients, and the learnt hair is not here
-    bool discontinuous = false;   // the frame's own mark, or that of an earlier undecodable frame
-    std::uint32_t character = 0;  // this client's own number; 0: another client's character
-    // Of a decoded frame, until the next frame of the member.
+    // The frame has no coefficients, and the learnt hair is not here.
+    bool lacks_learnt = false;
+    // Is the frame's own mark, or that of an earlier undecodable frame.
+    bool discontinuous = false;
+    // Is this client's own number; zero means another client's character.
+    std::uint32_t character = 0;
+    // The following describe a decoded frame, and are valid until the next frame of the member.
     const Pose* pose = nullptr;
-    std::span<const float> coefficients;      // m; those that are missing at the end are 0. As coded until evaluate()
-    std::shared_ptr<const KnownBasis> basis;  // null: the hair is at rest, or its basis has not arrived yet
+    // Holds coefficients, m; those that are missing at the end are 0. They are as coded until evaluate().
+    std::span<const float> coefficients;
+    // Is null when the hair is at rest, or its basis has not arrived yet.
+    std::shared_ptr<const KnownBasis> basis;
   };
   // After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the
   // frame is of; none: its packet has not overtaken others.

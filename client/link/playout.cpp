@@ -163,8 +163,8 @@ bool Playout::is_joined(std::size_t i) const {
   return !frames_[i + 1].discontinuous && are_joined(frames_[i].state, frames_[i + 1].state);
 }
 
-// Whether frame i and the next say how fast the character moved. Where they are far nearer than its steps, the estimate
-// of the server's clock has changed between them.
+// Whether frame i and the next say how fast the character moved. Where they are far nearer than its steps, the server's
+// clock has been estimated differently between them.
 bool Playout::is_smooth(std::size_t i) const {
   const std::int64_t apart_ns = frames_[i + 1].time_ns - frames_[i].time_ns;
   return is_joined(i) && !frames_[i].asleep && apart_ns <= kSmooth_ns_max &&

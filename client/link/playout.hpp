@@ -38,12 +38,17 @@ class Playout {
   void freeze();
 
   struct Sample {
-    bool valid = false;  // false until the first frame
+    // Is false until the first frame.
+    bool valid = false;
     Pose pose;
-    LevelIndex level = LevelIndex::rigid;     // that the server steps
-    std::span<const float> coefficients;      // m, of the basis; those that are missing are 0. Until the next call.
-    std::shared_ptr<const KnownBasis> basis;  // null: at rest
-    std::int64_t time_ns = 0;                 // the sample time that is shown; never goes back
+    // Is the level that the server steps.
+    LevelIndex level = LevelIndex::rigid;
+    // Holds coefficients of the basis, m; those that are missing are 0. They are valid until the next call.
+    std::span<const float> coefficients;
+    // Is null at rest.
+    std::shared_ptr<const KnownBasis> basis;
+    // Is the sample time that is shown; it never goes back.
+    std::int64_t time_ns = 0;
     [[nodiscard]] std::shared_ptr<const LevelGeometry> geometry() const {
       return basis ? std::shared_ptr<const LevelGeometry>(basis, &basis->hair.geometry) : nullptr;
     }
@@ -57,7 +62,8 @@ class Playout {
   Sample sample(std::int64_t render_time_ns);
 
   [[nodiscard]] std::uint64_t dropped_count() const { return dropped_count_; }
-  [[nodiscard]] std::int64_t delay_ns() const { return delay_ns_; }  // from sample time to play time
+  // Returns the time that passes from sample time to play time.
+  [[nodiscard]] std::int64_t delay_ns() const { return delay_ns_; }
 
  private:
   struct State {
@@ -69,8 +75,10 @@ class Playout {
   struct BufferedFrame {
     std::int64_t time_ns = 0;
     bool discontinuous = false;
-    bool asleep = false;       // shown until a newer frame comes
-    std::int64_t step_ns = 0;  // from one step of the character to the next; 0: not known
+    // The frame is shown until a newer one comes.
+    bool asleep = false;
+    // Is the time from one step of the character to the next; zero means not known.
+    std::int64_t step_ns = 0;
     State state;
   };
   struct Arrival {
@@ -102,14 +110,19 @@ class Playout {
   void apply_correction();
   void check_invariants() const;
 
-  std::deque<BufferedFrame> frames_;  // by time; once sampled, at most three at or before the play time
-  std::deque<Arrival> arrivals_;      // of the last frames, by arrival
+  // Sorted by time; once sampled, at most three lie at or before the play time.
+  std::deque<BufferedFrame> frames_;
+  // Holds the last frames, in the order of their arrival.
+  std::deque<Arrival> arrivals_;
   std::int64_t least_late_ns_ = 0, most_late_ns_ = 0;
-  std::int64_t interval_ns_ = 0;  // between frames: nine tenths of theirs are shorter
-  State shown_;                   // the last result of sample(),
-  std::int64_t time_ns_ = 0;      // and its time
+  // Nine tenths of the intervals between frames are shorter.
+  std::int64_t interval_ns_ = 0;
+  // Are the last result of sample(), and its time.
+  State shown_;
+  std::int64_t time_ns_ = 0;
   std::optional<Correction> correction_;
-  bool started_ = false;  // sample() has returned a valid sample
+  // sample() has returned a valid sample.
+  bool started_ = false;
   std::int64_t render_time_ns_ = 0;
   std::int64_t delay_ns_ = 0;
   std::uint64_t dropped_count_ = 0;

@@ -12,8 +12,10 @@ namespace hairnet::link {
 // thread.
 class SentPoses {
  public:
-  static constexpr std::size_t kPosesMax = 2;              // of a character; still older ones would come too late
-  static constexpr std::int64_t kAgeMax_ns = 200'000'000;  // before the pose that they are sent with
+  // So many poses of a character are sent again; still older ones would come too late.
+  static constexpr std::size_t kPosesMax = 2;
+  // Poses may be this much older than the one that they are sent with.
+  static constexpr std::int64_t kAgeMax_ns = 200'000'000;
 
   // Sets the batch's earlier poses, and stores its own.
   void repeat_in(wire::PoseBatch& batch);

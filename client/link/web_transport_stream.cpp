@@ -269,13 +269,15 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   const std::shared_ptr<WebTransportMemory> memory_;
   PageRequest page_;
   const std::shared_ptr<Io> io_;
-  std::unique_ptr<WebTransportSession> session_;  // null before it is begun
-  // What has arrived and is not read yet. The window bounds the channel's bytes. They are read first: datagrams may be
-  // of members that messages announce.
+  // Is null before it is begun.
+  std::unique_ptr<WebTransportSession> session_;
+  // What has arrived and is not read yet. The window bounds the channel's bytes. They are read first, since datagrams
+  // may belong to members that messages announce.
   std::vector<std::uint8_t> channel_bytes_;
   std::deque<std::vector<std::uint8_t>> datagrams_;
   DownloadReader downloads_;
-  std::vector<std::uint8_t> current_;  // as read last
+  // Holds what was read last.
+  std::vector<std::uint8_t> current_;
   std::size_t untaken_bytes_ = 0;
   std::int64_t due_ns_ = 0;  // until when turn() waits
   WebTransportFailure failure_ = WebTransportFailure::none;

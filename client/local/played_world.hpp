@@ -24,7 +24,8 @@ class PlayedWorld {
  public:
   static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
   static constexpr std::uint32_t kCharactersMax = 65'536;
-  using Id = std::uint32_t;  // from 1
+  // Counts from 1.
+  using Id = std::uint32_t;
   // Where the character is at `to_s`, and whether it jumps after `from_s`. Called once for each tick, and with two
   // equal times for what is shown; times of the world.
   using PoseAt = std::function<TickPose(double from_s, double to_s)>;
@@ -56,20 +57,27 @@ class PlayedWorld {
   // `time_s` never decreases.
   void advance_to(double time_s);
   [[nodiscard]] double time_s() const { return shown_s_; }
-  [[nodiscard]] double tick_end_s() const;  // of the shown tick, or of the next one at its end
+  // Returns the end of the shown tick, or of the next one at its end.
+  [[nodiscard]] double tick_end_s() const;
 
   // A character as it is shown; spans are valid until the next change.
   struct Shown {
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
-    MovedLattice lattice;                           // of grid displacements
-    std::shared_ptr<const LevelGeometry> geometry;  // null: at rest
-    std::span<const Vec3f> displacement;            // active order, head space, m
-    std::shared_ptr<const Level> model;             // null: rigid
+    // Moves hair by displacements of the grid's nodes.
+    MovedLattice lattice;
+    // Is null at rest.
+    std::shared_ptr<const LevelGeometry> geometry;
+    // Is in active order and head space, m.
+    std::span<const Vec3f> displacement;
+    // Is null when rigid.
+    std::shared_ptr<const Level> model;
   };
-  [[nodiscard]] Shown shown(Id id) const;  // asserts that it is there
+  // Asserts that the character is there.
+  [[nodiscard]] Shown shown(Id id) const;
   [[nodiscard]] const World& world() const { return world_; }
-  [[nodiscard]] LatticeView lattice(Id id) const;  // after the last tick; asserts that it is there
+  // Returns the lattice after the last tick. Asserts that the character is there.
+  [[nodiscard]] LatticeView lattice(Id id) const;
 
  private:
   // A lattice at the end of a tick.
@@ -85,9 +93,12 @@ class PlayedWorld {
     std::shared_ptr<const LevelSet> levels;
     LevelIndex level_wanted = LevelIndex::high;
     MaterialScale material;
-    Lattice before, after;                  // the last two ticks
-    std::vector<Vec3f> displacement, grid;  // as shown: active nodes; all grid nodes
-    const Lattice* lattice = nullptr;       // that is shown
+    // Holds the last two ticks.
+    Lattice before, after;
+    // Hold what is shown, for active nodes and for all grid nodes.
+    std::vector<Vec3f> displacement, grid;
+    // Is the lattice that is shown.
+    const Lattice* lattice = nullptr;
   };
   static WorldDef world_def(const Def& def);
   [[nodiscard]] Simulated& at(Id id);

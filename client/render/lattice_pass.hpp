@@ -20,9 +20,10 @@ class LatticePass {
 
   // Records must be bound. Changes the bound framebuffer, viewport and vertex array, and binds the nodes.
   void run(const draw::CharacterRecords& records);
-  // Of the context in which it was built.
+  // Says how the nodes are summed up, in the context in which the pass was built.
   [[nodiscard]] draw::NodeSum sum_by() const { return sum_by_; }
-  [[nodiscard]] std::size_t basis_bytes() const;  // of the bases on the GPU
+  // Counts the memory of the bases on the GPU.
+  [[nodiscard]] std::size_t basis_bytes() const;
   // The framebuffer of the nodes, for reading back.
   [[nodiscard]] GLuint nodes() const { return target_.name(); }
 

@@ -56,7 +56,7 @@ Eigen::Matrix4d transform(const Eigen::Matrix3d& rotation, const Vec3& position)
   return m;
 }
 
-// From head space.
+// Maps head space to the world's axes, with `origin` as the origin.
 Eigen::Matrix4d transform(const RigidTransform& head, float scale, const Vec3& origin) {
   return transform(static_cast<double>(scale) * head.rotation.toRotationMatrix(), head.position - origin);
 }

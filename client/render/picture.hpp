@@ -32,7 +32,8 @@ class Picture {
   // The camera of the last picture.
   struct CameraBefore {
     draw::Camera camera;
-    Eigen::Matrix4d to_clip;  // from axes of the world, the camera as origin
+    // Maps axes of the world, with the camera as the origin, to clip space.
+    Eigen::Matrix4d to_clip;
   };
   Picture(Program accumulate, Program present, Program depths)
       : accumulate_(std::move(accumulate)), present_(std::move(present)), depths_(std::move(depths)) {}

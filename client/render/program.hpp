@@ -57,7 +57,8 @@ class Program {
   [[nodiscard]] GLint at(const char* uniform) const;
 
   GLuint name_;
-  mutable std::vector<std::pair<const char*, GLint>> places_;  // of uniforms used so far; names are literals
+  // Holds the locations of the uniforms used so far; their names are literals.
+  mutable std::vector<std::pair<const char*, GLint>> places_;
 };
 
 // Files of client/shaders.

@@ -80,9 +80,11 @@ Result<void> make_card_texture(const Texture& texture) {
 // One character of a picture, before its record is made.
 struct Appearance {
   const draw::ShownCharacter* character;
-  std::size_t number;  // of the character, among all
+  // Numbers the character among all.
+  std::size_t number;
   draw::DrawDetail detail;
-  std::size_t list;  // of strands
+  // Numbers the list of strands to draw.
+  std::size_t list;
   float head_px;
 };
 
@@ -154,10 +156,14 @@ class GlStage final : public Stage {
   Programs programs_;
   Texture card_texture_;
   VectorTexture records_texture_{kRecordsUnit, draw::CharacterRecords::kRecordTexels};
-  VertexArray nothing_;         // for the single triangle over the screen
-  std::size_t rows_max_ = 0;    // of a texture
-  std::size_t point_rows_ = 0;  // of the strands of all characters
-  std::size_t densities_ = 0;   // grids of density in the picture
+  // Draws the single triangle over the screen.
+  VertexArray nothing_;
+  // No texture has more rows.
+  std::size_t rows_max_ = 0;
+  // The strands of all characters take so many rows.
+  std::size_t point_rows_ = 0;
+  // Counts the grids of density in the picture.
+  std::size_t densities_ = 0;
   draw::CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
   std::vector<draw::MovingCharacter> drawn_characters_;

@@ -28,15 +28,20 @@ struct Look {
 
 // What differs between the pictures of an average (Picture).
 struct Sampling {
-  float shift_x = 0, shift_y = 0;  // of the picture, as a share of its size
-  int dither_seed = 0;             // of the random numbers that turn coverage into samples
+  // Shifts the picture, as a share of its size.
+  float shift_x = 0, shift_y = 0;
+  // Seeds the random numbers that turn coverage into samples.
+  int dither_seed = 0;
 };
 
 struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, vertices = 0;
-  std::size_t left_out = 0;                          // characters that did not fit into the GPU's textures
-  std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms and bases; of one character
-  std::size_t point_bytes = 0;                       // on the GPU: points of the drawn strands
+  // Counts characters that did not fit into the GPU's textures.
+  std::size_t left_out = 0;
+  // Count bytes on the GPU: those of all grooms and bases, and those of one character.
+  std::size_t groom_bytes = 0, character_bytes = 0;
+  // Counts bytes on the GPU of the points of the drawn strands.
+  std::size_t point_bytes = 0;
 };
 
 // Draws characters with OpenGL ES 3 into the bound framebuffer. The context in which it was made must be current at

@@ -34,10 +34,12 @@ class GroomQueue {
   [[nodiscard]] std::optional<wire::GroomHash> largest(std::int64_t waited_ns) const;
 
   std::set<wire::GroomHash> waiting_;
-  std::map<wire::GroomHash, float> heights_;  // of the largest head with the groom
+  // Holds the largest head with each groom.
+  std::map<wire::GroomHash, float> heights_;
   std::optional<wire::GroomHash> current_;
   int reports_ = 0, calls_ = 0;
-  std::optional<std::int64_t> begun_ns_;  // when the first groom began to wait
+  // Is the time when the first groom began to wait.
+  std::optional<std::int64_t> begun_ns_;
 };
 
 }  // namespace hairnet::room

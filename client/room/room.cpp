@@ -351,7 +351,7 @@ void Room::forget_unused(const wire::GroomHash& groom) {
   queue_.remove(groom);
 }
 
-// To all members that have it.
+// Gives the groom to all members that have it.
 void Room::give_groom(const wire::GroomHash& hash) {
   const KnownGroom& known = grooms_.at(hash);
   for (const auto& [number, member] : members_) {

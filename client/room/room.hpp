@@ -97,13 +97,17 @@ class Room {
   [[nodiscard]] const std::map<std::uint32_t, std::shared_ptr<const Member>>& members() const { return shown_; }
   // The member of an own character; null: the server has not added it yet.
   [[nodiscard]] std::shared_ptr<const Member> member_of(std::uint32_t own) const;
-  [[nodiscard]] wire::GroomHash groom_of(std::uint32_t own) const;  // zero: no such character
+  // Returns zero if there is no such character.
+  [[nodiscard]] wire::GroomHash groom_of(std::uint32_t own) const;
   [[nodiscard]] State state() const { return state_; }
-  [[nodiscard]] std::uint64_t session() const { return session_; }  // this client's; 0: none yet
-  [[nodiscard]] const Wind& wind() const { return wind_; }          // of the room; still air before it is known
+  // Belongs to this client; zero until there is one.
+  [[nodiscard]] std::uint64_t session() const { return session_; }
+  // Is the room's wind; still air before it is known.
+  [[nodiscard]] const Wind& wind() const { return wind_; }
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
   [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }
-  [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }  // that push() and set_ refused
+  // Counts what push() and set_ calls refused.
+  [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }
 
   // Adds an own character with the hair of a groom file, and returns its number, from 1. It is visible after its first
   // pose. The error is one line about the file or an option. `decoded`: what the file has; null: it is decoded.
@@ -124,7 +128,7 @@ class Room {
   // is not valid; the others are sent.
   Result<void> push(std::span<const OwnPose> poses);
   Result<void> push(std::uint32_t own, const Pose& pose, bool teleport = false);
-  // Of the whole room, until another client sets one or this one leaves.
+  // Sets the whole room's wind, until another client sets one or this one leaves.
   Result<void> set_wind(const Wind& wind);
   // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a Fault follows.
   void moderate(const wire::Moderate& action) { conversation_->send(action); }
@@ -188,10 +192,12 @@ class Room {
   Wind wind_;
   bool may_set_wind_ = true;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
-  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;  // the same
+  // Holds the same members as members_.
+  std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
   std::map<std::uint32_t, Own> own_;
   std::uint32_t next_own_ = 1;
-  std::map<wire::GroomHash, KnownGroom> grooms_;  // that members or own characters use
+  // Holds the grooms that members or own characters use.
+  std::map<wire::GroomHash, KnownGroom> grooms_;
   GroomQueue queue_;
   std::optional<std::uint32_t> first_;
   bool fetches_only_first_ = false;

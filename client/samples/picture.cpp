@@ -9,7 +9,8 @@ using namespace hairnet;
 
 int main(int argc, char** argv) {
   constexpr int kSide_px = 512;
-  constexpr float kWidth_m = 0.7f;  // of what the picture shows
+  // The picture shows this width.
+  constexpr float kWidth_m = 0.7f;
   const auto groom = std::make_shared<const Groom>(*make_hairstyle("long_curly"));
   draw::HairPoints hair(groom, nullptr, nullptr);
   std::vector<Vec3f> points(groom->points.size()), tangents(points.size());

@@ -11,16 +11,20 @@ class Blake2b {
  public:
   Blake2b();
   void add(std::span<const std::uint8_t> piece);
-  [[nodiscard]] std::array<std::uint8_t, 32> hash() const;  // of all pieces so far
+  // Covers all pieces so far.
+  [[nodiscard]] std::array<std::uint8_t, 32> hash() const;
 
  private:
   using Words = std::array<std::uint64_t, 8>;
-  [[nodiscard]] Words mixed(bool is_last) const;  // the state after the block
+  // Returns the state after the block.
+  [[nodiscard]] Words mixed(bool is_last) const;
 
   Words state_;
   std::array<std::uint8_t, 128> block_{};
-  std::uint64_t byte_count_ = 0;  // of all pieces
-  std::uint32_t filled_ = 0;      // of the block, which is mixed in when more bytes follow
+  // Counts the bytes of all pieces.
+  std::uint64_t byte_count_ = 0;
+  // Counts the bytes of the block, which is mixed in when more bytes follow.
+  std::uint32_t filled_ = 0;
 };
 
 }  // namespace hairnet::wasm

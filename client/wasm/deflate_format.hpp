@@ -7,7 +7,9 @@
 namespace hairnet::wasm {
 
 inline constexpr std::uint32_t kCodeBitsMax = 15;
-inline constexpr std::size_t kEndOfBlock = 256;    // the symbol behind the literals
-inline constexpr std::size_t kLengthSymbols = 19;  // of the code of a block's code lengths
+// Is the symbol behind the literals.
+inline constexpr std::size_t kEndOfBlock = 256;
+// The code of a block's code lengths has so many symbols.
+inline constexpr std::size_t kLengthSymbols = 19;
 
 }  // namespace hairnet::wasm

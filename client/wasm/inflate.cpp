@@ -145,9 +145,12 @@ class PrefixCode {
     return out;
   }
 
-  std::array<std::uint16_t, std::size_t{1} << kFastBits> fast_;  // a symbol and its length; 0: a longer code, or none
-  std::array<std::uint16_t, kCodeBitsMax + 1> count_;            // of codes with this length
-  std::array<std::uint16_t, kLiteralCodes> symbols_;             // in the order of their codes
+  // Holds a symbol and its length; zero means a longer code, or none.
+  std::array<std::uint16_t, std::size_t{1} << kFastBits> fast_;
+  // Counts the codes with each length.
+  std::array<std::uint16_t, kCodeBitsMax + 1> count_;
+  // Is sorted in the order of their codes.
+  std::array<std::uint16_t, kLiteralCodes> symbols_;
 };
 
 class Inflater {

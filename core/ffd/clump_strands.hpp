@@ -25,10 +25,14 @@ class ClumpStrands {
 
  private:
   struct Copy {
-    std::uint32_t begin, end;      // the strand's points
-    float angle;                   // about the strand, radians
-    float ring;                    // share of the clump's radius, 0 … 1
-    float radius_m, tip_radius_m;  // of the clump
+    // Bound the strand's points.
+    std::uint32_t begin, end;
+    // Is the angle about the strand, radians.
+    float angle;
+    // Is the share of the clump's radius, 0 … 1.
+    float ring;
+    // Are the clump's radii, near the root and at the tip.
+    float radius_m, tip_radius_m;
   };
   std::size_t own_point_count_;
   std::vector<Copy> copies_;

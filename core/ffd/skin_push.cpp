@@ -11,7 +11,7 @@ namespace {
 // Where the distance hardly changes, in the middle of a body, the way shrinks to zero.
 constexpr double kSlopeSquaredMin = 0.5;
 
-// From central differences of the distances that the bytes say; one-sided at the border.
+// Computes the way by central differences of the distances that the bytes say; one-sided at the border.
 std::array<std::uint8_t, 3> way_at(std::span<const SkinNode> nodes, const SkinGrid& grid,
                                    const std::array<int, 3>& at) {
   const std::array<int, 3> stride{1, grid.dims[0], grid.dims[0] * grid.dims[1]};
@@ -74,7 +74,8 @@ bool is_far(float beyond_m, float thickness_m) {
 struct PlacedGrid {
   const SkinGrid* grid;
   const SkinNode* nodes;
-  Eigen::Matrix3f turn;  // from head space to the bone's rest space
+  // Turns from head space to the bone's rest space.
+  Eigen::Matrix3f turn;
   Vec3f shift;
   float per_cell;  // 1/m
   float thickness_m;

@@ -22,10 +22,14 @@ inline constexpr float kSkinWaySteps = 89;
 // The grid of one bone's skin.
 struct SkinGrid {
   Bone bone = Bone::head;
-  Vec3f origin = Vec3f::Zero();      // of its first node, m
-  float cell_m = 0;                  // between two nodes
-  std::array<int, 3> dims{0, 0, 0};  // nodes an axis
-  std::uint32_t first = 0;           // number of its first node among all nodes; x is fastest, then y
+  // Is the position of its first node, m.
+  Vec3f origin = Vec3f::Zero();
+  // Is the distance between two nodes.
+  float cell_m = 0;
+  // Counts nodes an axis.
+  std::array<int, 3> dims{0, 0, 0};
+  // Is the number of its first node among all nodes; x is fastest, then y.
+  std::uint32_t first = 0;
 };
 
 // Pushes deformed hair out of the skin: frames of coefficients lean hair into the body.

@@ -22,7 +22,8 @@ class MeshQuery {
     std::uint32_t triangle = 0;
     double distance = std::numeric_limits<double>::infinity();  // m; infinite when the mesh is empty
     Vec3 point = Vec3::Zero();
-    Vec3 barycentric = Vec3::Zero();  // of the triangle's three corners, sums to 1
+    // Weighs the triangle's three corners; the sum is 1.
+    Vec3 barycentric = Vec3::Zero();
   };
   // The nearest point within `distance_max`; an infinite distance means that there is none.
   [[nodiscard]] Closest closest(const Vec3& point, double distance_max = std::numeric_limits<double>::infinity()) const;
@@ -47,10 +48,14 @@ class MeshQuery {
   };
   struct Box {
     Vec3 low, high;
-    std::uint32_t begin, end;    // triangles in corners_
-    std::uint32_t second;        // index of the second child, the first follows its parent; 0 = leaf
-    Vec3 dipole_centre, dipole;  // area-weighted centre and sum of area vectors
-    double dipole_radius;        // of a ball about dipole_centre that contains all triangles
+    // Bound its triangles in corners_.
+    std::uint32_t begin, end;
+    // Indexes the second child, the first follows its parent; zero means a leaf.
+    std::uint32_t second;
+    // Are the area-weighted centre, and the sum of area vectors.
+    Vec3 dipole_centre, dipole;
+    // The ball of this radius about dipole_centre contains all triangles.
+    double dipole_radius;
   };
   std::uint32_t add_box(std::uint32_t begin, std::uint32_t end);
   void find_closest(std::uint32_t box, const Vec3& point, Closest& best) const;

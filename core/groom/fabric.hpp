@@ -19,15 +19,21 @@ struct PointRange {
 struct Thread {
   PointRange points{};  // a polyline
   std::uint16_t group = 0;
-  bool rooted = false;               // its first point is pinned to the skull
-  float root_length_m = 0.02f;       // lambda_0 of eq. 7, if rooted
-  float radius_m = 8e-4f;            // for drawing
-  Vec3f colour{0.6f, 0.1f, 0.1f};    // linear RGB albedo
-  float axial_stiffness_n = 0.5f;    // a spring of length L has k = this / L
-  float damping_time_s = 0.008f;     // q / k
-  float pin_stiffness_n_per_m = 20;  // of the attachment, if rooted
+  // Its first point is pinned to the skull.
+  bool rooted = false;
+  // Is lambda_0 of eq. 7, if rooted.
+  float root_length_m = 0.02f;
+  // Drawing alone uses it.
+  float radius_m = 8e-4f;
+  Vec3f colour{0.6f, 0.1f, 0.1f};  // linear RGB albedo
+  // A spring of length L has k = this / L.
+  float axial_stiffness_n = 0.5f;
+  float damping_time_s = 0.008f;  // q / k
+  // Applies to the attachment, if rooted.
+  float pin_stiffness_n_per_m = 20;
   float linear_density_kg_per_m = 5e-4f;
-  float air_drag_ns_per_m2 = 5e-4f;  // q of the drag tensor (eq. 6)
+  // Is q of the drag tensor (eq. 6).
+  float air_drag_ns_per_m2 = 5e-4f;
 };
 
 // Woven cloth: a veil, a hair band, a ribbon. Threads of the weave run along its shorter edges; an edge that is the
@@ -40,25 +46,34 @@ struct Cloth {
   // One entry for each point: the distance along the cloth to the place where it is pinned to the skull, m; 0 is
   // pinned. Empty: not pinned.
   std::vector<float> root_distance_m;
-  float root_length_m = 0.02f;           // lambda_0 of eq. 7, if pinned
-  Vec3f colour{0.8f, 0.8f, 0.8f};        // linear RGB albedo
-  float opacity = 1;                     // for drawing
-  float stretch_stiffness_n_per_m = 30;  // tension over width and strain along the weave
-  float shear_stiffness_n_per_m = 3;     // shear modulus over width of a square weave
-  float damping_time_s = 0.008f;         // q / k
-  float pin_stiffness_n_per_m = 20;      // of the attachment at each pinned point
+  // Is lambda_0 of eq. 7, if pinned.
+  float root_length_m = 0.02f;
+  Vec3f colour{0.8f, 0.8f, 0.8f};  // linear RGB albedo
+  // Drawing alone uses it.
+  float opacity = 1;
+  // Is the tension over width and strain, along the weave.
+  float stretch_stiffness_n_per_m = 30;
+  // Is the shear modulus over width of a square weave.
+  float shear_stiffness_n_per_m = 3;
+  float damping_time_s = 0.008f;  // q / k
+  // Applies to the attachment at each pinned point.
+  float pin_stiffness_n_per_m = 20;
   float area_density_kg_per_m2 = 0.04f;
-  float air_drag_ns_per_m3 = 0.6f;  // resistance to motion across the cloth's plane, over area
+  // Is the resistance to motion across the cloth's plane, over area.
+  float air_drag_ns_per_m3 = 0.6f;
 };
 
 // Ties points together: the strands of a ponytail in its band, the crossings of a plait, a ribbon in the hair. The tied
 // points keep their distances from each other and from the knot's own frame of four points. A knot may have mass. Ten
 // times the default stiffness ties no better, and at 60 iterations of the solver it ties worse.
 struct Knot {
-  std::vector<std::uint32_t> points{};  // indices into Groom::points, at least two
-  float stiffness_n_per_m = 300;        // of the whole knot against being pulled apart
-  float damping_time_s = 0.010f;        // q / k
-  float mass_kg = 0;                    // a bead or clasp, at the mean of its points
+  // Are indices into Groom::points; there are at least two.
+  std::vector<std::uint32_t> points{};
+  // Acts on the whole knot against being pulled apart.
+  float stiffness_n_per_m = 300;
+  float damping_time_s = 0.010f;  // q / k
+  // Is the mass of a bead or clasp, at the mean of its points.
+  float mass_kg = 0;
 };
 
 }  // namespace hairnet

@@ -14,7 +14,7 @@ inline std::string over_limit(std::string_view what, std::size_t count, std::siz
   return std::to_string(count) + ' ' + std::string(what) + ", more than the limit of " + std::to_string(most);
 }
 
-// Of a coordinate, m from the head joint.
+// Describes a coordinate that is out of range, m from the head joint.
 inline std::string too_far(float most_m) {
   return "not finite, or more than " + std::to_string(static_cast<int>(most_m)) + " m from the head";
 }

@@ -15,17 +15,24 @@ namespace hairnet {
 
 // The properties of one strand.
 struct StrandProperties {
-  float radius_m = 4e-5f;       // of one real hair, for drawing
-  float hair_count = 10;        // real hairs that this strand represents: multiplies stiffness, mass and drag
-  float root_length_m = 0.02f;  // lambda_0 of eq. 7; 0 = no root blend
-  std::uint16_t group = 0;      // index into Groom::group_names
-  bool rooted = true;           // its first point is on the skull
+  // Is the radius of one real hair, for drawing.
+  float radius_m = 4e-5f;
+  // Counts the real hairs that this strand represents: multiplies stiffness, mass and drag.
+  float hair_count = 10;
+  // Is lambda_0 of eq. 7; zero means no root blend.
+  float root_length_m = 0.02f;
+  // Indexes Groom::group_names.
+  std::uint16_t group = 0;
+  // Its first point is on the skull.
+  bool rooted = true;
 };
 
 // A lock of hair drawn as one ribbon of textured hair. It has the mechanics of a strand along its middle.
 struct HairCard {
-  PointRange points;            // left, right, left, right … from the root
-  StrandProperties properties;  // radius_m is not used here
+  // Lists left, right, left, right … from the root.
+  PointRange points;
+  // Has a radius_m that is not used here.
+  StrandProperties properties;
 };
 
 // A strand that is drawn as a clump of hair: copies follow the strand at fixed offsets. The copies have no mechanics;
@@ -33,7 +40,8 @@ struct HairCard {
 struct Clump {
   std::uint32_t strand = 0;
   std::uint16_t copy_count = 6;
-  float radius_m = 0.004f;  // of the clump, a little beyond the root
+  // Is the radius of the clump, a little beyond the root.
+  float radius_m = 0.004f;
   float tip_radius_m = 0.002f;
 };
 
@@ -106,9 +114,12 @@ struct GroomLimits {
   std::size_t point_count_max = 8'000'000;
   std::size_t vertex_count_max = 1'000'000;
   std::size_t group_count_max = 256;
-  std::size_t copy_count_max = 64;      // of one clump
-  std::size_t fabric_count_max = 4096;  // for each kind: threads, cards, cloths, and knots
-  float coordinate_max_m = 10;          // every coordinate's absolute value
+  // Applies to one clump.
+  std::size_t copy_count_max = 64;
+  // Applies to each kind: threads, cards, cloths, and knots.
+  std::size_t fabric_count_max = 4096;
+  // Bounds every coordinate's absolute value.
+  float coordinate_max_m = 10;
 };
 
 // Returns an empty string when the groom is valid: consistent offsets, finite and bounded numbers, valid groups,

@@ -16,17 +16,28 @@ namespace hairnet {
 // Damping is a ratio of the critical damping of the slowest oscillation that it acts on, so hair of any length and
 // stiffness is damped alike: at 0 it never stops, at 1 it returns without overshoot.
 struct Material {
-  float axial_stiffness_n = 4e-4f;             // per hair, E A; a spring of length L has k = this / L (eq. 3)
-  float attachment_stiffness_n_per_m = 6e-3f;  // per hair (eq. 4)
-  float damping_ratio = 0.16f;                 // of springs and attachments, relative to the strand's first axial mode
-  float linear_density_kg_per_m = 6.6e-6f;     // per hair, rho
-  float air_drag_ns_per_m2 = 1e-5f;            // per hair: q of the drag tensor (eq. 6)
-  float ether_mass_ratio = 0.5f;               // ether mass over hair mass
-  float ether_stiffness_per_s2 = 0;            // gel: added to that of freely hanging hair, over mass
-  float ether_damping_ratio = 0.2f;            // of each node's swing about its design position
-  float root_length_m = 0.02f;                 // lambda_0 of eq. 7, for strands with this material
-  float thickness_m = 0.006f;                  // hair stays this far from the skin
-  float metaball_potential_j = 0.03f;          // of contact: twice the value is twice as hard
+  // Is E A, per hair; a spring of length L has k = this / L (eq. 3).
+  float axial_stiffness_n = 4e-4f;
+  // Is per hair (eq. 4).
+  float attachment_stiffness_n_per_m = 6e-3f;
+  // Damps springs and attachments, relative to the strand's first axial mode.
+  float damping_ratio = 0.16f;
+  // Is rho, per hair.
+  float linear_density_kg_per_m = 6.6e-6f;
+  // Is q of the drag tensor (eq. 6), per hair.
+  float air_drag_ns_per_m2 = 1e-5f;
+  // Is the ether mass over the hair mass.
+  float ether_mass_ratio = 0.5f;
+  // Gel is added to the ether stiffness of freely hanging hair, over mass.
+  float ether_stiffness_per_s2 = 0;
+  // Damps each node's swing about its design position.
+  float ether_damping_ratio = 0.2f;
+  // Is lambda_0 of eq. 7, for strands with this material.
+  float root_length_m = 0.02f;
+  // Hair stays this far from the skin.
+  float thickness_m = 0.006f;
+  // Is the potential of contact: twice the value is twice as hard.
+  float metaball_potential_j = 0.03f;
   friend bool operator==(const Material&, const Material&) = default;
 };
 

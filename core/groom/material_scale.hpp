@@ -10,12 +10,17 @@ namespace hairnet {
 // gel. The design stays the equilibrium and the lattice state does not change, so the hair does not jump. The client
 // applies a change of lambda_0 when it draws; a change of thickness needs a new build.
 struct MaterialScale {
-  float stiffness = 1;      // of springs and attachments, k
-  float damping = 1;        // of springs and attachments, q
-  float density = 1;        // of all mass, and of the ether that replaces the tension of hanging mass
-  float ether_damping = 1;  // of q_e, in addition to density's effect
-  float air_drag = 1;       // of Q
-  float gel_per_s2 = 0;     // ether stiffness over mass, added to the built value
+  // These scale the k and the q of springs and attachments.
+  float stiffness = 1;
+  float damping = 1;
+  // Scales all mass, and the ether that replaces the tension of hanging mass.
+  float density = 1;
+  // Scales q_e, in addition to density's effect.
+  float ether_damping = 1;
+  // Scales Q.
+  float air_drag = 1;
+  // Adds ether stiffness over mass to the built value.
+  float gel_per_s2 = 0;
 
   friend bool operator==(const MaterialScale&, const MaterialScale&) = default;
 };

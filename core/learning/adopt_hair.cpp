@@ -20,13 +20,15 @@ using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
 constexpr std::uint32_t kMotions = 128, kHeldOutMotions = 32;
-constexpr std::size_t kTicks = 180;  // of each
+// Counts the ticks of each motion.
+constexpr std::size_t kTicks = 180;
 
 // The outputs with the least squares, of a network whose outputs are its hidden numbers:
 //
 //     V = C W H^T (H W H^T + ridge)^-1.
 MatrixXf fit_outputs(const VectorXf& weights, const NetworkSize& size, const std::vector<LearntExamples>& examples) {
-  constexpr double kRidge = 1e-4;  // of the mean square of a hidden number
+  // Is relative to the mean square of a hidden number.
+  constexpr double kRidge = 1e-4;
   const std::vector<VectorXf> weights_of_motions = motion_weights(examples);
   MatrixXd squares = MatrixXd::Zero(size.hidden, size.hidden);
   MatrixXd products = MatrixXd::Zero(size.hidden, examples[0].coefficients.rows());

@@ -82,7 +82,7 @@ VectorXf first_weights(const NetworkSize& size) {
   return weights;
 }
 
-// Of the examples, which it scales. Empty when cancelled.
+// Fits the network's weights to the examples, which it scales. Empty when cancelled.
 VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const NetworkSize& size,
              const HairLearning& learning, const std::function<bool(double)>& keep_going,
              const ParallelFor& parallel_for) {

@@ -13,14 +13,22 @@ namespace hairnet {
 // How a groom's hair is learnt. Counts of motions are rounded up to whole thirty-twos; half of each is in wind.
 struct HairLearning {
   std::uint32_t motion_count = 1024;
-  std::uint32_t held_out_count = 32;  // more motions, which only measure the error
-  double duration_s = 6;              // of each motion
-  std::size_t hidden_count = 48;      // a multiple of 4
-  std::size_t mode_count = 32;        // driven ones; fewer when the basis has fewer; a multiple of 4
-  int rounds = 20;                    // over all motions
-  double window_s = 1;                // through which errors are propagated back
-  double rate = 0.01;                 // of the first steps; it falls to a hundredth
-  double decay = 0.3;                 // of weights: pull to zero, relative to the rate
+  // Counts more motions, which only measure the error.
+  std::uint32_t held_out_count = 32;
+  // Is the duration of each motion.
+  double duration_s = 6;
+  // Must be a multiple of 4.
+  std::size_t hidden_count = 48;
+  // Counts driven modes; fewer when the basis has fewer; a multiple of 4.
+  std::size_t mode_count = 32;
+  // Counts passes over all motions.
+  int rounds = 20;
+  // Errors are propagated back through this time.
+  double window_s = 1;
+  // Is the rate of the first steps; it falls to a hundredth.
+  double rate = 0.01;
+  // Pulls weights to zero, relative to the rate.
+  double decay = 0.3;
 };
 
 // Learns the hair of a groom as it was built: steps the finest level through training motions, and fits a network to

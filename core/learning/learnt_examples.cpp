@@ -42,7 +42,7 @@ std::vector<Pose> poses_of(std::uint32_t number, const Body& body, std::size_t t
   return poses;
 }
 
-// From a breeze to a strong wind, from any side, steady or in gusts.
+// The wind is anything between a breeze and a strong wind, from any side, steady or in gusts.
 Wind wind_of(std::uint32_t number) {
   Random random(20041, number);
   const double speed = random.between(0, kLearntWindMax_m_per_s), from = 2 * std::numbers::pi * random.unit();
@@ -63,7 +63,7 @@ struct Actor {
   CharacterId high, low;
 };
 
-// Of the motions from `first` on, as many as `examples` hold.
+// Takes examples of the motions from `first` on, as many as `examples` hold.
 bool take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const MatrixXf& projection,
                    const ExampleRequest& request, std::uint32_t first, std::span<LearntExamples> examples,
                    const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for) {

@@ -44,8 +44,8 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
                                           const std::function<bool(double)>& keep_going,
                                           const ParallelFor& parallel_for);
 
-// Of each motion in a loss, [sixteen][motion]; their mean is 1. Lively motions count more, but not so much that calm
-// hair counts for nothing.
+// Returns the weight of each motion in a loss, [sixteen][motion]; their mean is 1. Lively motions count more, but not
+// so much that calm hair counts for nothing.
 std::vector<Eigen::VectorXf> motion_weights(const std::vector<LearntExamples>& examples);
 
 }  // namespace hairnet

@@ -120,7 +120,7 @@ class Network {
   Eigen::Index n_;
   NetworkSize size_;
   Eigen::Index width_ = 0;  // characters
-  // Of the last forward(): z, n and r before f; N' h; h before each tick and after the last; f(n0).
+  // The last forward() stores these: z, n and r before f; N' h; h before each tick and after the last; f(n0).
   Matrix sums_, others_, hidden_;
   Array rest_;
   Matrix products_, by_sums_, by_products_;

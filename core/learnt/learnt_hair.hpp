@@ -41,15 +41,18 @@ struct LearntHair {
   std::vector<float> hidden_weights;             // Z', N', R': [3 hidden][hidden]
   std::vector<float> bias;                       // z0, n0, r0: [3 hidden]
   std::vector<float> output_weights;             // C: [mode][hidden]
-  PoseInputs most{};                             // the greatest size of each input in the training motions
-  // Of this and of the low level from the finest, over its motion; on held-out motions in still air.
+  // Is the greatest size of each input in the training motions.
+  PoseInputs most{};
+  // Are the errors of this hair and of the low level from the finest, over its motion; measured on held-out motions in
+  // still air.
   float error = 0, low_error = 0;
   LearntWind wind;
 
   // Whether these inputs were met in training. Others are evaluated too, but the hair may be far off.
   [[nodiscard]] bool covers(const PoseInputs& inputs) const;
   [[nodiscard]] bool covers_air(double speed_m_per_s) const;
-  [[nodiscard]] std::size_t bytes() const;  // of weights
+  // Counts the memory of the weights.
+  [[nodiscard]] std::size_t bytes() const;
 };
 
 // Returns an empty string when counts agree and all weights are within kLearntWeightMax; else one line about the fault.
@@ -64,11 +67,16 @@ struct LearntState {
 
 struct LearntMember {
   LearntState* state = nullptr;
-  const Pose* pose = nullptr;     // kLearntTick_s after the last
-  std::span<float> coefficients;  // of the groom's basis, m; those that are not driven become 0
-  Vec3 air_world = Vec3::Zero();  // velocity of the air at the head, m/s; of carried air, relative to the head's
-  bool air_is_carried = false;    // Wind::carried
-  bool is_covered = false;        // result: the hair covers the inputs
+  // Is the pose at kLearntTick_s after the last one.
+  const Pose* pose = nullptr;
+  // Holds coefficients of the groom's basis, m; those that are not driven become 0.
+  std::span<float> coefficients;
+  // Is the velocity of the air at the head, m/s; that of carried air is relative to the head's.
+  Vec3 air_world = Vec3::Zero();
+  // Is Wind::carried.
+  bool air_is_carried = false;
+  // Is a result: the hair covers the inputs.
+  bool is_covered = false;
 };
 
 // One tick of at most kLearntWidth characters. The result of a character depends neither on its place nor on the
@@ -79,9 +87,12 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members);
 struct LearntMotion {
   LearntState* state = nullptr;
   const Pose *from = nullptr, *to = nullptr;
-  int ticks = 1;                  // from one to the other; poses between them are interpolated
-  bool begins = false;            // the network sees `from` held for kLearntStart_ticks first
-  std::span<float> coefficients;  // at `to`; unchanged when there is nothing to see
+  // Counts the ticks from `from` to `to`; poses between them are interpolated.
+  int ticks = 1;
+  // The network sees `from` held for kLearntStart_ticks first.
+  bool begins = false;
+  // Holds the coefficients at `to`; is unchanged when there is nothing to see.
+  std::span<float> coefficients;
   // Velocities of the air at the head, m/s: at `from`, which counts when the network begins, then at each tick. Empty:
   // still air.
   std::span<const Vec3> air_world = {};

@@ -27,7 +27,8 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kGridNodesMax = std::numeric_limits<std::uint16_t>::max();  // of a grid: stiffeners store 16 bits
+// Limits the nodes of a grid: stiffeners store 16 bits.
+constexpr std::size_t kGridNodesMax = std::numeric_limits<std::uint16_t>::max();
 static_assert(std::ranges::all_of(kLevelSpecs, [](const LevelSpec& spec) {
   return std::ranges::min(spec.dims) >= 3 &&
          std::cmp_less_equal(spec.dims[0] * spec.dims[1] * spec.dims[2], kGridNodesMax);
@@ -138,7 +139,7 @@ bool decimate_both(const Grid& grid, const LevelSpec& spec, const LevelProgress&
                   parallel_for);
 }
 
-// Of every grid node; kTrimmed for trimmed ones.
+// Returns the active index of every grid node; that of trimmed ones is kTrimmed.
 constexpr std::uint32_t kTrimmed = ~0u;
 std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
   HAIRNET_ASSERT(!geometry.active_nodes.empty());

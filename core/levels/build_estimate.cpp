@@ -12,10 +12,12 @@ namespace hairnet {
 namespace {
 
 // Measured with an allocator that counts, on straight, curled and zigzag hair and on dense bodies; rounded up.
+// A strand's attachment and its lumped mass take kBytesPerLine on one level; samples and maps take kBytesPerPoint; the
+// body's tree, and those of the bones' parts, take kBytesPerTriangle.
 constexpr std::size_t kBytesPerSpring = 1000;
-constexpr std::size_t kBytesPerLine = 200;      // of a strand's attachment and its lumped mass, on one level
-constexpr std::size_t kBytesPerPoint = 32;      // of samples and maps
-constexpr std::size_t kBytesPerTriangle = 450;  // of the body: its tree, and those of the bones' parts
+constexpr std::size_t kBytesPerLine = 200;
+constexpr std::size_t kBytesPerPoint = 32;
+constexpr std::size_t kBytesPerTriangle = 450;
 constexpr std::size_t kBytesOfAnyBuild = std::size_t{32} << 20;
 
 // A segment is cut at the lattice planes of one axis: at most at those of the axis along which it crosses most.

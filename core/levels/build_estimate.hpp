@@ -8,7 +8,8 @@ namespace hairnet {
 
 // What building all levels of a groom takes, from one pass over its points for each level.
 struct BuildEstimate {
-  std::size_t spring_count = 0;  // of all levels before decimation, at most; without those of knots
+  // Counts the springs of all levels before decimation, at most; without those of knots.
+  std::size_t spring_count = 0;
   // At most, beside the groom itself, while all levels are built at once.
   std::size_t memory_bytes = 0;
 };

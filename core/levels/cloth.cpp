@@ -21,9 +21,12 @@ struct Triangle {
 };
 
 struct Edge {
-  double area = 0;                    // of its triangles, m^2
-  bool is_longest = true;             // of every triangle that it belongs to
-  std::vector<std::uint32_t> across;  // the third corner of each triangle
+  // Is the area of its triangles, m^2.
+  double area = 0;
+  // The edge is the longest of every triangle that it belongs to.
+  bool is_longest = true;
+  // Holds the third corner of each triangle.
+  std::vector<std::uint32_t> across;
 };
 using Edges = std::map<std::array<std::uint32_t, 2>, Edge>;
 

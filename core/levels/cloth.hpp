@@ -9,8 +9,8 @@
 namespace hairnet {
 
 // Adds cloth to the lattice (paper 5.2). Each edge of its mesh is a spring, cut at lattice planes like hair, and each
-// quad without a diagonal in the mesh gets one. Along the weave an edge of length L represents the width (A1 + A2) / L
-// of cloth, where A1 and A2 are its triangles' areas: k = S (A1 + A2) / L^2 with the stretch stiffness S. Diagonals
+// quad without a diagonal in the mesh gets one. Along the weave an edge of length L represents the width (A1 + A2) /
+// L of cloth, where A1 and A2 are its triangles' areas: k = S (A1 + A2) / L^2 with the stretch stiffness S. Diagonals
 // have k = 2 G (A1 + A2) / L^2, so that the two of a square resist shear with the modulus G. Pinned points get
 // attachments. `points_head`: all points of the groom. `group`: of the stiffeners. Asserts that the cloth's points
 // exist, and that all or none of them have a distance to the pins.

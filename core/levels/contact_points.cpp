@@ -15,11 +15,14 @@ namespace hairnet {
 namespace {
 
 constexpr std::size_t kCandidatesMax = 1500;
-constexpr double kSpacing = 0.75;  // of points along a strand, in cells of the lattice
+// Points along a strand stand this far apart, in cells of the lattice.
+constexpr double kSpacing = 0.75;
 constexpr float kSpacingMin_m = 0.01f;
-constexpr float kBlendMin = 0.15f;    // nearer to the root hair hardly moves relative to the head
+// Nearer to the root hair hardly moves relative to the head.
+constexpr float kBlendMin = 0.15f;
 constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
-constexpr double kDent_m = 0.005;     // depth to which the load may press in
+// The load may press in to this depth.
+constexpr double kDent_m = 0.005;
 // In the design a point is this much farther away than where contact begins, so that rounding causes no contact.
 constexpr float kSlack_m = 1e-5f;
 // The greatest distance of hair from its root: stretched, and moved by the bones relative to the head.
@@ -86,8 +89,10 @@ float apart2(const Centreline& a, const Centreline& b) {
 // The points chosen.
 struct Chosen {
   HairSample hair;
-  std::vector<Vec3f> root;   // of the strand of each point
-  std::vector<float> arm_m;  // the length of hair from the root; infinite without a root
+  // Holds the root of each point's strand.
+  std::vector<Vec3f> root;
+  // Holds the length of hair from the root, which is infinite without a root.
+  std::vector<float> arm_m;
 };
 
 // Adds points at even distances along the line, including the tip, where hair takes enough of the lattice's motion.

@@ -26,8 +26,9 @@ struct Cluster {
 
 struct Candidate {
   double cost;
-  std::uint32_t a, b;                  // a < b
-  std::uint32_t version_a, version_b;  // of the clusters when the cost was found
+  std::uint32_t a, b;  // a < b
+  // Are the versions of the clusters when the cost was found.
+  std::uint32_t version_a, version_b;
 };
 
 // Least cost first; indices break ties, so that the result does not depend on the heap.

@@ -22,9 +22,9 @@ inline constexpr std::size_t kNodesPerAttachmentMax = 16;
 //
 // Parallel springs keep their resistance to a stretch along them exactly: for the strain g, sum k w (w.u) = g sum k L
 // w. Attachments: w = sum k w / sum k, k = sum k, which keeps their resistance to translation. q merges like k. The
-// cost is that of Ward's clustering, m_a m_b / (m_a + m_b) |a - b|^2 with m = k L^2 (attachments: k), and the distance
-// of nearest_chords.hpp. If each group has one stiffener left and there are still too many, those with the least m are
-// dropped.
+// cost is that of Ward's clustering, m_a m_b / (m_a + m_b) |a - b|^2 with m = k L^2 (attachments: k), and the
+// distance of nearest_chords.hpp. If each group has one stiffener left and there are still too many, those with the
+// least m are dropped.
 //
 // Comparing all pairs would be quadratic. Candidates are each stiffener's few nearest neighbours, searched again in
 // rounds that halve the number, which is nearly linear. `keep_going` may be empty. Any thread of `parallel_for` may

@@ -13,13 +13,18 @@
 namespace hairnet {
 namespace {
 
-constexpr double kShareMin = 0.35;  // of a triangle's weights; a bone carries triangles with at least this share
-constexpr float kReach_m = 0.15f;   // skin farther from the hair's box than this touches no hair
-constexpr double kMargin_m = 0.03;  // of the grid, around the skin
+// A bone carries triangles with at least this share of their weights.
+constexpr double kShareMin = 0.35;
+// Skin farther from the hair's box than this touches no hair.
+constexpr float kReach_m = 0.15f;
+// The grid extends this far beyond the skin.
+constexpr double kMargin_m = 0.03;
 constexpr double kCellMin_m = 0.008;
-constexpr double kNodesMax = 24'000;  // of one bone's grid
+// Limits the nodes of one bone's grid.
+constexpr double kNodesMax = 24'000;
 constexpr double kEndSlope = 2;
-constexpr double kSearch_m = 0.08;  // no code needs distances beyond this
+// No code needs distances beyond this.
+constexpr double kSearch_m = 0.08;
 
 struct Box {
   Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
@@ -63,7 +68,8 @@ struct Part {
     }
   }
   TriangleMesh mesh;
-  std::vector<bool> carried;  // of the body's triangles
+  // Marks the body's triangles that the bone carries.
+  std::vector<bool> carried;
   Box box;
 };
 

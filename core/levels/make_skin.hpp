@@ -9,9 +9,9 @@
 
 namespace hairnet {
 
-// Makes the distance field of each bone's skin that hair can reach. A triangle counts for a bone that has a large part
-// of its weights. The same bits for any `parallel_for`. Asserts that each vertex of the body has bone weights. Asks
-// `keep_going`, from any thread, for each row of a field; returns null when the answer was no.
+// Makes the distance field of each bone's skin that hair can reach. A triangle counts for a bone that has a large
+// part of its weights. The same bits for any `parallel_for`. Asserts that each vertex of the body has bone weights.
+// Asks `keep_going`, from any thread, for each row of a field; returns null when the answer was no.
 std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for = {},
                                       const std::function<bool()>& keep_going = {});
 

@@ -15,10 +15,13 @@ namespace {
 
 constexpr double kResponse_s = 0.2;  // tau
 constexpr int kAffineCount = 12, kWaveCount = 12;
-constexpr double kWaveLength = 0.5;  // of the lattice's greatest extent
+// Waves are so long, relative to the lattice's greatest extent.
+constexpr double kWaveLength = 0.5;
 constexpr int kIterations = 20;
-constexpr double kStayWeight = 1e-3;    // of the mean square relative change of the weights
-constexpr double kLengthChangeMax = 3;  // of a spring's vector, when its weights change
+// Weighs the mean square relative change of the weights.
+constexpr double kStayWeight = 1e-3;
+// A spring's vector may grow or shrink by this factor when its weights change.
+constexpr double kLengthChangeMax = 3;
 
 using Eigen::Index;
 using Eigen::MatrixXd;

@@ -21,15 +21,15 @@ SymmetricBlock scaled(double a, const SymmetricBlock& block);
 // by block and factored (LDL^T). Every block is symmetric itself: stiffeners give w_i w_j (a I + b e e^T).
 class NodeMatrix {
  public:
-  // Allocates blocks on the diagonal and for every two nodes that share a stiffener of `lists`. Asserts that the counts
-  // of each list agree.
+  // Allocates blocks on the diagonal and for every two nodes that share a stiffener of `lists`. Asserts that the
+  // counts of each list agree.
   NodeMatrix(std::size_t node_count, std::initializer_list<const Stiffeners*> lists);
 
   void set_zero();
   // Asserts that the node exists.
   void add(std::size_t node, const SymmetricBlock& block);
-  // Adds w_i w_j `block` for all pairs (i, j) of `nodes`, ascending. Asserts that each pair shares a stiffener, and
-  // that there is one weight for each node.
+  // Adds w_i w_j `block` for all pairs (i, j) of `nodes`, ascending. Asserts that each pair shares a stiffener,
+  // and that there is one weight for each node.
   void add(std::span<const std::uint16_t> nodes, std::span<const double> weights, const SymmetricBlock& block);
 
   // Returns false when the matrix is not positive definite.

@@ -14,8 +14,10 @@ using Vec4 = Eigen::Vector4d;
 using Mat4 = Eigen::Matrix4d;
 
 struct Neighbour {
-  std::uint32_t active;  // active index
-  Vec3 offset;           // from the trimmed node, in nodes
+  // Is the index among active nodes.
+  std::uint32_t active;
+  // Leads from the trimmed node to the neighbour, in nodes.
+  Vec3 offset;
 };
 
 // Active nodes within kTrimReach on each axis, nearest first.

@@ -21,9 +21,12 @@ inline constexpr std::size_t kModeCountMax = 256;
 // A coefficient is therefore a distance in metres, an error of a coefficient is an equal error of the hair on the mean,
 // and the first n coefficients are the best n. Immutable; sent to clients.
 struct Basis {
-  std::size_t node_count = 0;       // active nodes of the finest level
-  std::vector<float> deviation_m;   // RMS of each coefficient over the training motions, not ascending
-  std::vector<float> unit;          // of each mode: what an integer of 1 stands for; no dimension
+  // Counts the active nodes of the finest level.
+  std::size_t node_count = 0;
+  // Holds the RMS of each coefficient over the training motions, and never ascends.
+  std::vector<float> deviation_m;
+  // An integer of 1 in each mode stands for this; no dimension.
+  std::vector<float> unit;
   std::vector<std::int16_t> modes;  // [mode][active node][x, y, z], head axes
 
   [[nodiscard]] std::size_t mode_count() const { return deviation_m.size(); }

@@ -116,7 +116,7 @@ Basis make_basis(const Shapes& shapes, const Factor& metric) {
   return basis;
 }
 
-// From [mode][axis, node] to [mode][node, axis].
+// Reorders [mode][axis, node] as [mode][node, axis].
 ModeMap::Matrix by_axis_last(const MatrixXf& matrix) {
   const Index nodes = matrix.cols() / 3;
   ModeMap::Matrix out(matrix.rows(), matrix.cols());
@@ -140,7 +140,8 @@ MatrixXf by_axis_first(const ModeMap::Matrix& matrix) {
 //     R = R0 + B L^T,     B = (C - R0 X) W Y^T (Y W Y^T + ridge)^-1
 ModeMap fit_map(const MatrixXf& first, MatrixXf columns, MatrixXf coefficients, const VectorXf& weights,
                 const MatrixXf& metric, const ParallelFor& parallel_for) {
-  constexpr float kRidge = 1;  // of the mean square of a number in Y
+  // Is relative to the mean square of a number in Y.
+  constexpr float kRidge = 1;
   coefficients -= product(first, columns, parallel_for);
   const Factor factor(metric);
   by_node(columns) = (factor.matrixU() * by_node(columns)).eval();

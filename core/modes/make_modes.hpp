@@ -12,9 +12,10 @@ namespace hairnet {
 // What the levels of a groom say about its hair, in the same terms. Immutable.
 struct Modes {
   Basis basis;
-  std::array<ModeMap, 4> maps;  // of each level with a lattice
-  // Of the first n + 1 coefficients, over the motion; the mean of motions that a first basis was not made from. The
-  // basis is made from these motions as well, so it errs a little less.
+  // Holds the map of each level with a lattice.
+  std::array<ModeMap, 4> maps;
+  // Holds the error of the first n + 1 coefficients, over the motion; the mean of motions that a first basis was not
+  // made from. The basis is made from these motions as well, so it errs a little less.
   std::vector<float> held_out_error;
 
   [[nodiscard]] const ModeMap& map(LevelIndex level) const { return maps[static_cast<std::size_t>(level)]; }

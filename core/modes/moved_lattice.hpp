@@ -11,10 +11,14 @@ namespace hairnet {
 
 // A lattice that moves hair, at one moment.
 struct MovedLattice {
-  const LevelGeometry* geometry = nullptr;       // null: the hair is at rest
-  std::span<const Vec3f> grid_displacements;     // every grid node, head space, m; empty: by the coefficients
-  std::shared_ptr<const Basis> basis = nullptr;  // of the same geometry
-  std::span<const float> coefficients = {};      // m, of the basis; those that are missing at the end are 0
+  // Null means that the hair is at rest.
+  const LevelGeometry* geometry = nullptr;
+  // Moves every grid node, head space, m; empty means that the coefficients move the lattice.
+  std::span<const Vec3f> grid_displacements;
+  // Belongs to the same geometry.
+  std::shared_ptr<const Basis> basis = nullptr;
+  // Holds coefficients of the basis, m; those that are missing at the end are 0.
+  std::span<const float> coefficients = {};
 };
 
 // The displacements of every grid node, head space, m; none at rest. Those that follow from coefficients are computed

@@ -15,17 +15,22 @@ namespace hairnet {
 
 // How much motion a basis is learnt from, and how well it has to show motion that it was not learnt from.
 struct ModeTraining {
-  std::uint32_t motion_count = 24;  // at least 2
-  double duration_s = 5;            // of each motion
-  double snapshot_s = 0.1;          // between two snapshots
-  float error_max = 0.065f;         // of all modes, over the motion; unless kModeCountMax modes err by more
+  // There are at least two.
+  std::uint32_t motion_count = 24;
+  // Is the duration of each motion.
+  double duration_s = 5;
+  // Is the time between two snapshots.
+  double snapshot_s = 0.1;
+  // Bounds the error of all modes, over the motion, unless kModeCountMax modes err by more.
+  float error_max = 0.065f;
 };
 
 // The displacements of all levels in the same motions, at the same moments. A column is a snapshot: x of all active
 // nodes, then y, then z; head space, m.
 struct Snapshots {
   std::array<Eigen::MatrixXf, 4> levels;
-  std::vector<std::uint32_t> motion;  // of each column
+  // Names the motion of each column.
+  std::vector<std::uint32_t> motion;
 };
 
 // Steps all levels through the training motions. Empty when `keep_going`, which gets the finished share, returns false.

@@ -145,7 +145,7 @@ Wind make_wind(Random& random) {
   return wind;
 }
 
-// From wet and limp to stiff and gelled.
+// Hair is anything between wet and limp, and stiff and gelled.
 MaterialScale make_material(Random& random) {
   MaterialScale material;
   material.stiffness = static_cast<float>(std::pow(4.0, random.symmetric()));

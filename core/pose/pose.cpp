@@ -11,8 +11,10 @@ namespace hairnet {
 namespace {
 
 constexpr double kTeleportSpeed_m_per_s = 25;
-constexpr double kTeleportChange = 0.25;  // of the speed before: 300 m/s on a circle of 50 m change by 0.2 in a tick
-constexpr double kRideSpeedMax_m_per_s = 1000;  // what is faster does not ride
+// The speed may change by this share of the speed before: 300 m/s on a circle of 50 m change by 0.2 in a tick.
+constexpr double kTeleportChange = 0.25;
+// A faster pose does not ride.
+constexpr double kRideSpeedMax_m_per_s = 1000;
 constexpr double kTeleportTurn_deg_per_s = 2500;
 constexpr double kUnitTolerance = 1e-3;
 

@@ -14,16 +14,18 @@ namespace hairnet {
 // paper sums metaballs instead (3.3); the force law is still the metaballs' (core/solver/contact.hpp).
 struct SkinDistanceField {
   Bone bone = Bone::head;
-  Vec3f origin = Vec3f::Zero();      // of node (0, 0, 0), m
-  float cell_m = 0;                  // between two nodes
+  // Is the position of node (0, 0, 0), m.
+  Vec3f origin = Vec3f::Zero();
+  // Is the distance between two nodes.
+  float cell_m = 0;
   std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2
   std::vector<float> distance;       // m; node (i, j, k) has index i + nx (j + ny k)
 };
 using Skin = std::vector<SkinDistanceField>;  // at most one a bone
 
 // The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
-// nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1. Asserts
-// that the field has cells.
+// nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1.
+// Asserts that the field has cells.
 double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gradient = nullptr);
 
 // Clients know each distance as a byte: in steps, and only near the skin. Farther away it is the nearest that a byte
@@ -35,9 +37,11 @@ inline float distance_of_skin_byte(std::uint8_t byte) {
   return kSkinDeepest_m + kSkinStep_m * static_cast<float>(byte);
 }
 
-inline constexpr int kSkinNodesMax = 262'144;  // of one grid: those of all bones fit into a texture
+// Limits one grid: those of all bones fit into a texture.
+inline constexpr int kSkinNodesMax = 262'144;
 inline constexpr float kSkinCellMin_m = 1e-4f;
-inline constexpr float kSkinNumberMax = 1e9f;  // far larger than any built value
+// Is far larger than any built value.
+inline constexpr float kSkinNumberMax = 1e9f;
 // Returns an empty string when valid (a field a bone at most, counts agree, numbers within bounds); else one line.
 std::string validate(const Skin& skin);
 

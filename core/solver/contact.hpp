@@ -11,7 +11,8 @@ namespace hairnet {
 // limit. Here u = 1 - p / kContactDepth_m: p is how much nearer to the skin the point is than its limit, so that value,
 // slope and curvature vanish where contact begins, as in the paper.
 //     f = -d phi / d p = 3 U p^2 / depth^3,   df/dp = 6 U p / depth^3
-inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m * kContactDepth_m);  // of f, over U
+// kContactSlope is the constant factor of df/dp, over U.
+inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m * kContactDepth_m);
 
 // Contact reaches its full stiffness at this depth. A fast point meets that stiffness before it enters the skin.
 inline constexpr double kContactStiffnessDepth_m = 0.01;

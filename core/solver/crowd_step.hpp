@@ -8,9 +8,12 @@ namespace hairnet {
 
 // One of the characters that are stepped side by side.
 struct CrowdMember {
-  std::span<const StepInput> inputs;  // of consecutive steps; all members have the same number
-  LatticeState* state = nullptr;      // fits the level
-  bool is_finite = true;              // set by step_crowd; a state that is not finite must be discarded (reset_to_rest)
+  // Belong to consecutive steps; all members have the same number of them.
+  std::span<const StepInput> inputs;
+  // Fits the level.
+  LatticeState* state = nullptr;
+  // step_crowd sets it; a state that is not finite must be discarded (reset_to_rest).
+  bool is_finite = true;
 };
 
 // The number of characters side by side on this machine: 16 with AVX-512, 8 with AVX2, 4 or 1 elsewhere.

@@ -28,7 +28,8 @@ struct HeadMotion {
     return -(rotation_less_identity * rest + relative.position) / step_s;
   }
 
-  [[nodiscard]] Vec3 velocity() const { return relative.position / -step_s; }  // of the head's joint
+  // Returns the velocity of the head's joint.
+  [[nodiscard]] Vec3 velocity() const { return relative.position / -step_s; }
 
   RigidTransform relative;  // head space at the start of the step -> head space at its end
   Mat3 turn, rotation_less_identity;

@@ -20,9 +20,12 @@ struct Linearised {
 };
 
 struct System {
-  std::vector<Vec3> f;                 // forces on nodes
-  std::vector<Mat3> df_dp, df_dp_dot;  // of forces on single nodes: block diagonal
-  std::vector<Linearised> stiffeners;  // all other forces act through weighted sums
+  // Holds the forces on nodes.
+  std::vector<Vec3> f;
+  // Hold the derivatives of forces on single nodes, which are block diagonal.
+  std::vector<Mat3> df_dp, df_dp_dot;
+  // All other forces act through weighted sums.
+  std::vector<Linearised> stiffeners;
 };
 
 void add_springs(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {

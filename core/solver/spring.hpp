@@ -8,8 +8,10 @@ namespace hairnet {
 // Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. In the
 // paper the tension is T = k x. Real hair hardly stretches and buckles under compression, so here a spring is stiffer
 // beyond a positive strain and softer below a negative one. T stays convex.
-inline constexpr double kStiffStrain = 0.02, kStiffening = 2;     // of the rest length; the addition to k, over k
-inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // the reduction of k, over k
+// Strains are relative to the rest length; kStiffening is the addition to k, and kBuckling the reduction of k, both
+// over k.
+inline constexpr double kStiffStrain = 0.02, kStiffening = 2;
+inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;
 
 static_assert(kStiffening >= 0 && kBuckling >= 0, "the tension is convex");
 static_assert(kBuckling < 1, "a shorter spring pushes more");

@@ -21,26 +21,34 @@ struct LatticeState {
   // The most elastic energy that the last step may have left, J (limit_elastic_energy in step_inl.hpp). Infinite when
   // there was no step yet on this level with this material.
   float elastic_energy_max_j = std::numeric_limits<float>::infinity();
-  float speed_max_m_per_s = 0;  // of the fastest node relative to the head, at the end of the last step
+  // Is the speed of the fastest node relative to the head, at the end of the last step.
+  float speed_max_m_per_s = 0;
 };
 
 struct Environment {
   Vec3 gravity{0, -9.81, 0};  // m/s^2, world
-  WindField wind;             // drag acts on the velocity relative to it
+  // Drag acts on the velocity relative to it.
+  WindField wind;
 };
 extern const Environment kCalmEnvironment;
 
 struct StepInput {
-  Pose from, to;  // at the start and the end of the step
+  // Are the poses at the start and the end of the step.
+  Pose from, to;
   double step_s = 1.0 / 30;
-  const Environment* environment = &kCalmEnvironment;  // must outlive the step
-  double contact_release = 0;                          // fraction of contact that is switched off, 0 to 1
-  MaterialScale material;                              // the character's own, on top of the level's material
-  double time_s = 0;                                   // at the end of the step, for the wind
+  // Must outlive the step.
+  const Environment* environment = &kCalmEnvironment;
+  // Is the fraction of contact that is switched off, 0 to 1.
+  double contact_release = 0;
+  // Is the character's own material, on top of the level's.
+  MaterialScale material;
+  // Is the time at the end of the step, for the wind.
+  double time_s = 0;
 };
 
 struct SolverSettings {
-  int iterations = 16;  // of conjugate gradient
+  // Counts iterations of conjugate gradient.
+  int iterations = 16;
 };
 
 // Measured (tests/fidelity/README.md): with steps of at most kStepMax_s and these iterations per step, the error of a
@@ -62,11 +70,11 @@ struct StepScratch {
   LevelViewScratch view;
 };
 
-// One backward Euler step: matrix-free conjugate gradient with block-Jacobi preconditioning, in float and in the axes
-// of the head at the end of the step. It starts from the rigid velocity R' P^0. Do not call it for a teleport: leave
-// the state as it is, and the lattice moves rigidly with the head. Returns false when the system or its solution is not
-// finite; then discard the state (reset_to_rest). Asserts that `state` fits the level, that the step has a length and
-// an environment, and that the input's fractions and factors are in range.
+// One backward Euler step: matrix-free conjugate gradient with block-Jacobi preconditioning, in float and in the
+// axes of the head at the end of the step. It starts from the rigid velocity R' P^0. Do not call it for a teleport:
+// leave the state as it is, and the lattice moves rigidly with the head. Returns false when the system or its
+// solution is not finite; then discard the state (reset_to_rest). Asserts that `state` fits the level, that the step
+// has a length and an environment, and that the input's fractions and factors are in range.
 //
 // The step solves "(M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')" of paper 2.2 in other unknowns:
 // y = P'_1 - R'P^0, the velocity at the end of the step relative to the rest's. The displacement at the end is then

@@ -51,7 +51,8 @@ void check_step_input(const StepInput& input) {
 
 StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state) {
   check_step_input(input);
-  HAIRNET_ASSERT(!(state.elastic_energy_max_j < 0));  // of a state that is not finite it may be no number
+  // In a state that is not finite it may be NaN.
+  HAIRNET_ASSERT(!(state.elastic_energy_max_j < 0));
   StepTerms terms;
   const HeadMotion motion(input);
   terms.step_s = static_cast<float>(input.step_s);

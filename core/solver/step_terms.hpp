@@ -15,20 +15,23 @@ struct StepTerms {
   };
 
   float step_s = 1;
-  float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // of vectors, from the head's axes at the start
-  AffineMap rigid_velocity{{}, {}};             // R' p^0 = turn p^0 + shift, m/s
-  float gravity_load[3] = {};                   // g - R g_0, m/s^2
+  // Turns vectors from the head's axes at the start to those at the end.
+  float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  AffineMap rigid_velocity{{}, {}};  // R' p^0 = turn p^0 + shift, m/s
+  float gravity_load[3] = {};        // g - R g_0, m/s^2
 
   // The character's own material (MaterialScale), and the active fraction of contact.
   float stiffness = 1, damping = 1, density = 1, ether_damping = 1, air_drag = 1, gel_per_s2 = 0;
   float contact = 1;
 
-  float elastic_energy_max_j = 0;  // of LatticeState
+  // Is LatticeState::elastic_energy_max_j at the start.
+  float elastic_energy_max_j = 0;
 
   // Maps a point of head space, at the start and at the end, to its place relative to the bone at rest.
   AffineMap to_bone_before[kBoneCount], to_bone[kBoneCount];
 
-  float wind[8][3] = {};  // at the corners of the lattice (LatticeWind), m/s
+  // Holds the velocities at the corners of the lattice (LatticeWind), m/s.
+  float wind[8][3] = {};
 };
 inline constexpr std::size_t kStepTermCount = sizeof(StepTerms) / sizeof(float);
 

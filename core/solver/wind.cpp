@@ -11,8 +11,10 @@ namespace hairnet {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kSpeedMax_m_per_s = 60;  // a hurricane
-// Of a wind across an axis, sines and cosines leave less than its smallest speed there.
+// A hurricane is so fast.
+constexpr double kSpeedMax_m_per_s = 60;
+// Where a wind blows across an axis, sines and cosines leave a component below NumberRange::kSmallest there. Only what
+// is smaller than this is refused.
 constexpr double kComponentMin_m_per_s = 1e-30;
 constexpr double kTurbulenceMax_m_per_s = 20;
 constexpr double kTurbulenceScaleMax_m = 100;
@@ -23,7 +25,8 @@ constexpr double kGustPeriodMin_s = 0.2, kGustPeriodMax_s = 120;
 constexpr int kEddySets = 4;
 constexpr std::size_t kEddiesPerSet = 6;
 constexpr double kWindAxisTolerance = 1e-9;
-[[maybe_unused]] constexpr float kFractionRounding = 1e-5f;  // of a position in the box
+// A position in the box may lie outside by this much.
+[[maybe_unused]] constexpr float kFractionRounding = 1e-5f;
 
 // Sine by its series, |turns| <= 1/4: within 1e-13, and the same bits from every compiler and library.
 double sine_of_quarter(double turns) {

@@ -14,9 +14,12 @@ namespace hairnet {
 // The wind of a room, world axes. The default is still air.
 struct Wind {
   Vec3 mean_m_per_s = Vec3::Zero();
-  double gust_ratio = 0;              // gusts vary the mean's speed between (1 - ratio) and (1 + ratio) times its own
-  double gust_period_s = 4;           // of the slowest gust; two quicker ones are added to it
-  double turbulence_rms_m_per_s = 0;  // of each component
+  // Gusts vary the mean's speed between (1 - ratio) and (1 + ratio) times its own.
+  double gust_ratio = 0;
+  // Is the period of the slowest gust; two quicker ones are added to it.
+  double gust_period_s = 4;
+  // Is the RMS of each component.
+  double turbulence_rms_m_per_s = 0;
   // The smallest length over which turbulence changes: its wave numbers are 1/(4 scale) to 1/scale rad/m, so the
   // smallest eddies are pi scale across. A lattice cannot represent turbulence below kTurbulenceScaleMin_m.
   double turbulence_scale_m = 0.6;
@@ -33,8 +36,9 @@ bool is_still(const Wind& wind);  // no air moves
 // The speed that the air seldom exceeds.
 double gust_m_per_s(const Wind& wind);
 
-// Air velocity everywhere and at any time, from a Wind; asserts that validate(wind) finds no fault. Immutable and cheap
-// to copy. The same Wind gives the same bits on every machine: the code uses no sine or distribution of a library.
+// Air velocity everywhere and at any time, from a Wind; asserts that validate(wind) finds no fault. Immutable and
+// cheap to copy. The same Wind gives the same bits on every machine: the code uses no sine or distribution of a
+// library.
 //
 //     u(x, t) = mean (1 + ratio g(t)) + sum_m a_m cos(k_m . (x - X(t)) + w_m t + phi_m),     |g| <= 1
 //
@@ -74,9 +78,9 @@ class WindField {
   bool is_carried_ = false;
 };
 
-// The wind over one lattice: velocities at the eight corners of its box, in head axes, interpolated trilinearly. A wave
-// of wave number k has an error of at most (k L)^2 / 8 of its amplitude, where L is the longest side of the box. So the
-// RMS error of turbulence is at most (L / scale)^2 / 8 of its RMS.
+// The wind over one lattice: velocities at the eight corners of its box, in head axes, interpolated trilinearly. A
+// wave of wave number k has an error of at most (k L)^2 / 8 of its amplitude, where L is the longest side of the box.
+// So the RMS error of turbulence is at most (L / scale)^2 / 8 of its RMS.
 struct LatticeWind {
   std::array<Vec3f, 8> corners{Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(),
                                Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};  // corner i + 2 j + 4 k

@@ -23,7 +23,8 @@ class Batches {
 
   // Steps all characters and ends their tick. `now_ns` may be null: then nothing is timed.
   void step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for);
-  [[nodiscard]] StepCosts costs() const;  // of the last step
+  // Returns the costs of the last step.
+  [[nodiscard]] StepCosts costs() const;
 
  private:
   struct Item {
@@ -31,16 +32,19 @@ class Batches {
     Outcome* outcome;
   };
   struct Batch {
-    const void* model;  // the lattice's Level, or the network
+    // Points to the lattice's Level, or to the network.
+    const void* model;
     LevelIndex level;
     int ticks;
-    std::size_t begin, end;  // indices of items
+    // Are indices of items.
+    std::size_t begin, end;
     std::int64_t step_ns;
   };
   // The working memory of one batch at a time.
   struct Scratch {
     StepScratch step;
-    std::vector<StepInput> inputs;  // of one member after the other
+    // Belong to one member after the other.
+    std::vector<StepInput> inputs;
     std::vector<CrowdMember> members;
     std::vector<Character*> characters;
   };

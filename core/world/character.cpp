@@ -108,7 +108,7 @@ bool is_due(const TickContext& terms, const Character& c) {
   return c.steps_next_tick || (terms.tick + c.phase) % c.stride == 0;
 }
 
-// Of a character without a lattice to step.
+// Ends the turn of a character without a lattice to step.
 void end_turn(const TickContext& terms, Character& c) {
   const double steps = terms.plan(c).substep_count;
   c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (steps - 1) / steps);

@@ -16,49 +16,74 @@ namespace hairnet {
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
-inline constexpr double kSettleAfter_s = 8;            // of rest of bones and air
-inline constexpr std::uint64_t kNeverChanged = ~0ull;  // no tick
+// Hair settles after bones and air have rested for so long.
+inline constexpr double kSettleAfter_s = 8;
+// No tick has this number.
+inline constexpr std::uint64_t kNeverChanged = ~0ull;
 
 // Hair on the learnt level.
 struct LearntTurn {
   LearntState state;
-  std::vector<float> coefficients;  // m; those that the network drives
+  // Holds the coefficients that the network drives, m.
+  std::vector<float> coefficients;
   bool has_begun = false;
-  bool is_covered = true;  // by training, at its last turn
+  // Training covered its last turn.
+  bool is_covered = true;
 };
 
 // One character of a world.
 struct Character {
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
-  LatticeState state;  // empty without a lattice
-  LearntTurn learnt;   // empty on other levels
+  // Is empty without a lattice.
+  LatticeState state;
+  // Is empty on other levels.
+  LearntTurn learnt;
   MaterialScale material;
   std::uint32_t environment = 0;
-  Pose from, to;                      // `from`: pose at state_tick, to which the state belongs; `to`: the newest
-  Pose last_from;                     // pose at which the last substep began: with `from` it gives the rigid velocity
-  double last_step_s = 0;             // the length of that substep
-  Vec3 head_velocity = Vec3::Zero();  // world, m/s, over its last turn: tells a ride from a jump (is_teleport)
-  Pose still_pose;                    // the bones have stayed near it for bones_still_s
-  double bones_still_s = 0;           // duration
-  double still_s = 0;                 // duration for bones and hair; from kSleepAfter_s on the character is asleep
-  double rigid_ease_s = -1;           // time since the rigid level was requested; negative: not requested
-  double since_switch_s = 1e9;        // time since the last level switch
-  double stiffness = 1;               // factor of the last tick from the level switch and untangling
+  // The state belongs to `from`, the pose at state_tick; `to` is the newest.
+  Pose from, to;
+  // The last substep began at this pose: with `from` it gives the rigid velocity.
+  Pose last_from;
+  // Is the length of that substep.
+  double last_step_s = 0;
+  // Is taken over its last turn, world, m/s: tells a ride from a jump (is_teleport).
+  Vec3 head_velocity = Vec3::Zero();
+  // The bones have stayed near it for bones_still_s.
+  Pose still_pose;
+  double bones_still_s = 0;
+  // Bones and hair have been still for so long; from kSleepAfter_s on the character is asleep.
+  double still_s = 0;
+  // Is the time since the rigid level was requested; negative means not requested.
+  double rigid_ease_s = -1;
+  // Is the time since the last level switch.
+  double since_switch_s = 1e9;
+  // Is the factor of the last tick from the level switch and untangling.
+  double stiffness = 1;
   double contact_release = 0;
   Untangle untangle;
-  LatticeState unsettled;                      // the state before its last turn, while it settles
-  std::uint64_t state_tick = 0;                // ticks that the state includes
-  std::uint64_t changed_tick = kNeverChanged;  // state_tick when it last changed
-  // of its turns: the character has a turn when tick + phase is a multiple of the stride
+  // Holds the state before its last turn, while it settles.
+  LatticeState unsettled;
+  // Counts the ticks that the state includes.
+  std::uint64_t state_tick = 0;
+  // Is state_tick when it last changed.
+  std::uint64_t changed_tick = kNeverChanged;
+  // Shifts its turns: the character has a turn when tick + phase is a multiple of the stride.
   std::uint32_t phase = 0;
-  std::uint8_t stride = 1;            // 1, 2 or 4
-  std::uint8_t step_ticks = 1;        // of its last turn
-  bool suspended = false;             // it has no turns
-  bool steps_next_tick = false;       // it has a turn in the next tick, independent of the phase
-  bool teleport = false;              // requested for the next turn
-  bool discontinuous = false;         // in its last turn
-  bool velocity_is_relative = false;  // velocities are relative to the rest's motion, which is not known yet
+  // Is 1, 2 or 4.
+  std::uint8_t stride = 1;
+  // Counts the ticks of its last turn.
+  std::uint8_t step_ticks = 1;
+  // It has no turns.
+  bool suspended = false;
+  // It has a turn in the next tick, independent of the phase.
+  bool steps_next_tick = false;
+  // Is requested for the next turn.
+  bool teleport = false;
+  // Applies to its last turn.
+  bool discontinuous = false;
+  // Velocities are relative to the rest's motion, which is not known yet.
+  bool velocity_is_relative = false;
 
   [[nodiscard]] const Level* model() const { return has_lattice(level) && levels ? &(*levels)[level] : nullptr; }
   [[nodiscard]] const LearntHair* network() const {

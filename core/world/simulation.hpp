@@ -35,8 +35,10 @@ class Simulation {
   StepReport step(const SimulationInputs& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
-  [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // asserts contains(key)
-  [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
+  // Asserts contains(key).
+  [[nodiscard]] LatticeView lattice(CharacterKey key) const;
+  // Returns the velocities of the lattice's nodes, head space, m/s.
+  [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;
   // Characters whose initial hair state did not fit in the last step.
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }
   [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
@@ -53,12 +55,14 @@ class Simulation {
 
   void set_wind(std::uint32_t room, const Wind& wind);
 
-  Environment environment_;  // of all rooms, without the wind
+  // Holds for all rooms, without the wind.
+  Environment environment_;
   World world_;
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<GroomHash, std::shared_ptr<const LevelSet>> levels_;
   std::vector<CharacterKey> hair_states_refused_;
-  std::vector<LevelChange> level_changes_;  // of one tick
+  // Belong to one tick.
+  std::vector<LevelChange> level_changes_;
 };
 
 }  // namespace hairnet

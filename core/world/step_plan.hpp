@@ -13,7 +13,8 @@ inline constexpr int kStrideMax = 4;
 // How a lattice is stepped over one or several ticks at once: the number of equal substeps, and the iterations of
 // conjugate gradient in each.
 struct StepPlan {
-  double interval_s = 0;  // of all ticks together
+  // Is the time of all ticks together.
+  double interval_s = 0;
   int substep_count = 1;
   int iterations = 1;
 

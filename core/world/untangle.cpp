@@ -10,13 +10,15 @@
 namespace hairnet {
 namespace {
 
-constexpr double kAfter_s = 1;  // of rest
+// Hair is untangled after so long a rest.
+constexpr double kAfter_s = 1;
 constexpr double kUntangle_s = 1;
 constexpr double kLookEvery_s = 0.2;
 constexpr double kStiffnessMin = 0.01;
 constexpr float kHome_m = 0.002f;
 constexpr std::size_t kPointsMax = 400;
-constexpr float kDifference = 0.05f;  // of a cell: the step of the gradient's differences
+// Is the step of the gradient's differences, in cells.
+constexpr float kDifference = 0.05f;
 
 // In an upright body no hair presses into the skin, so it is safe without contact.
 constexpr double kTurn_rad = 0.17, kTilt_rad = 0.087, kShift_m = 0.02;

@@ -157,12 +157,16 @@ struct World::Impl {
   std::deque<Slot> slots;  // a deque, so that slots never move in memory; removed slots are reused
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
-  std::vector<Placed> order;      // live slots without suspended ones, in the order of arrange()
-  bool is_arranged = false;       // order is still right for the current characters, levels and strides
-  std::vector<Outcome> outcomes;  // of the last tick, in this order
+  // Holds the live slots without suspended ones, in the order of arrange().
+  std::vector<Placed> order;
+  // The order is still right for the current characters, levels and strides.
+  bool is_arranged = false;
+  // Holds the outcomes of the last tick, in this order.
+  std::vector<Outcome> outcomes;
   Batches batches;
   std::uint64_t tick = 0;
-  bool is_stepping = false;  // within World::step()
+  // A thread is within World::step().
+  bool is_stepping = false;
 };
 
 World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}

@@ -22,19 +22,25 @@ struct CharacterId {
 
 struct WorldDef {
   double tick_s = 1.0 / 30;
-  int substep_count = 0;  // 0: substep_count_for(tick_s); poses are interpolated within the tick
-  int iterations = 0;     // of conjugate gradient a step; 0: iterations_for
+  // Zero means substep_count_for(tick_s); poses are interpolated within the tick.
+  int substep_count = 0;
+  // Counts iterations of conjugate gradient in a step; zero means iterations_for.
+  int iterations = 0;
   std::uint32_t character_count_max = 65536;
-  Environment environment;   // of every index without set_environment
-  ClockNs now_ns = nullptr;  // null: steps are not timed (StepReport::costs)
-  ParallelFor parallel_for;  // empty: one after the other
+  // Belongs to every index without set_environment.
+  Environment environment;
+  // Null means that steps are not timed (StepReport::costs).
+  ClockNs now_ns = nullptr;
+  // Empty means one after the other.
+  ParallelFor parallel_for;
 };
 
 struct CharacterDef {
-  std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set
+  // Null means that only the rigid level can be set.
+  std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
-  std::uint32_t environment = 0;  // index of its environment
+  std::uint32_t environment = 0;
 };
 
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
@@ -57,15 +63,22 @@ struct StepReport {
 // The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
 struct LatticeView {
   LevelIndex level = LevelIndex::rigid;
-  const Level* model = nullptr;         // null when learnt or rigid
-  std::span<const Vec3f> displacement;  // active order, head space, m; empty without a lattice
-  std::span<const float> coefficients;  // of the groom's basis, m; empty unless learnt
-  bool is_covered = true;               // the network was trained on such motions as those of the last step
-  const Pose* pose = nullptr;           // the one the last step ended at
-  bool asleep = false;   // nothing changed in the last tick, and nothing changes until the character wakes
-  bool stepped = false;  // pose or lattice changed in the last tick
-  bool discontinuous =
-      false;  // the last change was a teleport, the end of a suspension or a reset: do not interpolate to it
+  // Is null when learnt or rigid.
+  const Level* model = nullptr;
+  // Is in active order, head space, m; is empty without a lattice.
+  std::span<const Vec3f> displacement;
+  // Holds coefficients of the groom's basis, m; is empty unless learnt.
+  std::span<const float> coefficients;
+  // The network was trained on such motions as those of the last step.
+  bool is_covered = true;
+  // The last step ended at this pose.
+  const Pose* pose = nullptr;
+  // Nothing changed in the last tick, and nothing changes until the character wakes.
+  bool asleep = false;
+  // The pose or the lattice changed in the last tick.
+  bool stepped = false;
+  // The last change was a teleport, the end of a suspension or a reset: do not interpolate to it.
+  bool discontinuous = false;
 };
 
 // The simulated characters. One thread at a time may call it; asserts that no call comes while step() runs.
@@ -98,10 +111,10 @@ class World {
   // kEnvironmentCountMax and gravity is finite.
   void set_environment(std::uint32_t index, const Environment& environment);
   void set_environment(const Environment& environment) { set_environment(0, environment); }
-  // A character of stride 2 or 4 is stepped every second or fourth tick, over all of these ticks at once: from the pose
-  // of its last step to the newest. Between these ticks its lattice and pose do not change. Its slot decides which
-  // ticks, so that the characters of one stride spread over them. New characters have stride 1. Asserts a stride of 1,
-  // 2 or 4.
+  // A character of stride 2 or 4 is stepped every second or fourth tick, over all of these ticks at once: from the
+  // pose of its last step to the newest. Between these ticks its lattice and pose do not change. Its slot decides
+  // which ticks, so that the characters of one stride spread over them. New characters have stride 1. Asserts a
+  // stride of 1, 2 or 4.
   void set_stride(CharacterId id, int stride);
   // A suspended character is not stepped and costs nothing; for characters that nobody sees. When the suspension ends,
   // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then

@@ -22,7 +22,8 @@ void ContentHasher::add(std::span<const std::uint8_t> piece) {
 }
 
 ContentHash ContentHasher::hash() const {
-  ContentHasher copy = *this;  // to finish a state changes it
+  // Finishing a state changes it.
+  ContentHasher copy = *this;
   ContentHash hash;
   auto* state = std::launder(reinterpret_cast<crypto_generichash_state*>(copy.state_.data()));
   crypto_generichash_final(state, hash.data(), hash.size());

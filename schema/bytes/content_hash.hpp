@@ -15,7 +15,8 @@ class ContentHasher {
  public:
   ContentHasher();
   void add(std::span<const std::uint8_t> piece);
-  [[nodiscard]] ContentHash hash() const;  // of all pieces so far
+  // Covers all pieces so far.
+  [[nodiscard]] ContentHash hash() const;
 
  private:
   static constexpr std::size_t kStateBytes = 384;

@@ -20,10 +20,10 @@ class PacketSplitter {
   explicit PacketSplitter(std::size_t packet_bytes_max);
   // Raises the limit, from the next packet on. Asserts that it does not become lower. A callback of feed() may call it.
   void allow(std::size_t packet_bytes_max);
-  // Calls `on_packet` with each complete packet: prefix included, 8-byte aligned, valid only during the call. Asserts
-  // that the callback does not call the splitter. Returns false when a prefix is larger than the limit or smaller than
-  // the smallest packet; from then on the stream is unusable. Memory grows with the bytes received, not with the
-  // announced size, up to one packet.
+  // Calls `on_packet` with each complete packet: prefix included, 8-byte aligned, valid only during the call.
+  // Asserts that the callback does not call the splitter. Returns false when a prefix is larger than the limit or
+  // smaller than the smallest packet; from then on the stream is unusable. Memory grows with the bytes received, not
+  // with the announced size, up to one packet.
   bool feed(std::span<const std::uint8_t> bytes, const std::function<void(std::span<const std::uint8_t>)>& on_packet);
   [[nodiscard]] std::size_t buffered_bytes() const { return filled_; }
   [[nodiscard]] std::size_t capacity_bytes() const { return buffer_.capacity() * sizeof(std::uint64_t); }

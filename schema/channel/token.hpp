@@ -15,19 +15,29 @@ namespace hairnet::channel {
 // strands_max, name, sub, jti, upload, wind, moderate. Other claims are ignored, except `aud`, which must name
 // "hairnet" if it is present. A text of at most kTokenNameBytesMax bytes is empty when the token lacks it.
 struct TokenClaims {
-  std::optional<std::string> room;  // none: any room
+  // None means any room.
+  std::optional<std::string> room;
   wire::Role role = wire::Role::participant;
-  std::int64_t expires_s = 0;                // seconds since 1970; invalid from then on
-  std::optional<std::int64_t> not_before_s;  // invalid until then
+  // Counts seconds since 1970; the token is invalid from then on.
+  std::int64_t expires_s = 0;
+  // The token is invalid until then.
+  std::optional<std::int64_t> not_before_s;
   // Quotas of all sessions of the subject together; none: the server's own limit.
   std::optional<std::uint32_t> characters_max;
-  std::optional<std::uint64_t> strands_max;  // of all grooms together
-  std::string name;                          // for people and logs
-  std::string subject;                       // `sub`: the person whose token it is, for quotas and shares
-  std::string id;                            // `jti`: names this token, so that it can be revoked
-  std::optional<bool> upload;                // may upload grooms; none: a participant may, an observer may not
-  std::optional<bool> wind;                  // may set the wind of the room; none: as the server is set
-  bool moderate = false;                     // may remove and mute others of the room, and lock it
+  // Counts the strands of all grooms together.
+  std::optional<std::uint64_t> strands_max;
+  // Is for people and logs.
+  std::string name;
+  // Is `sub`: the person whose token it is, for quotas and shares.
+  std::string subject;
+  // Is `jti`: names this token, so that it can be revoked.
+  std::string id;
+  // May upload grooms; none: a participant may, an observer may not.
+  std::optional<bool> upload;
+  // May set the wind of the room; none: as the server is set.
+  std::optional<bool> wind;
+  // May remove and mute others of the room, and lock it.
+  bool moderate = false;
 
   friend bool operator==(const TokenClaims&, const TokenClaims&) = default;
 };

@@ -86,7 +86,8 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
       left_m2 -= static_cast<double>(c * c);
       bits += bits_of(zigzag(integer_of(shifted)), code.parameter(count, step, 0));
     }
-    if (is_within() && bits <= least_bits) {  // of equals the finer step, with fewer coefficients
+    // The finer step, with fewer coefficients, wins among equals.
+    if (is_within() && bits <= least_bits) {
       least_bits = bits;
       best = {count, step};
     }

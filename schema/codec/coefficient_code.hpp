@@ -17,7 +17,7 @@ inline constexpr unsigned kStepCount = 8;
 // How many bits a coefficient is likely to need, from the deviations of a basis. Immutable.
 class CoefficientCode {
  public:
-  // Of each coefficient, m. Asserts that they are finite and positive.
+  // Takes the deviation of each coefficient, m. Asserts that they are finite and positive.
   explicit CoefficientCode(std::span<const float> deviation_m);
   [[nodiscard]] std::size_t mode_count() const { return parameters_.size(); }
   // The bits of coefficient k that come as they are, when hair moves 2^-calm of what is usual.

@@ -110,7 +110,8 @@ class Encoder {
 
   // A rotation that is likely to be near `expected`.
   Quat rotation(Bone bone, const Quat& expected) {
-    constexpr double kNear = 0.5;  // of w: a larger angle would make w imprecise
+    // Below this w the angle is so large that w would be imprecise.
+    constexpr double kNear = 0.5;
     const Quat turn = expected.conjugate() * pose_[bone].rotation;
     if (std::abs(turn.w()) < kNear) {
       writer_.put(kAnyRotation, kRotationWidthBits);

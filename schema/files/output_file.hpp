@@ -47,11 +47,15 @@ class OutputFile {
   OutputFile() = default;
   Result<void> copy_to_place();
 
-  std::string target_;  // of a regular file
+  // Is the path of a regular file.
+  std::string target_;
   Temporary temporary_;
-  std::unique_ptr<std::FILE, CloseFile> file_;      // the temporary file
-  std::unique_ptr<std::FILE, CloseFile> in_place_;  // what is no regular file
-  int fault_ = 0;                                   // of the first write that failed: errno
+  // Is the temporary file.
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  // Writes to what is no regular file.
+  std::unique_ptr<std::FILE, CloseFile> in_place_;
+  // Is the errno of the first write that failed.
+  int fault_ = 0;
 };
 
 // Empty, or why no file can be written there; does not name the file.

@@ -27,8 +27,8 @@ struct DecodedFields {
   std::vector<Field> fields;
 };
 
-// A whole field section in QPACK (RFC 9204), which must not refer to the dynamic table: ours has no entries. Asserts
-// that it has at most kFieldSectionBytesMax bytes.
+// A whole field section in QPACK (RFC 9204), which must not refer to the dynamic table: ours has no entries.
+// Asserts that it has at most kFieldSectionBytesMax bytes.
 DecodedFields decode_fields(std::span<const std::uint8_t> section);
 
 // The field section of a response. `draft`: it names the draft of WebTransport, which Chromium asks for.

@@ -11,12 +11,13 @@
 namespace hairnet::http3 {
 
 // Cuts a byte stream into frames: type, length, payload. Capsules (RFC 9297) have the same form. It keeps no payload:
-// that is passed on in the pieces that arrive.
+// it passes it on in the pieces that arrive.
 class FrameReader {
  public:
   struct Piece {
     std::uint64_t type = 0;
-    std::uint64_t length = 0;  // of the whole payload
+    // Is the length of the whole payload.
+    std::uint64_t length = 0;
     std::span<const std::uint8_t> bytes;
     bool is_first = false, is_last = false;
   };

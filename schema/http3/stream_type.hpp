@@ -7,7 +7,7 @@ namespace hairnet::http3 {
 // The first integer of a unidirectional stream.
 inline constexpr std::uint64_t kControlStream = 0x00, kPushStream = 0x01, kEncoderStream = 0x02, kDecoderStream = 0x03,
                                kSessionStream = 0x54;
-// Of a bidirectional stream that belongs to a session, instead of a frame's type.
+// Begins a bidirectional stream that belongs to a session, instead of a frame's type.
 inline constexpr std::uint64_t kSessionSignal = 0x41;
 
 // Types of frames.

@@ -15,7 +15,8 @@ inline constexpr std::size_t kVarintBytesMax = 8;
 
 struct Varint {
   std::uint64_t value = 0;
-  std::size_t bytes = 0;  // that it takes; 0: it is not complete
+  // Counts the bytes that it takes; zero means that it is not complete.
+  std::size_t bytes = 0;
 };
 
 // The integer at the begin of `bytes`.

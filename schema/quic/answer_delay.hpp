@@ -5,8 +5,9 @@
 
 namespace hairnet::quic {
 
-// When a connection that has nothing to send acknowledges the datagrams that have come. ngtcp2 does it after an eighth
-// of the round trip, in packets of their own; a little later the acknowledgement goes along with a frame or a pose.
+// When a connection that has nothing to send acknowledges the datagrams that have come. ngtcp2 does it after an
+// eighth of the round trip, in packets of their own; a little later the acknowledgement goes along with a frame or a
+// pose.
 class AnswerDelay {
  public:
   // A tick of 30 Hz, and what it may come late.
@@ -47,7 +48,8 @@ class AnswerDelay {
 
  private:
   std::int64_t delay_ns_ = kDelay_ns, due_ns_ = 0;
-  int datagrams_ = 0;  // that came since something was sent
+  // Counts the datagrams that came since something was sent.
+  int datagrams_ = 0;
   bool is_urgent_ = false;
 };
 

@@ -35,9 +35,12 @@ class SendBuffer {
 
  private:
   std::deque<std::vector<std::uint8_t>> chunks_;
-  std::uint64_t begin_ = 0;  // offset in the stream of the first chunk
-  std::uint64_t next_ = 0;   // of the first unsent byte
-  std::uint64_t end_ = 0;    // behind the last byte
+  // Is where the first chunk begins in the stream.
+  std::uint64_t begin_ = 0;
+  // Is the place of the first unsent byte in the stream.
+  std::uint64_t next_ = 0;
+  // Is the place behind the last byte in the stream.
+  std::uint64_t end_ = 0;
   std::size_t next_chunk_ = 0, next_in_chunk_ = 0;
   bool is_ended_ = false, is_end_sent_ = false, is_reset_ = false;
 };

@@ -99,7 +99,8 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
     const bool has_stream = next != nullptr;
     if (datagrams_.is_next(has_stream) && ngtcp2_conn_get_handshake_completed(quic)) {
       std::vector<std::uint8_t>& first = datagrams_.front();
-      std::array<ngtcp2_vec, 2> pieces{};  // of which none may be empty
+      // No piece may be empty.
+      std::array<ngtcp2_vec, 2> pieces{};
       std::size_t count = 0;
       for (std::vector<std::uint8_t>* piece : {&datagram_prefix_, &first})
         if (!piece->empty()) pieces[count++] = {piece->data(), piece->size()};

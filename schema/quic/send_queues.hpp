@@ -26,7 +26,7 @@ class SendObserver {
 };
 
 // What a connection has to send: datagrams, which go first but for every fourth packet, and the bytes of its streams.
-// Of the streams, bulk ones go last but for every fourth piece, in turn.
+// Among the streams, bulk ones go last but for every fourth piece, in turn.
 class SendQueues {
  public:
   // Makes it if it is not there.
@@ -50,7 +50,7 @@ class SendQueues {
   [[nodiscard]] std::size_t datagram_count() const { return datagrams_.count(); }
   [[nodiscard]] const DatagramQueue& datagrams() const { return datagrams_; }
   [[nodiscard]] std::size_t unsent_bytes() const;
-  // Of streams, unsent or not acknowledged.
+  // Counts bytes of streams, unsent or not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const;
   [[nodiscard]] std::size_t bulk_kept_bytes() const;
   [[nodiscard]] bool is_bulk(std::int64_t id) const;

@@ -31,17 +31,25 @@ enum class Resent : std::uint8_t { per_session, per_character };
 struct Hello {
   std::uint16_t protocol_version = kProtocolVersion;
   std::string client_name;
-  std::string room = {};   // empty: the lobby
-  std::string token = {};  // empty: none
+  // Empty means the lobby.
+  std::string room = {};
+  // Empty means none.
+  std::string token = {};
   Role role = Role::participant;
-  std::uint64_t session = 0;  // to be continued; 0: a new one
-  SessionSecret secret{};     // of that session
+  // Is the session to continue; zero means a new one.
+  std::uint64_t session = 0;
+  // Belongs to that session.
+  SessionSecret secret{};
   // The number in union Body of the last message that the client knows: the server sends none beyond it.
   std::uint8_t message_max = std::variant_size_v<Message>;
-  std::uint8_t redirects = 0;        // that the client has followed to come here since its last Welcome
-  std::uint8_t datagram_layout = 0;  // the last that the client knows: kFrameDatagramLayout; 0: only packets
-  std::uint64_t trace = 0;           // of the client's whole way, over all servers, for their logs; 0: none
-  bool signs_of_life = false;        // the server hears something of it in less than kSilence_ms, all the time
+  // Counts the redirects that the client has followed to come here since its last Welcome.
+  std::uint8_t redirects = 0;
+  // Is the last that the client knows: kFrameDatagramLayout; zero means only packets.
+  std::uint8_t datagram_layout = 0;
+  // Names the client's whole way, over all servers, for their logs; zero means none.
+  std::uint64_t trace = 0;
+  // The server hears something of it in less than kSilence_ms, all the time.
+  bool signs_of_life = false;
 };
 struct GroomOffer {
   GroomHash hash{};
@@ -57,7 +65,8 @@ struct GroomChunk {
 inline constexpr float kVelocityStepsPer_s = 32;
 struct HairState {
   float step_m = 0;
-  std::vector<std::int16_t> displacements, velocities;  // of equal size; velocities may be empty: at rest
+  // Both are of equal size; velocities may be empty: at rest.
+  std::vector<std::int16_t> displacements, velocities;
 };
 struct Srgb {  // a colour of the sRGB space
   std::uint8_t red = 0, green = 0, blue = 0;
@@ -119,7 +128,7 @@ struct SetMaterial {
   std::uint32_t character = 0;
   MaterialScale scale;
 };
-// Of the session's room. Whether a client sends it again depends on the wind that the room has by then.
+// Sets the wind of the session's room. Whether a client sends it again depends on the wind that the room has by then.
 struct SetWind {
   Wind wind;
 };
@@ -143,7 +152,8 @@ struct Observe {
 // values.
 struct MemberImportance {
   std::uint32_t member = 0;
-  float screen_height = 0;  // of the head, over the screen's
+  // Is the height of the head over the screen's.
+  float screen_height = 0;
   bool in_view = true;
 };
 struct ReportImportance {
@@ -160,10 +170,14 @@ struct EvaluateLearnt {  // the client has the file of GroomLearnt: frames of su
 // What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`.
 struct Moderate {
   ModerateAction action = ModerateAction::remove;
-  std::uint64_t session = 0;  // the owner of a member, as MemberJoined names it
-  std::string subject;        // as the server's log names it: "sub:alice"
-  std::uint32_t seconds = 0;  // of the ban after a removal; 0: none
-  std::string reason = {};    // for people and the log
+  // Is the owner of a member, as MemberJoined names it.
+  std::uint64_t session = 0;
+  // Is named as in the server's log: "sub:alice".
+  std::string subject;
+  // Is the duration of the ban after a removal; zero means none.
+  std::uint32_t seconds = 0;
+  // Is for people and the log.
+  std::string reason = {};
 };
 
 // Both ends send it.

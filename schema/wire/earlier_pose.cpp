@@ -11,8 +11,10 @@ namespace hairnet::wire {
 namespace {
 
 constexpr double kMoveStep_m = 5e-5;
-constexpr double kTurnStep = 1.0 / 32767;  // of a component of a quaternion
-constexpr double kLeastW = 0.5;            // a larger turn would make it imprecise
+// Is the step of a component of a quaternion.
+constexpr double kTurnStep = 1.0 / 32767;
+// A larger turn would make it imprecise.
+constexpr double kLeastW = 0.5;
 
 using Shorts = std::array<std::int16_t, 3>;
 

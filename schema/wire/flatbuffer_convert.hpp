@@ -92,8 +92,8 @@ const Root* verified_root(std::span<const std::uint8_t> bytes, const char* ident
   return flatbuffers::GetSizePrefixedRoot<Root>(bytes.data());
 }
 
-// The verifier checks that a vector of structs lies within the buffer, not that it is aligned. The builder aligns none
-// that is empty.
+// The verifier checks that a vector of structs lies within the buffer, not that it is aligned. The builder aligns
+// none that is empty.
 template <class Struct>
 bool is_aligned(const flatbuffers::Vector<const Struct*>& structs) {
   return structs.size() == 0 || reinterpret_cast<std::uintptr_t>(structs.Data()) % alignof(Struct) == 0;

@@ -32,7 +32,7 @@ void set_frame_datagram_clock(std::span<std::uint8_t> datagram, std::int64_t clo
 // Whether bytes are of this layout; no packet is.
 bool is_frame_datagram(std::span<const std::uint8_t> bytes);
 
-// Of bytes of this layout. They are validated like a packet's, and copied out.
+// Decodes bytes of this layout. They are validated like a packet's, and copied out.
 DecodedPacket decode_frame_datagram(std::span<const std::uint8_t> bytes);
 
 }  // namespace hairnet::wire

@@ -14,7 +14,7 @@ namespace hairnet::wire {
 
 // A groom as a file; clients upload the same bytes. Encoding is deterministic for one version of zlib. The groom must
 // pass validate(). Points, vertices and bone weights are rounded (groom_numbers.hpp): what is decoded is the same groom
-// to 0.05 mm, and its file is the same bytes again. fit_text changes names where they are not valid text
+// within 0.05 mm, and its file is the same bytes again. fit_text changes names where they are not valid text
 // (messages.hpp).
 // `learnt`: hair that was learnt of it, which goes into the file; null: none.
 std::vector<std::uint8_t> encode_groom(const Groom& groom, const LearntHair* learnt = nullptr);

@@ -86,7 +86,7 @@ void for_each_coordinate(std::size_t number, std::span<const PointRun> runs, Bod
 using Weights = std::array<std::int16_t, kGroomWeightsPerRow>;
 using Steps = std::array<std::int64_t, kGroomTaps>;
 
-// From each point before coordinate i to the next one, the nearest first; 0 where there are no more.
+// Returns the steps that lead to each point before coordinate i, the nearest first; 0 where there are no more.
 Steps steps_before(std::span<const std::int32_t> q, std::size_t number, std::size_t i, std::size_t step) {
   Steps steps{};
   for (std::size_t t = 0; t < kGroomTaps && t + 2 <= number; ++t)
@@ -100,7 +100,7 @@ std::int64_t scaled(std::int64_t sum) {
   return (sum + (1 << 11)) >> 12;
 }
 
-// From the points before in the same run.
+// Predicts coordinate i by the points before it in the same run.
 std::int64_t predict(std::span<const std::int32_t> q, std::size_t number, std::size_t i, std::size_t step,
                      const Weights& weights) {
   if (number == 0) return 0;

@@ -8,14 +8,16 @@
 
 #include "core/groom/groom.hpp"
 
-// The bulk of a groom file of version 3: positions, bone weights and indices as integers. Each integer is predicted
-// from those before it, and what remains lies in three byte planes, so that deflate finds small numbers side by side.
-// Decoding uses integers alone, and one multiplication for each number: every machine gets the same floats.
-// Encoding what was decoded gives the same integers again. For groom_file.cpp and groom_features.cpp.
+// The bulk of a groom file of version 3: positions, bone weights and indices as integers. Each integer is
+// predicted from those before it, and what remains lies in three byte planes, so that deflate finds small numbers
+// side by side. Decoding uses integers alone, and one multiplication for each number: every machine gets the same
+// floats. Encoding what was decoded gives the same integers again. For groom_file.cpp and groom_features.cpp.
 namespace hairnet::wire {
 
-inline constexpr double kGroomStep_m = 5e-5;           // of each coordinate: points move by 0.043 mm at most
-inline constexpr std::int32_t kGroomWeightMax = 4095;  // a bone weight of 1
+// Is the step of each coordinate: points move by 0.043 mm at most.
+inline constexpr double kGroomStep_m = 5e-5;
+// Is a bone weight of 1.
+inline constexpr std::int32_t kGroomWeightMax = 4095;
 inline constexpr std::size_t kGroomTaps = 4;
 inline constexpr std::size_t kGroomWeightsPerRow = kGroomTaps + 1;
 

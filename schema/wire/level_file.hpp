@@ -11,8 +11,8 @@
 
 namespace hairnet::wire {
 
-// The levels built of a groom, with its modes and its learnt hair if it has any, as a file: a header, then a FlatBuffer
-// of levels.fbs. Every byte counts; little endian.
+// The levels built of a groom, with its modes and its learnt hair if it has any, as a file: a header, then a
+// FlatBuffer of levels.fbs. Every byte counts; little endian.
 //
 //   offset  bytes  header
 //        0      8  magic "HNLEVELS"
@@ -29,10 +29,13 @@ inline constexpr std::size_t kLevelFileBytesMax = std::size_t{256} << 20;
 enum class LevelFileFault : std::uint8_t {
   none,
   not_a_level_file,
-  other_version,  // of the layout or of the build, or other specs
+  // The version of the layout or of the build differs, or the specs do.
+  other_version,
   other_groom,
-  damaged,  // bytes are missing, surplus or changed
-  unsound,  // the bytes that were written, and yet no levels that may be run
+  // Bytes are missing, surplus or changed.
+  damaged,
+  // The bytes are those that were written, and yet no levels that may be run.
+  unsound,
 };
 
 struct DecodedLevels {

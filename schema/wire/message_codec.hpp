@@ -7,9 +7,9 @@
 #include "schema/wire/messages.hpp"
 #include "schema/wire/text.hpp"
 
-// For client_messages.cpp, server_messages.cpp and packet.cpp alone. Each message has a `write`, and below it a `read`
-// that copies the message out of a verified table and returns what is wrong with its values: empty, or one line. Counts
-// are checked before memory is taken for them, and no `read` copies the same bytes twice.
+// For client_messages.cpp, server_messages.cpp and packet.cpp alone. Each message has a `write`, and below it a
+// `read` that copies the message out of a verified table and returns what is wrong with its values: empty, or one
+// line. Counts are checked before memory is taken for them, and no `read` copies the same bytes twice.
 namespace hairnet::wire {
 
 using flatbuffers::FlatBufferBuilder;

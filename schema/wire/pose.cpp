@@ -6,7 +6,8 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;  // of a quaternion's length
+// The length of a quaternion may err by this much.
+constexpr double kUnitTolerance = 1e-3;
 
 PoseRefusal validate_bone(const RigidTransform& bone) {
   if (!bone.rotation.coeffs().allFinite() || !bone.position.allFinite()) return PoseRefusal::not_finite;

@@ -21,17 +21,21 @@ inline constexpr std::uint32_t kRecordedRoomCountMax = 65'536;
 struct RecordingHeader {
   std::uint32_t tick_rate_hz = 30;
   std::int32_t substep_count = 1;
-  std::int32_t iterations = 0;  // 0: each level's own
+  // Zero means each level's own.
+  std::int32_t iterations = 0;
   std::array<double, 3> gravity{0, -9.81, 0};
-  Wind wind;  // of rooms that no tick has given another
+  // Blows in rooms that no tick has given another.
+  Wind wind;
 };
+// Comes before the first tick that uses it.
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
-};  // before the first tick that uses it
+};
+// Comes after its groom. Levels that characters are given from the next tick on have it.
 struct RecordedLearnt {
   GroomHash groom{};
   std::shared_ptr<const LearntHair> hair;
-};  // after its groom; of levels that characters are given from the next tick on
+};
 using RecordedAdd = SimulationInputs::Add;
 using RecordedLevel = SimulationInputs::Level;
 using RecordedMaterial = SimulationInputs::Material;
@@ -43,7 +47,8 @@ using RecordedPose = SimulationInputs::BonePose;
 struct RecordedTick : SimulationInputs {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  std::uint64_t state_hash = 0;  // World::hash after the step
+  // Is World::hash after the step.
+  std::uint64_t state_hash = 0;
 };
 using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedLearnt, RecordedTick>;
 

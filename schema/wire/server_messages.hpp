@@ -27,53 +27,74 @@ struct Welcome {
   std::uint64_t groom_bytes_max = 0;
   std::string room = {};
   SessionSecret secret{};
-  bool resumed = false;               // the session that Hello named goes on, with its characters and grooms
-  float resume_grace_s = 0;           // how long a session outlives its connection
-  std::int64_t pose_delay_ns = 0;     // a tick samples poses this far before its own time
-  bool may_set_wind = true;           // the session; a moderator may forbid it later
-  std::vector<ServerAt> others = {};  // of the fleet, to ask when this one does not answer any more
-  bool signs_of_life = false;         // the client hears something of it in less than kSilence_ms, all the time
+  // The session that Hello named goes on, with its characters and grooms.
+  bool resumed = false;
+  // A session outlives its connection by this time.
+  float resume_grace_s = 0;
+  // A tick samples poses this far before its own time.
+  std::int64_t pose_delay_ns = 0;
+  // The session may set the wind; a moderator may forbid it later.
+  bool may_set_wind = true;
+  // Names other servers of the fleet, to ask when this one does not answer any more.
+  std::vector<ServerAt> others = {};
+  // The client hears something of it in less than kSilence_ms, all the time.
+  bool signs_of_life = false;
 };
 struct GroomNeed {
   GroomHash hash{};
-  std::uint64_t offset = 0;  // send from here on; byte_count of the offer: all there
+  // The client sends from here on; byte_count of the offer means that all are there.
+  std::uint64_t offset = 0;
 };
 struct GroomStatus {
   GroomHash hash{};
   GroomState state = GroomState::queued;
 };
-struct GroomData {  // the groom's bytes from `offset` on; pieces come in order
+// Holds the groom's bytes from `offset` on; pieces come in order.
+struct GroomData {
   GroomHash hash{};
-  std::uint64_t byte_count = 0;  // of the whole
+  // Is the size of the whole groom.
+  std::uint64_t byte_count = 0;
   std::uint64_t offset = 0;
   std::vector<std::uint8_t> bytes;
 };
-struct CharacterAdded {  // to its owner
+// The server sends it to the owner.
+struct CharacterAdded {
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::rigid;
-  std::uint32_t member = 0;     // its number in frames
-  std::uint8_t generation = 0;  // counts the characters that have had this member number
-};
-struct MemberJoined {  // to all others in the room
+  // Is its number in frames.
   std::uint32_t member = 0;
-  std::uint64_t session = 0;    // the owner's
-  std::uint32_t character = 0;  // the owner's number for it
-  GroomHash groom{};
-  std::string tag = {};                       // the owner's, as in AddCharacter
-  std::optional<Appearance> appearance = {};  // the owner's; none: the receiver's default
-  std::uint8_t generation = 0;                // counts the characters that have had this member number
+  // Counts the characters that have had this member number.
+  std::uint8_t generation = 0;
 };
-struct MemberChanged {  // its tag, its appearance or both; to all others in the room
+// The server sends it to all others in the room.
+struct MemberJoined {
+  std::uint32_t member = 0;
+  // Is the owner's session.
+  std::uint64_t session = 0;
+  // Is the owner's number for it.
+  std::uint32_t character = 0;
+  GroomHash groom{};
+  // Is the owner's, as in AddCharacter.
+  std::string tag = {};
+  // Is the owner's; none means the receiver's default.
+  std::optional<Appearance> appearance = {};
+  // Counts the characters that have had this member number.
+  std::uint8_t generation = 0;
+};
+// Its tag, its appearance or both have changed; the server sends it to all others in the room.
+struct MemberChanged {
   std::uint32_t member = 0;
   std::string tag = {};
   std::optional<Appearance> appearance = {};
 };
-struct RoomWind {  // the wind in which the room's hair moves, when a session joins and when it changes
-  static constexpr std::uint64_t kOfEarlierServer =
-      ~std::uint64_t{0};  // a session of the room's server before this one
+// Holds the wind in which the room's hair moves, when a session joins and when it changes.
+struct RoomWind {
+  // A session of the room's server before this one has set the wind.
+  static constexpr std::uint64_t kOfEarlierServer = ~std::uint64_t{0};
   Wind wind;
-  std::uint64_t session = 0;  // who has set it; 0: the server's setting
+  // Names who has set it; zero means the server's setting.
+  std::uint64_t session = 0;
 };
 struct MemberLeft {
   std::uint32_t member = 0;
@@ -81,35 +102,50 @@ struct MemberLeft {
 struct CharacterRemoved {
   std::uint32_t character = 0;
 };
-struct GroomBasis {  // comes before the groom's first frame with coefficients
+// Comes before the groom's first frame with coefficients.
+struct GroomBasis {
   GroomHash groom{};
-  GroomHash basis{};  // of the file, which GroomRequest asks for
+  // Is the hash of the file, which GroomRequest asks for.
+  GroomHash basis{};
 };
-struct GroomLearnt {  // the client may evaluate the groom's hair itself while it is on the learnt level
+// The client may evaluate the groom's hair itself while it is on the learnt level.
+struct GroomLearnt {
   GroomHash groom{};
-  GroomHash learnt{};  // of the file, which GroomRequest asks for
+  // Is the hash of the file, which GroomRequest asks for.
+  GroomHash learnt{};
 };
 // An encoded frame. `content` is a prefix of what codec::encode_frame gives: a pose, and coefficients of the groom's
 // basis. It refers to no other frame.
 struct Frame {
   std::uint32_t member = 0;
-  LevelIndex level = LevelIndex::rigid;  // that the server steps; rigid: no coefficients, hair is at rest
-  bool discontinuous = false;            // teleport or reset: do not interpolate from the last frame
-  bool asleep = false;                   // nothing will change, and no frame come, before the character wakes
-  bool evaluated = false;                // only a pose: the client evaluates the learnt hair (EvaluateLearnt)
-  std::uint8_t step_stride = 1;          // ticks from one step of the character to the next
+  // Is the level that the server steps; rigid means no coefficients: hair is at rest.
+  LevelIndex level = LevelIndex::rigid;
+  // Marks a teleport or a reset: do not interpolate from the last frame.
+  bool discontinuous = false;
+  // Nothing will change, and no frame come, before the character wakes.
+  bool asleep = false;
+  // Is only a pose: the client evaluates the learnt hair (EvaluateLearnt).
+  bool evaluated = false;
+  // Counts ticks from one step of the character to the next.
+  std::uint8_t step_stride = 1;
   std::span<const std::uint8_t> content;
 };
 struct FrameBatch {
   std::uint64_t tick = 0;
-  std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
-  std::vector<Frame> frames;        // members ascend
-  std::shared_ptr<const std::vector<std::uint8_t>> storage = {};  // what the contents of a decoded batch lie in
-  // Of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded; else empty.
+  // Is when the poses were sampled, by the server's clock (tick time - pose delay).
+  std::int64_t sample_time_ns = 0;
+  // Members ascend.
+  std::vector<Frame> frames;
+  // The contents of a decoded batch lie in it.
+  std::shared_ptr<const std::vector<std::uint8_t>> storage = {};
+  // Holds the generation of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded;
+  // else empty.
   std::vector<std::uint8_t> generations = {};
 };
-struct Redirect {                   // to the server that holds the room: the client connects there, with a new session
-  std::optional<ServerAt> to = {};  // none: nobody holds it for the moment; ask again where you asked first
+// Leads to the server that holds the room: the client connects there, with a new session.
+struct Redirect {
+  // None means that nobody holds it for the moment; ask again where you asked first.
+  std::optional<ServerAt> to = {};
 };
 struct Error {
   ErrorReason reason = ErrorReason::none;

@@ -12,9 +12,11 @@
 namespace hairnet::server::agones {
 
 struct SidecarDef {
-  std::size_t room_count_max = 0;  // the capacity that Agones is told
+  // Agones is told this capacity.
+  std::size_t room_count_max = 0;
   bool asks_for_address = false;
-  std::uint64_t seed = 0;  // of the jitter between tries
+  // Seeds the jitter between tries.
+  std::uint64_t seed = 0;
 };
 
 // What the sidecar is told about this server.
@@ -49,9 +51,11 @@ class Sidecar final : public SidecarSink {
   enum class State : std::uint8_t { none, ready, allocated, shutdown };
   enum Duty : std::uint8_t { health_duty, state_duty, rooms_duty, address_duty, kDutyCount };
   struct Task {
-    std::uint64_t call = 0;  // under way; 0: none
+    // Is zero while no call is under way.
+    std::uint64_t call = 0;
     std::int64_t deadline_ns = 0, due_ns = 0;
-    int failures = 0;  // since the last success
+    // Counts failures since the last success.
+    int failures = 0;
   };
 
   [[nodiscard]] State wanted_state(const ServerNow& server, std::int64_t now_ns);
@@ -70,15 +74,21 @@ class Sidecar final : public SidecarSink {
   Random random_;
   std::array<Task, kDutyCount> tasks_;
   std::uint64_t last_call_ = 0;
-  State state_ = State::none, sent_state_ = State::none;  // that Agones was told; of the newest call
-  bool is_state_known_ = true;                            // no call since has failed, which may have been executed
-  std::int64_t used_ns_ = 0;                              // when a room last existed
-  std::optional<std::size_t> rooms_;                      // that Agones was told
+  // Agones has accepted `state_`; the newest call asks for `sent_state_`.
+  State state_ = State::none, sent_state_ = State::none;
+  // Is false from the start of a call until one succeeds: a call that fails may have been executed.
+  bool is_state_known_ = true;
+  // A room last existed at this time.
+  std::int64_t used_ns_ = 0;
+  // Agones has accepted this number; none: it may have another one.
+  std::optional<std::size_t> rooms_;
   std::size_t sent_rooms_ = 0;
   std::optional<ServerAddress> address_;
   std::optional<std::int64_t> shutdown_begun_ns_;
-  std::optional<bool> is_reached_;                 // none: no call has ended yet
-  std::array<std::string, kDutyCount> warned_of_;  // the newest warning of each duty, which is not repeated
+  // Is none until a call has ended.
+  std::optional<bool> is_reached_;
+  // Holds the newest warning of each duty, which is not repeated.
+  std::array<std::string, kDutyCount> warned_of_;
 };
 
 }  // namespace hairnet::server::agones

@@ -12,11 +12,15 @@
 // loopback. https://agones.dev/site/docs/guides/client-sdks/rest/
 namespace hairnet::server::agones {
 
-inline constexpr const char* kPortVariable = "AGONES_SDK_HTTP_PORT";  // that Agones sets in the game server's container
-inline constexpr std::uint16_t kPort = 9358;                          // where it is not set
-inline constexpr const char* kRoomsCounter = "rooms";                 // as the Fleet declares it
-inline constexpr const char* kPortName = "hairnet";                   // of the public port, as the Fleet declares it
-inline constexpr std::size_t kAnswerBytesMax = std::size_t{1} << 20;  // a game server carries labels and annotations
+// Agones sets this variable in the game server's container.
+inline constexpr const char* kPortVariable = "AGONES_SDK_HTTP_PORT";
+// Is the port where the variable is not set.
+inline constexpr std::uint16_t kPort = 9358;
+// The Fleet declares the counter of rooms and the public port by these names.
+inline constexpr const char* kRoomsCounter = "rooms";
+inline constexpr const char* kPortName = "hairnet";
+// A game server carries labels and annotations, so its answer may be long.
+inline constexpr std::size_t kAnswerBytesMax = std::size_t{1} << 20;
 
 struct Request {
   enum class Method : std::uint8_t { get, post, patch };

@@ -22,15 +22,21 @@ enum class UseAgones : std::uint8_t {
 
 // Several servers that share rooms, through etcd.
 struct FleetConfig {
-  EtcdOptions etcd;  // without endpoints the server is on its own
+  // Without endpoints the server is on its own.
+  EtcdOptions etcd;
   std::string name = "default";
-  std::string address;  // host or host:port that clients are told; kAddressOfAgones: as Agones says
-  std::string page;     // URL of this server's page
+  // Clients are told this host or host:port; kAddressOfAgones: what Agones says.
+  std::string address;
+  // The page of the fleet links to this URL as the server's own page.
+  std::string page;
   std::int64_t lease_s = 9;
   WithoutEtcd without_etcd = WithoutEtcd::stop;
-  std::vector<std::string> big_rooms;  // each should have a server of its own
-  double own_server_share = 0.5;       // of a server's time, from which on a room should have one, too
-  bool balance = true;                 // a server without free time gives up rooms
+  // Each of these should have a server of its own.
+  std::vector<std::string> big_rooms;
+  // A room that wants more than this share of a server's time should have one of its own, too.
+  double own_server_share = 0.5;
+  // A server without free time gives up rooms.
+  bool balance = true;
   UseAgones agones = UseAgones::automatic;
 
   static constexpr const char* kAddressOfAgones = "agones";
@@ -39,41 +45,62 @@ struct FleetConfig {
 // Everything that can be set, and every limit. settings.cpp has each one's flag, key and range.
 struct Config {
   std::string bind = "127.0.0.1";
-  std::uint16_t port = 7420;  // 0: the system picks one
-  // Port of /healthz, /readyz and /metrics, plain HTTP; 0: they are on `port`.
+  // Zero lets the system pick one.
+  std::uint16_t port = 7420;
+  // Serves /healthz, /readyz and /metrics over plain HTTP; zero: they are on `port`.
   std::uint16_t service_port = 0;
   std::string service_bind = "127.0.0.1";
-  std::string port_file;  // file to which the port in use is written; empty: none
+  // The port in use is written to this file; empty: to none.
+  std::string port_file;
   std::uint32_t tick_rate_hz = 30;
-  // how far before its time a tick samples poses: an interval of a 60-72 Hz client and its jitter
+  // A tick samples poses this long before its time: an interval of a 60-72 Hz client and its jitter.
   double pose_delay_ms = 25;
-  int substeps = 0;                    // 0: enough that no step exceeds kStepMax_s
-  int iterations = 0;                  // 0: each level's own
-  std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
-  double tick_budget = 0.7;            // share of a tick that its work may take: levels are lowered to stay within it
-  // threads of the tick; 0: one for each hardware thread, minus one if there are three or more
+  // Zero makes as many as keep each step within kStepMax_s.
+  int substeps = 0;
+  // Zero leaves each level its own number.
+  int iterations = 0;
+  // More overdue ticks than this are skipped.
+  std::uint32_t ticks_behind_max = 3;
+  // A tick's work may take this share of it: levels are lowered to stay within it.
+  double tick_budget = 0.7;
+  // The tick runs on this many threads; zero: one for each hardware thread, minus one if there are three or more.
   std::uint32_t workers = 0;
-  std::uint64_t memory_max_mib = 0;  // of the server's process; 0: half of the machine's
-  std::uint32_t build_threads = 0;   // threads of a groom's build; 0: one for each hardware thread, at most 4
-  std::string groom_cache;           // folder of uploaded grooms; empty: no cache
+  // Bounds the memory of the server's process; zero: half of the machine's.
+  std::uint64_t memory_max_mib = 0;
+  // A groom is built on this many threads; zero: one for each hardware thread, at most 4.
+  std::uint32_t build_threads = 0;
+  // Uploaded grooms are kept in this folder; empty: there is no cache.
+  std::string groom_cache;
   std::uint64_t groom_cache_mib = 4096;
-  std::string level_cache;  // folder of built levels; empty: no cache
+  // Built levels are kept in this folder; empty: there is no cache.
+  std::string level_cache;
   std::uint64_t level_cache_mib = 1024;
-  S3Options object_store;  // behind both caches, shared by servers; without a URL there is none
-  Wind wind;               // of every room, until one of its clients sets another
-  std::string record;      // recording file; empty: none
+  // The store stands behind both caches, and servers share it; without a URL there is none.
+  S3Options object_store;
+  // Every room has this wind until one of its clients sets another.
+  Wind wind;
+  // The recording is written to this file; empty: there is none.
+  std::string record;
   std::string log_level = "warn";
-  double counters_interval_s = 10;                       // at log level debug
-  std::size_t command_weight_max = 262'144;              // commands and poses on their way to the tick
-  std::string token_key_file;                            // clients need tokens signed by it; empty: none
-  std::string token_revoked_file;                        // names of revoked tokens, one a line; empty: none
-  std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
-  std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room exists, with its mutes and lock
-  double drain_s = 2;                                    // at shutdown, for clients to read what waits
+  // Counters are logged this often, at log level debug.
+  double counters_interval_s = 10;
+  // Bounds the commands and poses on their way to the tick.
+  std::size_t command_weight_max = 262'144;
+  // Clients need tokens signed by this file's key; empty: they need none.
+  std::string token_key_file;
+  // Names revoked tokens, one a line; empty: there is no such file.
+  std::string token_revoked_file;
+  // Bounds all hair states that wait for their levels.
+  std::size_t state_bytes_max = std::size_t{256} << 20;
+  // An empty room exists this long, with its mutes and lock.
+  std::int64_t room_grace_ns = 10'000'000'000;
+  // At shutdown clients have this long to read what waits.
+  double drain_s = 2;
   SessionLimits sessions;
   GroomStoreLimits grooms;
   FleetConfig fleet;
-  TransportOptions transport;  // without its address and port: those are above
+  // Its addresses and its port come from `bind` and `port` above.
+  TransportOptions transport;
 };
 
 struct ParsedConfig {

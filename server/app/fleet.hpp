@@ -37,9 +37,11 @@ class Fleet {
   Fleet& operator=(const Fleet&) = delete;
 
   [[nodiscard]] Directory& directory() { return *directory_; }
-  [[nodiscard]] bool is_shared() const { return in_etcd_ != nullptr; }  // with other servers
-  [[nodiscard]] EtcdSink* sink() const;                                 // of a transport; null without etcd
-  // That the settings do not have, since only Agones knows it.
+  // Is true when other servers share the directory.
+  [[nodiscard]] bool is_shared() const { return in_etcd_ != nullptr; }
+  // A transport reports to this sink; it is null without etcd.
+  [[nodiscard]] EtcdSink* sink() const;
+  // Sets the address where the settings do not have it, since only Agones knows it.
   void set_address(const ServerAddress& address);
   // The directory works, and this server may have rooms.
   [[nodiscard]] bool is_joined(std::int64_t now_ns) const { return directory_->fence().is_open(now_ns); }
@@ -52,11 +54,14 @@ class Fleet {
   std::optional<RoomMove> choose_move(const std::function<std::size_t(const std::string& room)>& characters,
                                       std::int64_t now_ns);
   [[nodiscard]] RoomPlace find_room(const std::string& room, std::int64_t now_ns) const;
-  [[nodiscard]] std::string json() const;  // the body of /fleet.json
-  [[nodiscard]] std::string html() const;  // of /fleet
+  // These are the bodies of /fleet.json and /fleet.
+  [[nodiscard]] std::string json() const;
+  [[nodiscard]] std::string html() const;
 
-  std::function<void(const FleetEvent& event, std::int64_t now_ns)> on_event;  // may be empty, like the next one
-  std::function<void(const ServerAddress&)> on_address;                        // that set_address() was told
+  // May be empty, like the next one.
+  std::function<void(const FleetEvent& event, std::int64_t now_ns)> on_event;
+  // Is called with the address that set_address() was told.
+  std::function<void(const ServerAddress&)> on_address;
 
  private:
   Fleet(const Config& config, Metrics& metrics);

@@ -5,8 +5,9 @@
 namespace hairnet::server {
 namespace {
 
-// So that a load near the limit does not change the answer all the time.
-constexpr double kFallsBelow = 0.8;  // of the share
+// A load near the limit must not change the answer all the time: a room keeps its need of a server of its own until it
+// wants less than this part of the share, and an outgrown room fits again only after some time.
+constexpr double kFallsBelow = 0.8;
 constexpr std::int64_t kFitsAfter_ns = 5'000'000'000;
 
 }  // namespace

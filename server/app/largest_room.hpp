@@ -8,11 +8,15 @@ namespace hairnet::server {
 
 // The room of a server that has the most characters, and what the server's ticks take.
 struct RoomLoad {
-  std::string room;  // empty: there is none
+  // Is empty when there is none.
+  std::string room;
   std::size_t room_characters = 0, characters = 0;
-  double wanted_s = 0;     // of a tick, with all characters at the level that their owners ask for
-  double available_s = 0;  // to a tick; 0: not measured
-  bool is_over = false;    // not even the coarsest levels of all characters fit
+  // A tick wants this time, with all characters at the level that their owners ask for.
+  double wanted_s = 0;
+  // A tick has this time; zero: it is not measured.
+  double available_s = 0;
+  // Not even the coarsest levels of all characters fit.
+  bool is_over = false;
 };
 
 // Whether the largest room of this server needs the server alone, and whether not even that is enough. Characters are

@@ -12,10 +12,13 @@ namespace hairnet::server {
 
 // How the server sees the memory of its process.
 struct ProcessMemory {
-  std::size_t bytes_max = 0;  // of resident memory; 0: no bound
+  // Bounds resident memory; zero: there is no bound.
+  std::size_t bytes_max = 0;
   std::function<std::size_t()> resident_bytes, allocated_bytes;
-  std::function<void()> give_back;   // gives memory that the allocator holds and nobody uses to the system
-  MemoryReserve* reserve = nullptr;  // null: none
+  // Gives memory that the allocator holds and nobody uses to the system.
+  std::function<void()> give_back;
+  // Is null when there is none.
+  MemoryReserve* reserve = nullptr;
 };
 
 // Says when the process has as much memory as it may have, and gives memory back after a peak. I/O thread, except

@@ -8,7 +8,7 @@
 namespace hairnet::server {
 
 // What the server writes for people, on standard error and standard output, while it runs: neither holds up a duty.
-// From its beginning to its end it is where the log goes. One a process.
+// The log goes to it while it exists. A process has one.
 class Output {
  public:
   // The metrics must outlive it. `log_level`: a name of spdlog.

@@ -66,7 +66,7 @@ class MadeFolders {
   std::vector<std::string> folders_;
 };
 
-// Of all that the server will write. Empty, or one line.
+// Tries everything that the server will write. Returns an empty string, or one line that says what fails.
 std::string try_paths(const Config& config, MadeFolders& made) {
   for (const std::string& folder : {config.groom_cache, config.level_cache})
     if (std::string wrong = made.make(folder); !wrong.empty()) return wrong;

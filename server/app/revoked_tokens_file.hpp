@@ -24,7 +24,8 @@ class RevokedTokensFile {
   std::string read(RevokedTokens& tokens);
 
   std::string path_, fault_;
-  std::filesystem::file_time_type changed_;  // of the text that was read last
+  // The text that was read last had this time and this size.
+  std::filesystem::file_time_type changed_;
   std::uintmax_t bytes_ = 0;
   bool is_read_ = false;
   std::int64_t due_ns_ = 0;

@@ -13,17 +13,25 @@ namespace hairnet::server {
 struct Setting {
   using Triple = std::array<double, 3>;
   using Value = std::variant<bool, std::int64_t, double, std::string, Triple>;
-  enum class Kind : std::uint8_t { boolean, integer, number, text, triple };  // in the order of Value's alternatives
+  // Follows the order of Value's alternatives.
+  enum class Kind : std::uint8_t { boolean, integer, number, text, triple };
 
-  std::string section, key;  // of the file
-  std::string flag;          // with its dashes
-  std::string about;         // for --help
+  // These name the setting in the file.
+  std::string section, key;
+  // Includes its dashes.
+  std::string flag;
+  // --help prints it.
+  std::string about;
   std::function<Value()> get;
-  std::function<void(const Value&)> set;  // called with a value that check() has passed
+  // Is called with a value that check() has passed.
+  std::function<void(const Value&)> set;
   std::int64_t integer_min = 0, integer_max = 0;
-  double number_min = 0, number_max = 0;  // of a number, and of each of a triple
-  std::vector<std::string> choices;       // of a text; empty: any text
-  bool may_be_empty = true;               // of a text
+  // These bound a number, and each number of a triple.
+  double number_min = 0, number_max = 0;
+  // A text must be one of these; empty: any text is valid.
+  std::vector<std::string> choices;
+  // A text may be empty.
+  bool may_be_empty = true;
 
   [[nodiscard]] Kind kind() const { return static_cast<Kind>(get().index()); }
   [[nodiscard]] std::string name() const { return section + "." + key; }

@@ -21,34 +21,45 @@ struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<ObserverSink> sink;
   std::string room;
-  std::uint32_t subject = 0;                // sessions of the same subject share its part of the budget
-  bool resumed = false;                     // the session exists already and gets a new sink
-  std::optional<Wind> wind = std::nullopt;  // of the room, if it begins with this session; none: the server's setting
+  // Sessions of the same subject share its part of the budget.
+  std::uint32_t subject = 0;
+  // The session exists already and gets a new sink.
+  bool resumed = false;
+  // The room has this wind if it begins with this session; none: the server's setting.
+  std::optional<Wind> wind = std::nullopt;
 };
-struct DetachSession {  // its connection is lost; its characters stay
+// The session's connection is lost; its characters stay.
+struct DetachSession {
   SessionId session = 0;
 };
-struct CloseSession {  // and its characters
+// The session ends, and so do its characters.
+struct CloseSession {
   SessionId session = 0;
-  bool goes_on_elsewhere = false;  // with its room, on another server: the wind that it has set stays the room's
+  // The session goes on with its room on another server: the wind that it has set stays the room's.
+  bool goes_on_elsewhere = false;
 };
-struct FromClient {  // a message that the tick acts on, in the client's own numbers of characters and members
+// A message that the tick acts on has the client's own numbers of characters and members.
+struct FromClient {
   SessionId session = 0;
   wire::ClientMessage message;
 };
 struct PutPoses {
   SessionId session = 0;
   std::int64_t arrived_ns = 0;
-  std::vector<wire::PoseSample> poses;  // capture times are on the server's clock
+  // Capture times are on the server's clock.
+  std::vector<wire::PoseSample> poses;
 };
 struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording
-  std::optional<wire::GroomHash> basis = std::nullopt;     // of the file of its basis, if it is new
-  std::optional<wire::GroomHash> learnt = std::nullopt;    // of the file of its learnt hair, if it is new
+  // The recording gets the groom's file.
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  // These name the files of its basis and its learnt hair, where they are new.
+  std::optional<wire::GroomHash> basis = std::nullopt;
+  std::optional<wire::GroomHash> learnt = std::nullopt;
 };
-struct ForgetGroom {  // the groom was evicted
+// The groom was evicted.
+struct ForgetGroom {
   wire::GroomHash groom{};
 };
 

@@ -8,14 +8,16 @@
 namespace hairnet::server {
 namespace {
 
-constexpr double kUsedShareAfter = 0.85;  // that a move aims at, here
-constexpr double kFreeShareAfter = 0.15;  // that the receiver keeps at least
+// A move aims at this used share here.
+constexpr double kUsedShareAfter = 0.85;
+// The receiver keeps at least this free share.
+constexpr double kFreeShareAfter = 0.15;
 constexpr std::int64_t kLookInterval_ns = 1'000'000'000, kShortOfTime_ns = 10'000'000'000;
 constexpr double kMean_ns = 5e9;
-// For which the load of a room may not show: clients connect, levels are read from a cache, costs are measured.
+// A room's load may not show for this long: clients connect, levels are read from a cache, costs are measured.
 constexpr std::int64_t kArrival_ns = 60'000'000'000;
 
-// With this server: others that are short of time may choose the same receiver before its status shows any move.
+// This server counts, too: others that are short of time may choose the same receiver before its status shows any move.
 std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> servers) {
   return 1 + static_cast<std::size_t>(std::ranges::count_if(servers, [self](const ServerStatus& server) {
            return server.id != self && !server.draining && server.load.rooms > 1 &&

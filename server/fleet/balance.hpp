@@ -11,21 +11,25 @@
 
 namespace hairnet::server {
 
-// For which a room stays on a server before it is moved on.
+// A room stays on a server for this long before it is moved on.
 inline constexpr std::int64_t kRoomStay_ns = 30'000'000'000;
 
 // A room of this server. Characters are taken to cost alike.
 struct RoomToBalance {
   std::string_view name;
   std::size_t characters = 0;
-  bool is_big = false;     // it should have a server of its own
-  bool has_stayed = true;  // for kRoomStay_ns
+  // It should have a server of its own.
+  bool is_big = false;
+  // It has been here for kRoomStay_ns.
+  bool has_stayed = true;
 };
 
 struct RoomMove {
   std::string room;
-  std::uint64_t to = 0;  // a server's id
-  double share = 0;      // of this server's time, that the room wants
+  // Is a server's id.
+  std::uint64_t to = 0;
+  // The room wants this share of this server's time.
+  double share = 0;
 };
 
 // Which room a server that is short of time gives up, when, and to which server. It has no clock, and asks nobody: the

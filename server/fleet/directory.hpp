@@ -41,11 +41,13 @@ struct FleetEvent {
     grooms_passed_on,  // another server drains, and its rooms need `grooms`; may be told again
   };
   Kind kind = Kind::room_claimed;
-  std::string room = {};  // of a room's event
+  // Is set in a room's event.
+  std::string room = {};
   std::int64_t claim = 0;
   std::uint64_t owner = 0;
   std::string reason = {};
-  std::string kept = {};  // of room_claimed: the text that an earlier owner has kept; empty: none
+  // An earlier owner has kept this text; empty: none. It comes with room_claimed.
+  std::string kept = {};
   std::vector<ContentHash> grooms = {};
 };
 
@@ -96,10 +98,13 @@ class Directory {
   std::function<void()> on_news;
 
   [[nodiscard]] virtual std::uint64_t server_id() const = 0;
-  [[nodiscard]] virtual bool is_reachable() const = 0;                   // the store answers
-  [[nodiscard]] virtual std::vector<ServerStatus> servers() const = 0;   // by id, with this one
-  [[nodiscard]] virtual std::vector<RoomOwner> rooms() const = 0;        // of all servers, by name
-  [[nodiscard]] virtual std::vector<std::string> own_rooms() const = 0;  // that this server owns, by name
+  // The store answers.
+  [[nodiscard]] virtual bool is_reachable() const = 0;
+  // Servers are sorted by id and include this one. Rooms are sorted by name: those of all servers, and those that this
+  // one owns.
+  [[nodiscard]] virtual std::vector<ServerStatus> servers() const = 0;
+  [[nodiscard]] virtual std::vector<RoomOwner> rooms() const = 0;
+  [[nodiscard]] virtual std::vector<std::string> own_rooms() const = 0;
 
  protected:
   LeaseFence fence_;

@@ -24,7 +24,7 @@ Request keep_alive(std::int64_t lease);
 Request revoke(std::int64_t lease);
 // Asks whether the lease exists, and does not prolong it.
 Request time_to_live(std::int64_t lease);
-// Of the keys from `begin` up to but without `end`; `revision` 0 is the newest state.
+// Asks for the keys from `begin` up to but without `end`; `revision` 0 is the newest state.
 Request range(std::string_view begin, std::string_view end, std::int64_t limit, std::int64_t revision);
 // The first of these keys, without its value.
 Request first_key(std::string_view begin, std::string_view end, std::int64_t revision);
@@ -52,10 +52,12 @@ std::string end_of(std::string_view prefix);
 struct KeyValue {
   std::string key, value;
   std::int64_t create_revision = 0, mod_revision = 0, lease = 0;
-  bool is_too_long = false;  // the key, or the value, which is left out
+  // The key is too long, or the value, which is left out.
+  bool is_too_long = false;
 };
 struct LeaseAnswer {
-  std::int64_t lease = 0, ttl_s = 0;  // no time: the lease does not exist
+  // Without a time the lease does not exist.
+  std::int64_t lease = 0, ttl_s = 0;
 };
 struct RangeAnswer {
   std::int64_t revision = 0;
@@ -65,16 +67,19 @@ struct RangeAnswer {
 struct TxnAnswer {
   std::int64_t revision = 0;
   bool succeeded = false;
-  std::vector<KeyValue> found;  // that it asked for, and that exist
+  // These were asked for, and exist.
+  std::vector<KeyValue> found;
 };
 struct Change {
   bool is_deleted = false;
-  KeyValue entry;  // of a deleted one: its key, and the revision of the deletion as mod_revision
+  // A deleted entry has its key, and the revision of the deletion as mod_revision.
+  KeyValue entry;
 };
 struct WatchAnswer {
   std::int64_t revision = 0;
   bool is_created = false, is_canceled = false;
-  std::int64_t compact_revision = 0;  // the watch began before it, which is lost
+  // The watch began before this revision, and what came before it is lost.
+  std::int64_t compact_revision = 0;
   std::vector<Change> changes;
 };
 

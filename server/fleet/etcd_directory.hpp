@@ -19,14 +19,19 @@ enum class WithoutEtcd : std::uint8_t {
 };
 
 struct EtcdDirectoryDef {
-  std::uint64_t server_id = 0;  // random, new at each start; never 0
-  ServerAddress address;        // without a host it is told later
+  // Is random, new at each start, and never zero.
+  std::uint64_t server_id = 0;
+  // Is told later when it has no host.
+  ServerAddress address;
   std::string fleet = "default";
   std::size_t endpoint_count = 1;
-  std::int64_t lease_s = 9;  // how long etcd keeps the rooms of a server that it does not hear
+  // etcd keeps a server's rooms for this long without hearing it.
+  std::int64_t lease_s = 9;
   WithoutEtcd without_etcd = WithoutEtcd::stop;
-  std::size_t rooms_max = 4096;  // of this server
-  std::uint64_t seed = 0;        // of the jitter between tries
+  // Bounds the rooms of this server.
+  std::size_t rooms_max = 4096;
+  // Seeds the jitter between tries.
+  std::uint64_t seed = 0;
 };
 
 // The part of a lease's time that is not used: for clocks of different speed, and for time between a check of the fence
@@ -90,32 +95,46 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   struct Call {
     Purpose purpose = Purpose::grant;
     std::size_t endpoint = 0;
-    std::uint64_t generation = 0;  // of endpoint_
+    // Is generation_ when the call was sent.
+    std::uint64_t generation = 0;
     std::int64_t sent_ns = 0, deadline_ns = 0;
-    std::int64_t lease = 0;  // that was ours when it was sent
+    // Is lease_ when the call was sent.
+    std::int64_t lease = 0;
     std::string room;
   };
   struct Room {
     enum class State : std::uint8_t { claiming, owned, releasing };
     State state = State::claiming;
-    std::int64_t claim = 0;       // the number of our claim, in `owned` and `releasing`
-    std::int64_t give_up_ns = 0;  // of a new claim; 0: the room was ours, and the outcome must be known
+    // Is the number of our claim, in `owned` and `releasing`.
+    std::int64_t claim = 0;
+    // A new claim is given up at this time; zero: the room was ours, and the outcome must be known.
+    std::int64_t give_up_ns = 0;
     std::int64_t try_at_ns = 0;
-    std::uint64_t call = 0;       // under way; 0: none
-    std::string kept = {};        // what moves with the room
-    bool is_kept = false;         // etcd may have some of it
-    bool skips_kept = false;      // what an earlier owner has kept makes the answer to a claim too long
-    bool is_told = false;         // in `owned`: room_claimed has been taken
-    std::uint64_t kept_call = 0;  // that writes it; 0: none
-    bool is_sent = false;         // in `claiming`: etcd may have executed a claim under this lease
-    bool is_wanted =
-        true;  // in `claiming`: false means release it once the outcome is known; in `releasing`: claim again
+    // Is zero while no call is under way.
+    std::uint64_t call = 0;
+    // Moves with the room.
+    std::string kept = {};
+    // etcd may have a kept text of the room.
+    bool is_kept = false;
+    // What an earlier owner has kept makes the answer to a claim too long.
+    bool skips_kept = false;
+    // room_claimed has been taken, in `owned`.
+    bool is_told = false;
+    // Writes `kept`; zero: no call does.
+    std::uint64_t kept_call = 0;
+    // etcd may have executed a claim under this lease, in `claiming`.
+    bool is_sent = false;
+    // In `claiming`, false means that the room is released once the outcome is known; in `releasing`, true means that
+    // it is claimed again.
+    bool is_wanted = true;
   };
 
   struct HandOver {
     std::uint64_t to = 0;
-    std::int64_t released_ns = 0;  // when the copy has shown it first; 0: not yet
-    bool is_told = false;          // room_handed_over has been emitted
+    // The copy has shown the release first at this time; zero: not yet.
+    std::int64_t released_ns = 0;
+    // room_handed_over has been emitted.
+    bool is_told = false;
   };
 
   [[nodiscard]] bool has_address() const { return !status_.address.host.empty(); }
@@ -184,27 +203,37 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   std::map<std::uint64_t, Call> calls_;
   std::uint64_t last_call_ = 0;
   std::size_t endpoint_ = 0;
-  std::uint64_t generation_ = 0;  // counts the changes of endpoint_
-  std::size_t failures_ = 0;      // since the last answer
+  // Counts the changes of endpoint_.
+  std::uint64_t generation_ = 0;
+  // Counts failures since the last answer.
+  std::size_t failures_ = 0;
   std::int64_t retry_at_ns_ = 0;
 
-  std::int64_t lease_ = 0;  // 0: none
+  // Is zero while there is none.
+  std::int64_t lease_ = 0;
   std::int64_t keep_alive_at_ns_ = 0;
-  bool is_heard_ = false;         // ask_lease has an answer, since the last keep-alive
-  std::int64_t heard_ns_ = 0;     // when it had one first since the fence has closed; 0: not yet
-  std::set<std::size_t> silent_;  // endpoints that have not answered a keep-alive since silent_from_ns_
+  // ask_lease has an answer, since the last keep-alive.
+  bool is_heard_ = false;
+  // ask_lease had an answer first at this time since the fence has closed; zero: not yet.
+  std::int64_t heard_ns_ = 0;
+  // These endpoints have not answered a keep-alive since silent_from_ns_.
+  std::set<std::size_t> silent_;
   std::int64_t silent_from_ns_ = 0;
   bool is_paused_ = false, is_stopping_ = false;
 
   ServerStatus status_;
-  std::string told_;  // the value of our key, as etcd has it under this lease
+  // Is the value of our key, as etcd has it under this lease.
+  std::string told_;
   std::string telling_;
   std::int64_t tell_at_ns_ = 0;
 
   std::map<std::string, Room, std::less<>> rooms_;
-  std::set<std::string> due_;       // rooms that need a call and have none
-  std::set<std::string> kept_due_;  // of these, those whose `kept` is not in etcd
-  std::int64_t kept_lease_ = 0;     // of what is kept, which outlives this server; 0: none
+  // These rooms need a call and have none.
+  std::set<std::string> due_;
+  // The `kept` of these rooms is not in etcd.
+  std::set<std::string> kept_due_;
+  // What is kept has this lease, which outlives this server; zero: none.
+  std::int64_t kept_lease_ = 0;
   std::int64_t kept_renewal_ns_ = 0;
   std::map<std::string, HandOver, std::less<>> hand_overs_;
   std::vector<FleetEvent> events_;

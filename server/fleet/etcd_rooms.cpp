@@ -13,11 +13,14 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::int64_t kClaimPatience_ns = 10'000'000'000;  // of a new claim while etcd does not answer
-constexpr std::int64_t kOwnOldKeyWait_ns = 200'000'000;     // for a key of a former lease of ours to vanish
+// A new claim waits this long while etcd does not answer.
+constexpr std::int64_t kClaimPatience_ns = 10'000'000'000;
+// A key of a former lease of ours has this long to vanish.
+constexpr std::int64_t kOwnOldKeyWait_ns = 200'000'000;
 // The copies of other servers may show a release that much later than ours.
 constexpr std::int64_t kCopyLag_ns = 50'000'000;
-constexpr std::int64_t kHandOver_ns = 5'000'000'000;  // for which the next owner may claim first
+// The next owner may claim first for this long.
+constexpr std::int64_t kHandOver_ns = 5'000'000'000;
 
 }  // namespace
 

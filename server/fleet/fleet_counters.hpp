@@ -44,7 +44,7 @@ struct FleetCounters : CounterSet {
   Counter requests_failed_malformed{*this, "etcd_requests_failed", "reason", "malformed"};
   Counter requests_failed_oversize{*this, "etcd_requests_failed", "reason", "oversize"};
   Counter room_answers_held{*this, "fleet_room_answers", "state", "held",
-                            "Answers of /room, by the state of the room."};  // of /room
+                            "Answers of /room, by the state of the room."};
   Counter room_answers_placed{*this, "fleet_room_answers", "state", "placed"};
   Counter room_answers_draining{*this, "fleet_room_answers", "state", "draining"};
   Counter room_answers_deciding{*this, "fleet_room_answers", "state", "deciding"};

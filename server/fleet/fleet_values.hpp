@@ -40,8 +40,10 @@ struct RoomKept {
   std::vector<Ban> bans = {};
   std::vector<std::string> mutes = {};
   bool is_locked = false;
-  std::vector<std::string> members = {};  // of a locked room: they may come back to it
-  std::vector<std::uint8_t> wind = {};    // a packet; empty: the server's setting
+  // The members of a locked room may come back to it.
+  std::vector<std::string> members = {};
+  // Is a packet; empty: the server's setting.
+  std::vector<std::uint8_t> wind = {};
   bool operator==(const RoomKept&) const = default;
 };
 inline constexpr std::size_t kKeptBytesMax = std::size_t{60} << 10;

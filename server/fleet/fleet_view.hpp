@@ -23,8 +23,10 @@ struct FleetKeys {
         servers(prefix + "servers/"),
         rooms(prefix + "rooms/"),
         kept(prefix + "kept/") {}
-  std::string prefix, servers, rooms;  // servers and rooms are watched: all keys from `rooms` to the end of `servers`
-  std::string kept;                    // of what moves with rooms: read at a claim only
+  // Servers and rooms are watched: all keys from `rooms` to the end of `servers`.
+  std::string prefix, servers, rooms;
+  // What moves with rooms is read at a claim only.
+  std::string kept;
   [[nodiscard]] std::string of_server(std::uint64_t id) const;
   [[nodiscard]] std::string of_room(std::string_view room) const { return rooms + std::string(room); }
   [[nodiscard]] std::string of_kept(std::string_view room) const { return kept + std::string(room); }

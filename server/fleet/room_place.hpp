@@ -20,9 +20,12 @@ struct RoomPlace {
     unknown,   // the directory cannot tell
   };
   Kind kind = Kind::unknown;
-  std::uint64_t server_id = 0;  // 0: none
-  ServerAddress address = {};   // of that server
-  std::string reason = {};      // one line, where no server is named
+  // Names the server; zero: none.
+  std::uint64_t server_id = 0;
+  // Is that server's.
+  ServerAddress address = {};
+  // Says in one line why no server is named.
+  std::string reason = {};
 };
 // As in answers to programs: `here` is "held", too.
 std::string_view to_string(RoomPlace::Kind kind);

@@ -9,9 +9,12 @@ namespace hairnet::server {
 
 // Where clients reach a server.
 struct ServerAddress {
-  std::string host;        // a name or a numeric address
-  std::uint16_t port = 0;  // of its public port; 0: the address is not known
-  std::string page;        // URL of its page; empty: none
+  // Is a name or a numeric address.
+  std::string host;
+  // Is the public port; zero: the address is not known.
+  std::uint16_t port = 0;
+  // Is the URL of its page; empty: it has none.
+  std::string page;
   bool operator==(const ServerAddress&) const = default;
 };
 
@@ -20,24 +23,30 @@ inline constexpr double kFreeShareLeast = 1.0 / 16;
 
 // What a server has to do, and how much more it could do.
 struct ServerLoad {
-  double free_share = 1;  // of its tick's time, 0 to 1
+  // Its tick has this share of its time left, 0 to 1.
+  double free_share = 1;
   std::uint32_t free_characters = 0;
   std::uint32_t characters = 0;
   std::uint32_t rooms = 0;
-  bool has_big_room = false;  // that needs the server alone
+  // One of its rooms needs the server alone.
+  bool has_big_room = false;
   bool operator==(const ServerLoad&) const = default;
 };
 
-using ContentHash = std::array<std::uint8_t, 32>;  // of a groom's file
+// Names a groom's file.
+using ContentHash = std::array<std::uint8_t, 32>;
 inline constexpr std::size_t kPassedGroomsMax = 64;
 
 // One server of the fleet, as it tells the others.
 struct ServerStatus {
-  std::uint64_t id = 0;  // random at its start; 0 is none
+  // Is random at its start; zero is no server.
+  std::uint64_t id = 0;
   ServerAddress address = {};
   ServerLoad load = {};
-  bool draining = false;                 // takes no more rooms, and is about to end
-  std::vector<ContentHash> grooms = {};  // while it drains: that its rooms need at their next servers
+  // It takes no more rooms, and is about to end.
+  bool draining = false;
+  // Its rooms need these at their next servers, while it drains.
+  std::vector<ContentHash> grooms = {};
   bool operator==(const ServerStatus&) const = default;
 };
 

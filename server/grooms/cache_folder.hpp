@@ -15,12 +15,18 @@ namespace hairnet::server {
 
 struct CacheFolderDef {
   std::filesystem::path folder;
-  std::string suffix;                 // of its files' names, with the dot, after the groom's hash
-  std::uint64_t bytes_max = 0;        // of all its files
-  std::size_t file_bytes_max = 0;     // of one
-  std::string write_failed_event;     // the log event when a file cannot be written
-  std::string contents;               // the content of its files, in words for log lines
-  std::size_t file_count_max = 8192;  // every put lists the folder
+  // Ends its files' names, after the groom's hash, and begins with the dot.
+  std::string suffix;
+  // Bounds all its files together.
+  std::uint64_t bytes_max = 0;
+  // Bounds each file.
+  std::size_t file_bytes_max = 0;
+  // Is the log event when a file cannot be written.
+  std::string write_failed_event;
+  // Tells the content of its files in log lines.
+  std::string contents;
+  // Bounds the files, since every put lists the folder.
+  std::size_t file_count_max = 8192;
 };
 
 // An LRU cache of files in one folder, bounded in bytes and files. Each file is named by the hash of a groom. A file is

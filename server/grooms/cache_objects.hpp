@@ -16,8 +16,10 @@
 namespace hairnet::server {
 
 struct CacheObjectsDef {
-  std::string suffix;         // of their names, after the groom's hash
-  std::size_t bytes_max = 0;  // of one
+  // Ends their names, after the groom's hash.
+  std::string suffix;
+  // Bounds each object.
+  std::size_t bytes_max = 0;
   Counter *read = nullptr, *absent = nullptr, *stored = nullptr, *kept = nullptr, *rejected = nullptr;
 };
 
@@ -59,10 +61,13 @@ class CacheObjects {
   CacheObjectsDef def_;
   ObjectStore* store_;
   ObjectCounters* counters_;
-  mutable std::mutex mutex_;  // of the next three
+  // Guards the next three.
+  mutable std::mutex mutex_;
   std::map<wire::GroomHash, Existing> waiting_;
-  std::set<wire::GroomHash> stored_;    // that the store is known to have
-  std::set<wire::GroomHash> rejected_;  // whose object is to be replaced
+  // The store is known to have these.
+  std::set<wire::GroomHash> stored_;
+  // The objects of these are to be replaced.
+  std::set<wire::GroomHash> rejected_;
 };
 
 }  // namespace hairnet::server

@@ -19,7 +19,8 @@
 namespace hairnet::server {
 
 struct GroomJob {
-  std::uint64_t number = 0;  // in the order of jobs, from 1
+  // Counts jobs in their order, from 1.
+  std::uint64_t number = 0;
   wire::GroomHash hash{};
   // The file of that hash, in pieces or whole; neither: it is in the groom cache.
   std::vector<std::vector<std::uint8_t>> chunks;
@@ -28,32 +29,44 @@ struct GroomJob {
 
 struct GroomResult {
   enum class Outcome : std::uint8_t {
-    building,  // it is a groom within limits; ready or refused follows
+    // It is a groom within limits; ready or refused follows.
+    building,
     ready,
     refused,
-    absent,  // the groom cache did not have the file
-    read,    // the answer to read(); nothing is built
+    // The groom cache did not have the file.
+    absent,
+    // It is the answer to read(); nothing is built.
+    read,
   };
-  std::uint64_t job = 0;  // its number; 0: the answer to read()
+  // Is the job's number; zero: it is the answer to read().
+  std::uint64_t job = 0;
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
-  BuildFault fault = BuildFault::none;                      // when refused
-  std::string detail;                                       // of the fault
-  std::shared_ptr<const LevelSet> levels;                   // when ready
-  std::shared_ptr<const std::vector<std::uint8_t>> basis;   // when ready: the file of the basis
-  std::shared_ptr<const std::vector<std::uint8_t>> learnt;  // when ready: that of the learnt hair; null: none
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; null when read: absent
-  std::size_t strand_count = 0;                            // when building
-  std::int64_t build_ns = 0;                               // that the builder took, when ready or refused
+  // A refusal has a fault, which `detail` describes.
+  BuildFault fault = BuildFault::none;
+  std::string detail;
+  // A ready groom has levels and the file of its basis, and the file of its learnt hair or null.
+  std::shared_ptr<const LevelSet> levels;
+  std::shared_ptr<const std::vector<std::uint8_t>> basis;
+  std::shared_ptr<const std::vector<std::uint8_t>> learnt;
+  // Is the file, when building or read; null when read: the cache does not have it.
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  // Is known when building.
+  std::size_t strand_count = 0;
+  // The builder took this long, when ready or refused.
+  std::int64_t build_ns = 0;
 };
 
 struct GroomBuilderDef {
   LevelBuildDef build;
   BuildLevels build_levels = build_levels_here;
-  std::size_t bytes_max = std::size_t{64} << 20;  // of one file
-  LevelCache* levels = nullptr;                   // null: none; else outlives the builder
-  GroomCache* grooms = nullptr;                   // null: none; else outlives the builder
-  ClockNs now_ns = nullptr;                       // null: builds have no time limit
+  // Bounds one file.
+  std::size_t bytes_max = std::size_t{64} << 20;
+  // A cache may be null, and else outlives the builder.
+  LevelCache* levels = nullptr;
+  GroomCache* grooms = nullptr;
+  // Without a clock builds have no time limit.
+  ClockNs now_ns = nullptr;
 };
 
 // Makes levels of a groom's file: decodes it, estimates the build, and builds the levels or reads them from the cache.

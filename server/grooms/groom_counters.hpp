@@ -34,15 +34,20 @@ struct GroomCounters : CounterSet {
   Counter builds_interrupted{*this, "builds_interrupted", "Builds that gave way to another client's, and begin again."};
   Counter grooms_refused_queue_full{*this, "grooms_refused", "reason", "queue_full"};
   Counter grooms_refused_stalled{*this, "grooms_refused", "reason", "stalled"};
-  Counter grooms_refused_strands{*this, "grooms_refused", "reason", "strands"};  // too many in all grooms of a session
-  Counter grooms_refused_rate{*this, "grooms_refused", "reason", "rate"};        // of bytes to upload
-  Counter grooms_refused_build_time{*this, "grooms_refused", "reason", "build_time"};  // beyond that of one groom
+  // All grooms of a session have too many strands together.
+  Counter grooms_refused_strands{*this, "grooms_refused", "reason", "strands"};
+  // The session has too many bytes to upload.
+  Counter grooms_refused_rate{*this, "grooms_refused", "reason", "rate"};
+  // The build takes longer than that of one groom may.
+  Counter grooms_refused_build_time{*this, "grooms_refused", "reason", "build_time"};
   Counter grooms_refused_build_memory{*this, "grooms_refused", "reason", "build_memory"};
   Counter grooms_refused_build_crash{*this, "grooms_refused", "reason", "build_crash"};
-  Counter grooms_refused_server{*this, "grooms_refused", "reason", "server"};  // its own fault, at each try
+  // The server was at fault at each try.
+  Counter grooms_refused_server{*this, "grooms_refused", "reason", "server"};
   Counter builds_failed{*this, "builds_failed",
                         "Builds that failed by a fault of the server, tried again or given up."};
-  Counter grooms_refused_absent{*this, "grooms_refused", "reason", "absent"};  // used, but nobody there could upload it
+  // It is used, but nobody there could upload it.
+  Counter grooms_refused_absent{*this, "grooms_refused", "reason", "absent"};
   Counter groom_bytes_received{*this, "groom_bytes_received", "Bytes of grooms received."};
 };
 

@@ -27,26 +27,34 @@ namespace hairnet::server {
 // When the hair of a groom is learnt.
 enum class Learning : std::uint8_t {
   never,
-  when_short,  // of time: characters have been below the level that their owners asked for, for a while
+  // Waits until time is short: characters have been below the level that their owners asked for, for a while.
+  when_short,
   always,
 };
 
 struct GroomStoreLimits {
-  std::size_t groom_bytes_max = std::size_t{64} << 20;    // of one groom
-  std::size_t upload_bytes_max = std::size_t{256} << 20;  // received for all unfinished uploads and waiting builds
-  std::size_t level_bytes_max = std::size_t{4} << 30;     // of all levels, and of the files of their grooms
+  // Bounds one groom.
+  std::size_t groom_bytes_max = std::size_t{64} << 20;
+  // Bounds what is received for all unfinished uploads and waiting builds.
+  std::size_t upload_bytes_max = std::size_t{256} << 20;
+  // Bounds all levels, and the files of their grooms.
+  std::size_t level_bytes_max = std::size_t{4} << 30;
   std::size_t groom_count_max = 1024;
   std::size_t grooms_per_session_max = 64;
-  std::size_t strands_per_session_max = 1'000'000;  // of all grooms that a session uses
-  double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
+  // Bounds all grooms that a session uses together.
+  std::size_t strands_per_session_max = 1'000'000;
+  // These bound the uploads of a session, by the sizes that it announces.
+  double upload_bytes_per_s = 16.0 * (1 << 20);
   double upload_burst_bytes = 256.0 * (1 << 20);
-  std::size_t build_queue_max = 64;  // grooms that wait for the builder
-  // What the uploads of a session must bring together in each upload_timeout_ns.
+  // This many grooms may wait for the builder.
+  std::size_t build_queue_max = 64;
+  // The uploads of a session must bring this much together, over each upload_timeout_ns.
   double upload_bytes_per_s_min = 8.0 * (1 << 10);
   std::int64_t upload_timeout_ns = 30'000'000'000;
   // After this time a session that waits for another's upload of the same groom is asked for its own.
   std::int64_t upload_patience_ns = 5'000'000'000;
-  std::int64_t build_ns_max = 600'000'000'000;  // the builder has low priority, so a busy machine needs long
+  // Is long, since the builder has low priority on a machine that may be busy.
+  std::int64_t build_ns_max = 600'000'000'000;
   std::size_t build_memory_bytes_max = std::size_t{2} << 30;
   // After this time a build gives way to one of a session whose builds have taken less. It begins again later, with
   // twice the time.
@@ -101,27 +109,33 @@ class GroomStore final : public GroomService {
   // waits for the builder.
   void prepare(std::span<const wire::GroomHash> grooms, std::int64_t now_ns);
   void release(SessionId session, std::int64_t now_ns) override;
-  void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
+  // Takes results of the builder, and ends stalled uploads.
+  void poll(std::int64_t now_ns);
   // Evicts a groom that nobody uses; if there is none, ends the upload that holds most.
   void free_memory(std::int64_t now_ns);
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
   [[nodiscard]] std::size_t groom_count() const { return grooms_.size(); }
-  [[nodiscard]] std::size_t user_count() const;  // of all grooms; a session counts once for each
+  // Counts users of all grooms; a session counts once for each.
+  [[nodiscard]] std::size_t user_count() const;
   [[nodiscard]] std::size_t upload_bytes() const { return upload_bytes_; }
   [[nodiscard]] std::size_t level_bytes() const { return level_bytes_; }
 
  private:
   enum class State : std::uint8_t {
     uploading,
-    searched,  // in the object store
-    queued,    // its bytes are here, or in the cache
+    // It is looked for in the object store.
+    searched,
+    // Its bytes are here, or in the cache.
+    queued,
     building,
     ready,
   };
   struct User {
-    std::uint64_t offered_bytes = 0;  // 0: it has not offered the groom, so it cannot upload it
-    bool was_asked = false;           // for its bytes; those that still come are no fault
+    // Is zero when it has not offered the groom, so it cannot upload it.
+    std::uint64_t offered_bytes = 0;
+    // It was asked for its bytes; those that still come are no fault.
+    bool was_asked = false;
   };
   struct Upload {
     std::uint64_t received = 0;
@@ -131,36 +145,57 @@ class GroomStore final : public GroomService {
   struct Entry {
     State state = State::uploading;
     std::map<SessionId, User> users;
-    std::map<SessionId, Upload> uploads;            // while uploading; of users
-    std::int64_t asked_ns = 0;                      // when a user, or the object store, was last asked for the bytes
-    std::vector<std::vector<std::uint8_t>> chunks;  // of the file, while queued; none: it is in the cache
-    SessionId owner =
-        0;  // uploaded it, or asked for the cached one; its build counts as theirs; 0: none, it is prepared
-    std::uint64_t order = 0;                       // of coming into the queue
-    std::uint64_t job = 0;                         // the builder's number, while it has the groom; else 0
-    std::uint64_t byte_count = 0;                  // of the file, from queued on; 0: not known yet
-    std::size_t upload_bytes = 0;                  // that it holds before it is ready
-    std::size_t level_bytes = 0;                   // once ready; including the bytes of the file
-    Bytes bytes;                                   // of the file, from building on
-    Bytes basis, learnt;                           // of the files of its basis and learnt hair, once ready; null: none
-    std::weak_ptr<const LevelSet> levels;          // once ready
-    bool was_learnt = false;                       // or refused, or is being learnt
-    std::int64_t built_since_ns = 0, turn_ns = 0;  // while building: since when, and how long it need not give way
-    std::int64_t charged_ns = 0;                   // of the build under way, to its owner
-    bool gives_way = false;                        // while building: the builder was told to end it
-    std::size_t strand_count = 0;                  // from building on
-    int build_count = 0;                           // that have failed by the server's fault
-    std::int64_t build_again_ns = 0;               // while queued: not before
-    std::uint64_t used = 0;                        // order of last use, to evict by
+    // These belong to users, in `uploading`.
+    std::map<SessionId, Upload> uploads;
+    // A user, or the object store, was last asked for the bytes at this time.
+    std::int64_t asked_ns = 0;
+    // These are the file, in `queued`; none: it is in the cache.
+    std::vector<std::vector<std::uint8_t>> chunks;
+    // This session uploaded it, or asked for the cached one, and the build counts as its own; zero: nobody did, it is
+    // prepared.
+    SessionId owner = 0;
+    // Orders grooms by when they came into the queue.
+    std::uint64_t order = 0;
+    // Is the builder's number while it has the groom, else zero.
+    std::uint64_t job = 0;
+    // Is the size of the file, from queued on; zero: it is not known yet.
+    std::uint64_t byte_count = 0;
+    // The groom holds this much before it is ready.
+    std::size_t upload_bytes = 0;
+    // Includes the bytes of the file, once it is ready.
+    std::size_t level_bytes = 0;
+    // Is the file, from building on.
+    Bytes bytes;
+    // These are the files of its basis and learnt hair, once it is ready; null: none.
+    Bytes basis, learnt;
+    // Is set once it is ready.
+    std::weak_ptr<const LevelSet> levels;
+    // Its hair was learnt or refused, or is being learnt.
+    bool was_learnt = false;
+    // It is being built since then, and need not give way for this long.
+    std::int64_t built_since_ns = 0, turn_ns = 0;
+    // Its owner has been charged this much of the build under way.
+    std::int64_t charged_ns = 0;
+    // The builder was told to end its build.
+    bool gives_way = false;
+    // Is known from building on.
+    std::size_t strand_count = 0;
+    // This many builds have failed by the server's fault.
+    int build_count = 0;
+    // It is not built before this time, in `queued`.
+    std::int64_t build_again_ns = 0;
+    // Orders grooms by their last use, to evict by.
+    std::uint64_t used = 0;
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
   struct Account {
     TokenBucket bytes;
     GroomShare share = {};
-    // What its uploads brought since a time. They stall when that is too little.
+    // Its uploads have brought `received` since this time. They stall when that is too little.
     std::int64_t since_ns = 0;
     std::uint64_t received = 0;
-    std::size_t upload_count = 0;  // under way
+    // Counts uploads under way.
+    std::size_t upload_count = 0;
   };
 
   // A subject of sessions, or one session: who takes turns with others.
@@ -177,7 +212,8 @@ class GroomStore final : public GroomService {
   // The strands of the groom and of all others that one of the sessions uses.
   [[nodiscard]] std::uint64_t strands_with(std::span<const SessionId> sessions, Grooms::const_iterator groom) const;
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  Refused make_place(SessionId session, std::int64_t now_ns);  // makes room for one more groom
+  // Makes room for one more groom.
+  Refused make_place(SessionId session, std::int64_t now_ns);
   // Looks for a new groom in the object store; its users wait. False when that cannot be now.
   bool search(Grooms::iterator groom, std::int64_t now_ns);
   void take_found(const ObjectSync::Found& found, std::int64_t now_ns);
@@ -200,13 +236,16 @@ class GroomStore final : public GroomService {
   Refused make_place_in_queue(SessionId session, std::int64_t now_ns);
   void feed_builder();
   void queue_prepared(std::int64_t now_ns);
-  void end_turn(std::int64_t now_ns);                // of the build under way, if it has lasted and another waits
-  void charge(Entry& entry, std::int64_t build_ns);  // counts the build's time so far as its owner's
+  // Ends the turn of the build under way, if it has lasted and another waits.
+  void end_turn(std::int64_t now_ns);
+  // Counts the build's time so far as its owner's.
+  void charge(Entry& entry, std::int64_t build_ns);
   // When a groom's turn to be built comes: owners that have left are last, then those whose builds have taken more
   // time.
   using Turn = std::tuple<bool, std::int64_t, std::uint64_t>;
   [[nodiscard]] Turn turn_of(const Entry& entry) const;
-  [[nodiscard]] Grooms::iterator next_to_build();  // end(): none waits that may begin
+  // Returns end() when none waits that may begin.
+  [[nodiscard]] Grooms::iterator next_to_build();
   void check_uploads(std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
   // False when the build has been tried often enough.
@@ -215,17 +254,20 @@ class GroomStore final : public GroomService {
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void learn(std::int64_t now_ns);
   void take_learnt(LearningResult result);
-  wire::GroomHash offer_made(const Bytes& file);  // to clients, while the groom has it
+  // Offers the file to clients while the groom has it.
+  wire::GroomHash offer_made(const Bytes& file);
   void hand_over(const GroomResult& read, std::int64_t now_ns);
   void refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
-  void refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns);  // than the groom's
+  // Refuses a session that has offered another size than the groom's.
+  void refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
   void refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns);
   void send(SessionId session, const wire::Message& message, std::int64_t now_ns);
   void send_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
   void set_upload_bytes(Entry& entry, std::size_t bytes);
   void erase(Grooms::iterator groom);
   void check_invariants() const;
-  bool evict_one();  // the least recently used ready groom that no session uses
+  // Evicts the least recently used ready groom that no session uses.
+  bool evict_one();
 
   GroomStoreLimits limits_;
   GroomBuilder* builder_;
@@ -234,23 +276,30 @@ class GroomStore final : public GroomService {
   GroomListener listener_;
   Grooms grooms_;
   std::map<SessionId, Account> accounts_;
-  std::map<Sharer, std::int64_t> build_ns_;  // that the builds of each have taken together; of those that have sessions
-  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
-  std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
-  std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>>
-      made_;  // files of bases and learnt hair of ready grooms, by their own hash
+  // The builds of each have taken this time together. A sharer without sessions is forgotten.
+  std::map<Sharer, std::int64_t> build_ns_;
+  // The builder was asked for these.
+  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;
+  // These were fetched, and are still being sent.
+  std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;
+  // These are the files of bases and learnt hair of ready grooms, by their own hash.
+  std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> made_;
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
   std::uint64_t uses_ = 0, orders_ = 0;
-  std::uint64_t jobs_ = 0;  // given to the builder
+  // Counts jobs given to the builder.
+  std::uint64_t jobs_ = 0;
   bool is_builder_busy_ = false;
-  std::int64_t now_ns_ = 0;  // at the last poll
+  // Is the time of the last poll.
+  std::int64_t now_ns_ = 0;
   std::int64_t refresh_next_ns_ = 0;
   HairLearner* learner_ = nullptr;
   std::function<bool()> is_short_;
   std::optional<std::int64_t> short_since_ns_;
-  std::optional<wire::GroomHash> learning_;  // under way
+  // Is under way.
+  std::optional<wire::GroomHash> learning_;
   ObjectSync* objects_ = nullptr;
-  std::set<wire::GroomHash> searches_;  // under way
+  // These are under way.
+  std::set<wire::GroomHash> searches_;
   std::deque<wire::GroomHash> to_prepare_;
 };
 

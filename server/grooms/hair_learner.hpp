@@ -18,17 +18,23 @@ namespace hairnet::server {
 
 struct LearningJob {
   wire::GroomHash groom{};
-  std::shared_ptr<const LevelSet> levels;  // with modes and maps
+  // These have modes and maps.
+  std::shared_ptr<const LevelSet> levels;
   std::shared_ptr<const std::vector<std::uint8_t>> file;
 };
 
 struct LearningResult {
   wire::GroomHash groom{};
-  std::shared_ptr<const LevelSet> levels;                 // the same with the learnt level; null: refused, or dropped
-  std::shared_ptr<const std::vector<std::uint8_t>> file;  // of the learnt hair, for clients
-  std::string detail;                                     // one line: why it was refused; empty: dropped
-  bool is_adopted = false;                                // it is that of the groom's file
-  std::string file_detail;                                // one line: why that was not taken; empty: taken, or none
+  // These are the same with the learnt level; null: refused, or dropped.
+  std::shared_ptr<const LevelSet> levels;
+  // Has the learnt hair, for clients.
+  std::shared_ptr<const std::vector<std::uint8_t>> file;
+  // Says in one line why it was refused; empty: it was dropped.
+  std::string detail;
+  // The learnt hair is that of the groom's file.
+  bool is_adopted = false;
+  // Says in one line why that of the file was not taken; empty: it was taken, or there is none.
+  std::string file_detail;
   std::int64_t taken_ns = 0;
 };
 
@@ -65,7 +71,7 @@ class HairLearner {
 
  private:
   LearningResult learn(const LearningJob& job);
-  // That of the file; null: there is none that can be taken, or the job was dropped.
+  // Returns the learnt hair of the file; null: there is none that can be taken, or the job was dropped.
   std::shared_ptr<const LearntHair> adopt(const LearningJob& job, const Groom& groom, const BuildCallbacks& callbacks,
                                           LearningResult& result) const;
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }

@@ -37,8 +37,8 @@ class Owner {
 enum class DatagramFate : std::uint8_t { delivered, no_session, other_session, malformed };
 
 // The server's side of HTTP/3, as far as one WebTransport session needs it: an extended CONNECT opens the session,
-// whose datagrams and first bidirectional stream, its channel, are passed on. Other requests are refused, other streams
-// of the session are rejected. No I/O.
+// whose datagrams and first bidirectional stream, its channel, are passed on. Other requests are refused, and the
+// session's other streams are rejected. No I/O.
 class Connection {
  public:
   explicit Connection(Owner& owner) : owner_(&owner) {}
@@ -67,10 +67,13 @@ class Connection {
   enum class Kind : std::uint8_t { unknown, control, encoder, decoder, request, session, channel, ignored };
   struct Stream {
     Kind kind = Kind::unknown;
-    Bytes begin;  // of its type, or of a frame that is needed as a whole
+    // Gathers its type, or a frame that is needed as a whole.
+    Bytes begin;
     FrameReader frames, capsules;
-    bool has_settings = false;  // the control stream
-    bool has_fields = false;    // a request
+    // The settings have come, on the control stream.
+    bool has_settings = false;
+    // The fields have come, on the stream of a request.
+    bool has_fields = false;
   };
 
   // Reads the stream's type, and returns the bytes behind it.

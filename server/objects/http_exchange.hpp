@@ -13,7 +13,8 @@ struct ExchangeRequest {
   enum class Method : std::uint8_t { get, head, put };
   Method method = Method::get;
   std::string target;
-  std::vector<std::pair<std::string, std::string>> fields = {};  // of the header
+  // These are the header's.
+  std::vector<std::pair<std::string, std::string>> fields = {};
   std::span<const std::uint8_t> body = {};
 };
 
@@ -22,8 +23,10 @@ enum class ExchangeFault : std::uint8_t { none, unreachable, timeout, broken, ma
 
 struct ExchangeAnswer {
   ExchangeFault fault = ExchangeFault::none;
-  std::string detail;   // of the fault, one line
-  unsigned status = 0;  // 0: none
+  // Describes the fault in one line.
+  std::string detail;
+  // Is zero when there is none.
+  unsigned status = 0;
   std::vector<std::uint8_t> body;
 };
 

@@ -17,9 +17,12 @@ struct S3Keys {
 // The parts of a request that AWS Signature Version 4 covers, for the service s3.
 struct S3Request {
   std::string_view method;
-  std::string_view path;                                    // encoded, without a query
-  std::vector<std::pair<std::string, std::string>> fields;  // of the header, names in lower case and sorted
-  std::string payload_hash;                                 // SHA-256 of the body, hexadecimal
+  // Is encoded, and has no query.
+  std::string_view path;
+  // These are the header's, sorted, with names in lower case.
+  std::vector<std::pair<std::string, std::string>> fields;
+  // Is the SHA-256 of the body, hexadecimal.
+  std::string payload_hash;
 };
 
 // SHA-256 in hexadecimal digits.

@@ -13,14 +13,20 @@
 namespace hairnet::server {
 
 struct S3StoreDef {
-  std::string url;   // for the log
-  std::string host;  // as the field Host has it: with the port, unless that is the scheme's own
-  std::string path;  // before the name of each object; begins and ends with a slash
+  // The log names the store by it.
+  std::string url;
+  // Is as the field Host has it: with the port, unless that is the scheme's own.
+  std::string host;
+  // Comes before the name of each object; begins and ends with a slash.
+  std::string path;
   std::string region;
   S3Keys keys;
-  std::function<std::int64_t()> unix_time_s;  // signatures are valid for some minutes
-  std::function<std::int64_t()> now_ns;       // monotonic
-  std::int64_t pause_ns = 10'000'000'000;     // that the store is left alone after a failure
+  // Dates signatures, which are valid for some minutes.
+  std::function<std::int64_t()> unix_time_s;
+  // Is monotonic.
+  std::function<std::int64_t()> now_ns;
+  // The store is left alone for this long after a failure.
+  std::int64_t pause_ns = 10'000'000'000;
 };
 
 // Objects in a bucket of S3, or of what speaks its protocol. After a call without a proper answer the store is left

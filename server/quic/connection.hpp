@@ -26,10 +26,14 @@ namespace hairnet::quic {
 
 struct ConnectionOptions {
   std::int64_t handshake_timeout_ns = 5'000'000'000;
-  std::int64_t opening_timeout_ns = 5'000'000'000;  // from the handshake to the session's channel
-  std::int64_t idle_timeout_ns = 30'000'000'000;    // without a packet of the peer's
-  std::int64_t keep_alive_ns = 15'000'000'000;      // a silent peer is asked for a sign of life
-  std::int64_t linger_ns = 2'000'000'000;           // for the peer to acknowledge the last bytes
+  // The session's channel opens within this time of the handshake.
+  std::int64_t opening_timeout_ns = 5'000'000'000;
+  // A peer without a packet for this long is lost.
+  std::int64_t idle_timeout_ns = 30'000'000'000;
+  // A peer that is silent for this long is asked for a sign of life.
+  std::int64_t keep_alive_ns = 15'000'000'000;
+  // The peer has this long to acknowledge the last bytes.
+  std::int64_t linger_ns = 2'000'000'000;
 };
 
 class Connection;
@@ -38,13 +42,17 @@ class Connection;
 class SessionSink {
  public:
   virtual ~SessionSink() = default;
-  virtual void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;  // of the channel
+  // The channel has brought these bytes.
+  virtual void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;
-  virtual void on_writable(std::int64_t now_ns) = 0;  // again, after is_writable() was false
+  // The channel takes bytes again, after is_writable() was false.
+  virtual void on_writable(std::int64_t now_ns) = 0;
   // A download may be opened, or has room, again.
   virtual void on_downloads_writable(std::int64_t now_ns) = 0;
-  virtual void on_download_stopped(http3::StreamId download, std::int64_t now_ns) = 0;  // the peer wants no more of it
-  virtual void on_sent(std::size_t bytes) = 0;  // of the channel, downloads or datagrams; for counters
+  // The peer wants no more of it.
+  virtual void on_download_stopped(http3::StreamId download, std::int64_t now_ns) = 0;
+  // Bytes of the channel, downloads or datagrams were sent; counters need this.
+  virtual void on_sent(std::size_t bytes) = 0;
   // The session is over, and with it the Connection; the last call. Does not follow Connection::close().
   virtual void on_closed(std::string_view why, std::int64_t now_ns) = 0;
 };
@@ -188,32 +196,47 @@ class Connection final : private http3::Owner, private SendObserver {
   ngtcp2_conn* quic_ = nullptr;
   ngtcp2_crypto_conn_ref reference_{};
   http3::Connection http3_{*this};
-  std::shared_ptr<SessionSink> sink_;  // null before the session's channel, and after its end
+  // Is null before the session's channel, and after its end.
+  std::shared_ptr<SessionSink> sink_;
   std::shared_ptr<void> ticket_;
   std::vector<ngtcp2_cid> ids_;
-  Address remote_;  // at first
-  Path path_;       // of the last packet
+  // The peer began at this address.
+  Address remote_;
+  // The last packet came this way.
+  Path path_;
   AnswerDelay answer_;
   SendQueues queues_;
   struct Download {
     bool was_full = false, is_ended = false;
   };
-  std::map<http3::StreamId, Download> downloads_;   // until the peer has all of them
-  std::vector<http3::StreamId> stopped_downloads_;  // of which the sink is to be told
-  bool was_download_refused_ = false;               // the peer allowed no further one
+  // Each is here until the peer has all of it.
+  std::map<http3::StreamId, Download> downloads_;
+  // The sink is to be told of these.
+  std::vector<http3::StreamId> stopped_downloads_;
+  // The peer allowed no further one.
+  bool was_download_refused_ = false;
   std::vector<std::uint8_t> close_packet_;
-  bool is_close_due_ = false;      // close_packet_ is to be sent (again)
-  std::size_t closing_bytes_ = 0;  // that came since close_packet_ was sent
+  // close_packet_ is to be sent (again).
+  bool is_close_due_ = false;
+  // This many came since close_packet_ was sent.
+  std::size_t closing_bytes_ = 0;
   State state_ = State::open;
   Failure failure_ = Failure::none;
   http3::ErrorCode http3_error_ = http3::ErrorCode::no_error;
-  std::string why_;                           // of the failure
-  std::string close_reason_;                  // while finishing
-  bool is_session_closed_ = false;            // while finishing: the close capsule has been queued
-  std::int64_t now_ns_ = 0;                   // of the current call
-  std::optional<std::int64_t> held_back_ns_;  // when the congestion window last held something back
-  std::int64_t deadline_ns_ = 0;              // of opening, finishing or closing; 0: none
-  bool is_in_quic_ = false;                   // ngtcp2 calls us
+  // Describes the failure.
+  std::string why_;
+  // Is set while finishing.
+  std::string close_reason_;
+  // The close capsule has been queued, while finishing.
+  bool is_session_closed_ = false;
+  // Is the time of the current call.
+  std::int64_t now_ns_ = 0;
+  // The congestion window last held something back at this time.
+  std::optional<std::int64_t> held_back_ns_;
+  // Opening, finishing or closing ends at this time; zero: never.
+  std::int64_t deadline_ns_ = 0;
+  // ngtcp2 calls us.
+  bool is_in_quic_ = false;
   bool is_verified_ = false, was_full_ = false, has_peer_ended_ = false;
 };
 

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint64_t kStreamBytesMax = std::uint64_t{64} << 10, kConnectionBytesMax = kStreamBytesMax;
 constexpr std::uint64_t kOneWayBytesMax = 4096;
-constexpr std::uint64_t kStreamsMax = 8, kOneWayStreamsMax = 8;  // of the peer's, at a time
+// The peer may have this many streams open at a time.
+constexpr std::uint64_t kStreamsMax = 8, kOneWayStreamsMax = 8;
 
 }  // namespace
 

@@ -11,7 +11,8 @@
 namespace hairnet::quic {
 namespace {
 
-constexpr std::string_view kName = "hairnet";  // of the self-signed certificate; its hash counts, not its name
+// The self-signed certificate has this name; its hash counts, not its name.
+constexpr std::string_view kName = "hairnet";
 
 struct Delete {
   void operator()(gnutls_x509_crt_t certificate) const { gnutls_x509_crt_deinit(certificate); }

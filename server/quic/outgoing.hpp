@@ -24,7 +24,8 @@ struct Burst {
 class Outgoing {
  public:
   static constexpr std::size_t kPacketBytesMax = 1500;
-  static constexpr std::size_t kBurstPacketsMax = 64;  // of UDP_SEGMENT
+  // UDP_SEGMENT takes no more.
+  static constexpr std::size_t kBurstPacketsMax = 64;
   static constexpr std::size_t kBurstBytesMax = 65'000;
 
   using Writer = std::function<void(std::span<const Burst>)>;

@@ -9,8 +9,8 @@
 
 namespace hairnet::quic {
 
-// Self-signed certificates that replace each other in time. Browsers take one that a page names by its hash, if it is
-// of ECDSA P-256 and valid for at most 14 days. The next one is made, and its hash told, a day before it is shown: a
+// Self-signed certificates that replace each other in time. Browsers take one that a page names by its hash, if it uses
+// ECDSA P-256 and is valid for at most 14 days. The next one is made, and its hash told, a day before it is shown: a
 // page that has asked for the hashes can still connect after the change.
 class OwnCertificates {
  public:

@@ -17,10 +17,14 @@ struct QuicCounters : server::CounterSet {
   Counter resets_sent{*this, "quic_resets_sent", "Resets sent for connections that are not known."};
 
   Counter dropped_malformed{*this, "quic_packets_dropped", "reason", "malformed", "UDP datagrams dropped, by reason."};
-  Counter dropped_unknown{*this, "quic_packets_dropped", "reason", "unknown"};  // of no connection
-  Counter dropped_rate{*this, "quic_packets_dropped", "reason", "rate"};        // too many begin at this moment
-  Counter dropped_closed{*this, "quic_packets_dropped", "reason", "closed"};    // the server takes no new ones
-  Counter dropped_unsent{*this, "quic_packets_dropped", "reason", "unsent"};    // the system took them not
+  // They belong to no connection.
+  Counter dropped_unknown{*this, "quic_packets_dropped", "reason", "unknown"};
+  // Too many begin at this moment.
+  Counter dropped_rate{*this, "quic_packets_dropped", "reason", "rate"};
+  // The server takes no new ones.
+  Counter dropped_closed{*this, "quic_packets_dropped", "reason", "closed"};
+  // The system did not take them.
+  Counter dropped_unsent{*this, "quic_packets_dropped", "reason", "unsent"};
 
   Counter refused_token{*this, "quic_connections_refused", "reason", "token",
                         "Connections of QUIC refused, by reason."};  // another address's, expired or used

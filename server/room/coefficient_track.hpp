@@ -10,8 +10,10 @@ namespace hairnet::server {
 
 // The hair of a character on its level. Nothing: it is at rest.
 struct HairMotion {
-  const ModeMap* map = nullptr;              // of the lattice's level, where the coefficients are from; none: a network
-  std::span<const float> coefficients = {};  // of the groom's basis, the first, m; the others are 0
+  // Belongs to the lattice's level, where the coefficients are from; null: they are from a network.
+  const ModeMap* map = nullptr;
+  // These are the first of the groom's basis, in m; the others are 0.
+  std::span<const float> coefficients = {};
 };
 
 // The coefficients of one character's hair from tick to tick. When the level changes, they come from elsewhere: the
@@ -35,13 +37,18 @@ class CoefficientTrack {
   };
   void begin_fade(std::uint64_t tick, std::span<const float> next);
 
-  Sample last_, before_;          // as they were shown
-  bool has_before_ = false;       // and the hair went on from it
-  std::size_t mode_count_ = 0;    // of the last basis; 0: nothing was shown
-  std::vector<float> next_;       // scratch
-  const ModeMap* map_ = nullptr;  // this and the next: of the last motion
+  // These are as they were shown.
+  Sample last_, before_;
+  // before_ was shown, and the hair went on from it.
+  bool has_before_ = false;
+  // Belongs to the last basis; zero: nothing was shown.
+  std::size_t mode_count_ = 0;
+  std::vector<float> next_;
+  // This and the next belong to the last motion.
+  const ModeMap* map_ = nullptr;
   bool was_learnt_ = false;
-  std::vector<float> fading_;  // at the switch; empty: nothing fades
+  // Is the difference that the switch made, which fades; empty: nothing fades.
+  std::vector<float> fading_;
   std::uint64_t faded_from_ = 0;
 };
 

@@ -10,14 +10,16 @@ namespace {
 
 struct Rung {
   int coarser_octaves, stride;
-  double share;  // of the bytes that the rung before takes, about
+  // Takes about this share of the bytes that the rung before takes.
+  double share;
 };
 // At 8 times the error hardly more than poses is left.
 constexpr std::array<Rung, 6> kRungs{{{0, 1, 1}, {1, 1, 0.7}, {2, 1, 0.7}, {3, 1, 0.7}, {3, 2, 0.5}, {3, 4, 0.5}}};
 constexpr int kCoarsest = kRungs.size() - 1;
-constexpr double kReserve = 0.9;  // of the bytes, so that a finer rung does not go back at once
+// A finer rung must take less than this share of the bytes, so that it does not go back at once.
+constexpr double kReserve = 0.9;
 constexpr double kLostShare = 0.7;
-// Of what the network carries: messages, files and the headers of packets need the rest.
+// Frames may take this share of what the network carries: messages, files and the headers of packets need the rest.
 constexpr double kNetworkShare = 0.8;
 // Frames for less than this are too few to tell a rate.
 constexpr double kWindow_s = 0.4;

@@ -53,7 +53,8 @@ class NearestPoint {
 
  private:
   PointCloud cloud_;
-  std::optional<PointTree> tree_;  // of many points
+  // Is made for many points only.
+  std::optional<PointTree> tree_;
 };
 
 std::vector<Distance> distances(const wire::Observe& observe, std::span<const MemberHead> heads) {

@@ -18,16 +18,22 @@ struct Character;
 
 // One session's view of one member: whether the session wants it, and which of its frames were sent to the session.
 struct View {
-  std::uint32_t generation = 0;  // of the room's slot, when the view began; 0: no view yet
-  bool wanted = true;            // by the session's Observe
-  bool in_view = true;           // as last reported
-  float screen_height = -1;      // as last reported; negative: never
+  // Is that of the room's slot when the view began; zero: no view yet.
+  std::uint32_t generation = 0;
+  // The session's Observe wants it.
+  bool wanted = true;
+  // These are as last reported; a negative height: never.
+  bool in_view = true;
+  float screen_height = -1;
 
-  std::optional<std::uint64_t> sent;  // tick of the last frame
-  // Tick since which its frames have been of the learnt level, with no gap that a network would notice.
+  // Is the tick of the last frame.
+  std::optional<std::uint64_t> sent;
+  // Its frames have been of the learnt level since this tick, with no gap that a network would notice.
   std::optional<std::uint64_t> learnt_since;
-  bool sleep_sent = false;             // the last frame was marked asleep
-  bool discontinuity_pending = false;  // a discontinuity that the session has not received yet
+  // The last frame was marked asleep.
+  bool sleep_sent = false;
+  // The session has not received a discontinuity yet.
+  bool discontinuity_pending = false;
 
   void forget_sent() {
     discontinuity_pending = discontinuity_pending || sent.has_value();
@@ -39,8 +45,9 @@ struct View {
 
 // What a session knows of the learnt hair of a groom.
 struct LearntTold {
-  wire::GroomHash file{};  // that was announced to it
-  // Tick since which the client evaluates that hair itself.
+  // Was announced to the session.
+  wire::GroomHash file{};
+  // The client evaluates that hair itself since this tick.
   std::optional<std::uint64_t> evaluated_since;
 };
 
@@ -48,17 +55,22 @@ struct LearntTold {
 struct Observer {
   SessionId session = 0;
   std::uint32_t room = 0;
-  std::uint32_t subject = 0;           // that its session belongs to
-  std::shared_ptr<ObserverSink> sink;  // null while its connection is lost
+  // Its session belongs to this subject.
+  std::uint32_t subject = 0;
+  // Is null while its connection is lost.
+  std::shared_ptr<ObserverSink> sink;
   wire::Observe observe;
-  bool observe_changed = true;  // the members that it wants are not chosen yet; does not count for a choice by place
-  std::uint64_t place_chosen_next = 0;  // first tick at which members may be chosen by place again
+  // The members that it wants are not chosen yet; a choice by place does not look at this.
+  bool observe_changed = true;
+  // Members may be chosen by place again from this tick on.
+  std::uint64_t place_chosen_next = 0;
   // Members of slots from here on have not been announced to the session, and it gets no frames of them; none: all
   // have.
   std::optional<std::uint32_t> unannounced_from;
-  std::vector<View> views;                            // by slot
-  std::set<wire::GroomHash> bases_sent;               // by groom
-  std::map<wire::GroomHash, LearntTold> learnt_told;  // by groom
+  // Views are by slot, the files that the session knows by groom.
+  std::vector<View> views;
+  std::set<wire::GroomHash> bases_sent;
+  std::map<wire::GroomHash, LearntTold> learnt_told;
   FrameThrottle throttle;
 
   // This tick's frames.
@@ -68,8 +80,10 @@ struct Observer {
     bool discontinuous = false;
   };
   std::vector<Request> requests;
-  std::size_t sent_bytes = 0;  // of their packets
-  std::int64_t send_ns = 0;    // time spent on them, without encoding
+  // Their packets have this many bytes.
+  std::size_t sent_bytes = 0;
+  // They took this time, without encoding.
+  std::int64_t send_ns = 0;
 
   [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }
   [[nodiscard]] bool chooses_by_place() const {

@@ -35,7 +35,7 @@ class PoseInbox {
     Pose pose;
   };
   // Between two poses: interpolates, except that a teleport jumps at its capture time. Before the first pose: returns
-  // that pose. After the newest: extrapolates from the last two poses for at most kExtrapolationMax_ns, then stops
+  // it as it is. After the newest: extrapolates from the last two poses for at most kExtrapolationMax_ns, then stops
   // there. A head that rides then goes straight on without turning; after kRideMax_ns it stops, with a teleport.
   Sample sample(std::int64_t time_ns);
 

@@ -29,7 +29,8 @@ Room& Rooms::room_named(const std::string& name) {
     index = free_rooms_.back();
     free_rooms_.pop_back();
   }
-  HAIRNET_ASSERT(index < kEnvironmentCountMax);  // of the World, one a room
+  // The World has this many environments, one a room.
+  HAIRNET_ASSERT(index < kEnvironmentCountMax);
   Room& room = rooms_[index];
   HAIRNET_ASSERT(!room.in_use);
   room = {};

@@ -23,7 +23,8 @@ namespace hairnet::server {
 struct Room {
   struct Slot {
     Character* character = nullptr;
-    std::uint32_t generation = 0;  // counts the characters that have had this slot
+    // Counts the characters that have had this slot.
+    std::uint32_t generation = 0;
   };
   std::uint32_t index = 0;
   bool in_use = false;
@@ -32,13 +33,20 @@ struct Room {
   std::vector<std::uint32_t> free_slots;
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
-  Wind wind;                            // the one that was set last, while who has set it is in the room
-  SessionId wind_session = 0;           // that set it; 0: the server's setting, or an earlier server's client
-  wire::RoomWind wind_told;             // the one that its observers know
-  std::optional<Wind> wind_in_world;    // none: the World has an earlier room's
-  std::uint64_t wind_changes_next = 0;  // first tick at which the World may get another wind
-  int stride_max = 1;                   // largest stride of the frames for its observers
-  std::int64_t empty_since_ns = 0;      // 0: the room is not empty
+  // Is the wind that was set last, while who has set it is in the room.
+  Wind wind;
+  // Has set the wind; zero: the server's setting has, or an earlier server's client.
+  SessionId wind_session = 0;
+  // Its observers know this one.
+  wire::RoomWind wind_told;
+  // The World has this one; none: it has an earlier room's.
+  std::optional<Wind> wind_in_world;
+  // The World may get another wind from this tick on.
+  std::uint64_t wind_changes_next = 0;
+  // Is the largest stride of the frames for its observers.
+  int stride_max = 1;
+  // Is zero while the room is not empty.
+  std::int64_t empty_since_ns = 0;
 
   [[nodiscard]] bool is_empty() const { return member_count == 0 && observers.empty(); }
 };
@@ -91,7 +99,8 @@ class Rooms {
   static void check_invariants(const Room& room);
 
   RoomCounters* counters_;
-  Wind wind_;  // of a new room
+  // A new room has this wind.
+  Wind wind_;
   std::int64_t grace_ns_;
   std::size_t room_count_max_;
   std::map<CharacterKey, Character> characters_;

@@ -17,7 +17,8 @@ class Census {
  public:
   struct Count {
     std::size_t sessions = 0, characters = 0;
-    std::uint32_t number = 0;  // of the name while it exists, from 1; small, since numbers are used again
+    // Numbers the name while it exists, from 1; small, since numbers are used again.
+    std::uint32_t number = 0;
   };
   [[nodiscard]] std::size_t size() const { return counts_.size(); }
   // All zero for an unknown name.
@@ -65,7 +66,8 @@ class Census {
   }
 
   std::map<std::string, Count> counts_;
-  std::vector<std::uint32_t> free_numbers_;  // of 1 to the largest number so far
+  // Holds the numbers up to the largest so far which no name has.
+  std::vector<std::uint32_t> free_numbers_;
 };
 
 }  // namespace hairnet::server

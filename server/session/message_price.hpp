@@ -9,8 +9,8 @@ namespace hairnet::server {
 
 // What a client's message costs the server, in units of a plain message: about 2 us of the I/O and the tick thread.
 // Each session has SessionLimits::messages_per_s of them. `room` is the session's. Poses have a rate of their own, and
-// the bytes of requested grooms are free. A resume has a price of 1: SessionLimits::resume_interval_ns and the number
-// of members that a tick announces bound its cost.
+// the bytes of requested grooms are free. A resume has a price of 1: SessionLimits::resume_interval_ns bounds its cost,
+// and so does the number of members that a tick announces.
 inline double price_of(const auto&, const Census&, const std::string& /*room*/) {
   return 1;
 }
@@ -44,7 +44,7 @@ inline double price_of(const wire::SetWind&, const Census&, const std::string&) 
 inline double price_of(const wire::Moderate&, const Census&, const std::string&) {
   return 16;  // all sessions are looked through, and a line is logged
 }
-// Of a pose that exceeds its rate, and is decoded all the same.
+// A pose that exceeds its rate costs this, since it is decoded all the same.
 inline constexpr double kDroppedPosePrice = 1.0 / 64;
 
 }  // namespace hairnet::server

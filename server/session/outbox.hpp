@@ -62,27 +62,34 @@ class Outbox final : public ObserverSink {
   [[nodiscard]] bool is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const;
   [[nodiscard]] std::size_t packet_count() const;
   [[nodiscard]] std::size_t control_bytes_waiting() const;
-  [[nodiscard]] std::size_t bytes_waiting() const;  // of messages and frames
+  // Counts messages and frames.
+  [[nodiscard]] std::size_t bytes_waiting() const;
   [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:
   struct Waiting {
     std::vector<std::uint8_t> packet;
-    std::uint64_t tick = 0;  // counts pushes of frames; 0: a message
+    // Counts pushes of frames; zero: it is a message.
+    std::uint64_t tick = 0;
     std::size_t frame_count = 0;
     bool may_be_lost = false;
-    std::int64_t expected_ns = 0;      // a message: when the ones before it are sent, at kReadLeast_bytes_per_s
-    std::uint32_t joined_member = 0;   // of a MemberJoined
-    std::uint32_t changed_member = 0;  // of a MemberChanged
-    std::uint64_t joined_in_tick = 0;  // last_tick_ when that was pushed
+    // The messages before this one are sent by then, at kReadLeast_bytes_per_s.
+    std::int64_t expected_ns = 0;
+    // A MemberJoined and a MemberChanged name their member; zero: it is neither.
+    std::uint32_t joined_member = 0;
+    std::uint32_t changed_member = 0;
+    // Is last_tick_ when the MemberJoined was pushed.
+    std::uint64_t joined_in_tick = 0;
   };
   using Queue = std::list<Waiting>;  // messages leave from its middle
   // The mutex is held.
   // Removes the MemberJoined of that member if it waits and the connection is blocked.
   bool cancel_joined(std::uint32_t member);
-  void cancel_changed(std::uint32_t member);  // the MemberChanged of that member, if it waits
+  // Removes the MemberChanged of that member, if it waits.
+  void cancel_changed(std::uint32_t member);
   void erase_message(Queue::iterator message);
-  std::vector<std::uint8_t> take_out(Queue::iterator taken);  // to be sent
+  // Takes it out of the queue, to be sent.
+  std::vector<std::uint8_t> take_out(Queue::iterator taken);
   void drop_frames();
   void check_invariants() const;
 

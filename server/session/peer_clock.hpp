@@ -12,10 +12,14 @@ namespace hairnet::server {
 // dropped. Pose times must not jump, so the offset in use moves slowly towards the estimate.
 class PeerClock {
  public:
-  static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;  // either sign; sums then cannot overflow
-  static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;  // between a capture and its envelope
-  static constexpr std::int64_t kJump_ns = 50'000'000;             // a larger error is corrected at once
-  static constexpr double kSlew = 0.01;                            // of elapsed time
+  // Bounds clocks of either sign, so that sums cannot overflow.
+  static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;
+  // Bounds the time between a capture and its envelope.
+  static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;
+  // A larger error is corrected at once.
+  static constexpr std::int64_t kJump_ns = 50'000'000;
+  // The offset moves by at most this share of elapsed time.
+  static constexpr double kSlew = 0.01;
 
   // False when the clock exceeds kClockMax_ns; the sample is then not used.
   bool observe(std::int64_t peer_clock_ns, std::int64_t now_ns);

@@ -11,12 +11,12 @@ namespace hairnet::server {
 // in the directory, where the room's next owner finds it at its claim. I/O thread.
 class RoomKeeper {
  public:
-  // For which those who were in a locked room may come back to it at its next server.
+  // Those who were in a locked room may come back to it for this long at its next server.
   static constexpr std::int64_t kReturn_ns = 60'000'000'000;
 
   explicit RoomKeeper(SessionContext& context) : context_(&context) {}
 
-  // Of a room that this server has claimed: `text` is what its earlier owner has kept; empty: nothing.
+  // Takes a room that this server has claimed: `text` is what its earlier owner has kept; empty: nothing.
   void take(const std::string& room, const std::string& text, std::int64_t now_ns);
   // Tells the directory of the rooms that have changed since the last call; at most once a second.
   void keep_changed(std::int64_t now_ns);

@@ -34,10 +34,12 @@ class RoomRules {
 
   // What is decided of one room.
   struct OfRoom {
-    std::vector<std::pair<std::string, std::int64_t>> bans;  // subject, and when it ends
+    // Holds each subject and when its ban ends.
+    std::vector<std::pair<std::string, std::int64_t>> bans;
     std::vector<std::string> mutes;
     bool is_locked = false;
-    std::vector<std::string> returning;  // of a locked room: they may enter until then
+    // They may enter a locked room until return_until_ns.
+    std::vector<std::string> returning;
     std::int64_t return_until_ns = 0;
   };
   [[nodiscard]] OfRoom of_room(const std::string& room, std::int64_t now_ns) const;
@@ -51,14 +53,19 @@ class RoomRules {
   void expire(std::int64_t now_ns);                                  // forgets bans and rooms that have ended
 
  private:
-  using Person = std::pair<std::string, std::string>;  // room and subject
+  // Names a room and a subject.
+  using Person = std::pair<std::string, std::string>;
   [[nodiscard]] bool has_mutes(const std::string& room) const;
 
-  std::map<Person, std::int64_t> bans_;  // when each ends
+  // Holds when each ends.
+  std::map<Person, std::int64_t> bans_;
   std::set<Person> mutes_;
-  std::set<std::string> locks_;                  // of rooms
-  std::map<std::string, std::int64_t> ends_ns_;  // of empty rooms with mutes or a lock
-  std::map<Person, std::int64_t> returning_;     // until when each may enter a locked room
+  // These rooms are locked.
+  std::set<std::string> locks_;
+  // Holds when empty rooms with mutes or a lock end.
+  std::map<std::string, std::int64_t> ends_ns_;
+  // Each may enter a locked room until then.
+  std::map<Person, std::int64_t> returning_;
 };
 
 }  // namespace hairnet::server

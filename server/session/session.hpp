@@ -46,23 +46,35 @@ struct SessionContext {
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
   std::int64_t pose_delay_ns = 0;
-  std::int64_t room_grace_ns = 0;                   // how long an empty room, with its mutes and lock, exists
-  std::optional<channel::TokenKey> token_key = {};  // none: no token is needed
-  std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
+  // An empty room, with its mutes and lock, exists this long.
+  std::int64_t room_grace_ns = 0;
+  // Without a key no token is needed.
+  std::optional<channel::TokenKey> token_key = {};
+  // Gives seconds since 1970, by which tokens end, and bans that move with a room.
+  std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };
   SessionDirectory* directory = nullptr;
-  Directory* fleet = nullptr;                      // says which server holds which room; null: this one holds all
-  std::size_t session_count = 0;                   // sessions that have joined a room and not left it
-  std::size_t character_count = 0;                 // of all sessions
-  Census rooms = {}, subjects = {}, bearers = {};  // by SessionIdentity's room, subject.name and subject.bearer
+  // Says which server holds which room; null: this one holds all.
+  Directory* fleet = nullptr;
+  // Counts sessions that have joined a room and not left it.
+  std::size_t session_count = 0;
+  // Counts those of all sessions.
+  std::size_t character_count = 0;
+  // They count by SessionIdentity's room, subject.name and subject.bearer.
+  Census rooms = {}, subjects = {}, bearers = {};
   RevokedTokens revoked_tokens = {};
-  std::function<bool()> is_memory_full = [] { return false; };  // the server has none for what needs more
+  // The server has no memory for what needs more.
+  std::function<bool()> is_memory_full = [] { return false; };
   RoomRules rules = {};
-  std::size_t awaiting_hello_count = 0;  // sessions in that state
-  // In a fleet: rooms whose last session has left since the last look for empty rooms.
+  // Counts sessions in that state.
+  std::size_t awaiting_hello_count = 0;
+  // The last session has left these rooms of a fleet since the last look for empty rooms.
   std::set<std::string> rooms_left = {};
-  std::map<std::string, KeptWind> winds = {};  // in a fleet: that clients have set, by room
-  std::set<std::string> rooms_changed = {};    // whose rules, wind or members (where locked) have changed
-  std::string outgrown_room = {};              // takes no newcomers: this server has no time for more; empty: none
+  // Clients have set these by room, in a fleet.
+  std::map<std::string, KeptWind> winds = {};
+  // Their rules, wind or members (where locked) have changed.
+  std::set<std::string> rooms_changed = {};
+  // Takes no newcomers: this server has no time for more; empty: none.
+  std::string outgrown_room = {};
 };
 
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";

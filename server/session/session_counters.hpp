@@ -32,15 +32,23 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_full{*this, "sessions_refused", "reason", "full", "Sessions refused, by reason."};
   Counter sessions_refused_token{*this, "sessions_refused", "reason", "token"};
   Counter sessions_refused_room{*this, "sessions_refused", "reason", "room"};
-  Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};  // its token's has too many
-  Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};  // its address has too many
-  Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};        // the queue to the tick was full
-  Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};      // a session was resumed too often
+  // The subject of its token has too many.
+  Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};
+  // Its address has too many.
+  Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};
+  // The queue to the tick was full.
+  Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};
+  // A session was resumed too often.
+  Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};
   Counter sessions_refused_memory{*this, "sessions_refused", "reason", "memory"};
-  Counter sessions_refused_banned{*this, "sessions_refused", "reason", "banned"};      // from the room
-  Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};      // the room is locked
-  Counter sessions_refused_outgrown{*this, "sessions_refused", "reason", "outgrown"};  // the server is full of the room
-  Counter sessions_refused_fleet{*this, "sessions_refused", "reason", "fleet"};  // no server can take the room now
+  // The room has banned it.
+  Counter sessions_refused_banned{*this, "sessions_refused", "reason", "banned"};
+  // The room is locked.
+  Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};
+  // The server is full of the room.
+  Counter sessions_refused_outgrown{*this, "sessions_refused", "reason", "outgrown"};
+  // No server can take the room now.
+  Counter sessions_refused_fleet{*this, "sessions_refused", "reason", "fleet"};
   Counter sessions_redirected{*this, "sessions_redirected",
                               "Sessions sent to the server that holds their room, or will."};
   Counter redirect_loops{*this, "redirect_loops", "Clients that four servers in a row have sent on."};

@@ -21,9 +21,12 @@ class Session;
 // A character as its session knows it.
 struct OwnCharacter {
   wire::GroomHash groom{};
-  std::optional<std::uint32_t> pose_sequence = {};  // the newest one of a valid pose
-  std::optional<std::int64_t> pose_ns = {};  // server time at which the last pose that reached the tick was captured
-  bool teleport_pending = false;             // of a pose that was left out
+  // Is the newest one of a valid pose.
+  std::optional<std::uint32_t> pose_sequence = {};
+  // The last pose that reached the tick was captured at this server time.
+  std::optional<std::int64_t> pose_ns = {};
+  // A pose that was left out had a teleport.
+  bool teleport_pending = false;
 };
 
 // The part of a session that survives its connection and moves to the session that resumes it.
@@ -34,15 +37,18 @@ struct SessionIdentity {
 
   SessionId id = 0;
   wire::SessionSecret secret{};
-  std::uint64_t trace = 0;  // Hello.trace of its newest connection
+  // Is Hello.trace of its newest connection.
+  std::uint64_t trace = 0;
   std::string name, room;
   wire::Role role = wire::Role::participant;
   Subject subject;
-  std::optional<channel::TokenClaims> claims;  // of its newest token; none when the server needs no token
+  // Its newest token has these; none when the server needs no token.
+  std::optional<channel::TokenClaims> claims;
   std::size_t character_count_max = 0;
   std::unordered_map<std::uint32_t, OwnCharacter> characters;
   TokenBucket messages, poses;
-  std::optional<std::int64_t> resumed_ns;  // when it was last resumed
+  // It was last resumed at this time.
+  std::optional<std::int64_t> resumed_ns;
 };
 
 // Finds the session that a new connection resumes, and those of a room. I/O thread.

@@ -7,12 +7,12 @@
 
 #include "core/assert.hpp"
 #include "schema/lobby.hpp"
+#include "server/session/entry.hpp"
 #include "server/session/message_price.hpp"
 #include "server/session/moderation.hpp"
 #include "server/session/pose_filter.hpp"
 #include "server/session/room_route.hpp"
 #include "server/session/session.hpp"
-#include "server/session/verify_token.hpp"
 #include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -22,13 +22,14 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-constexpr unsigned kRedirectsMax = 4;  // that a link follows in a row
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
 // Shares of the burst: what only plain messages may use, and the most that one message takes.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
-constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
-constexpr std::size_t kTagBytesPerWeight = 128;      // as many
-constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
+// This many integers of a hair state, or bytes of a tag, weigh as much as a pose, which has about as many bytes.
+constexpr std::size_t kIntegersPerWeight = 64;
+constexpr std::size_t kTagBytesPerWeight = 128;
+// A smaller chunk counts as a message.
+constexpr std::size_t kFreeChunkLeast_bytes = 4096;
 
 // In the command queue.
 std::size_t weight_of(const wire::AddCharacter& add) {
@@ -54,7 +55,7 @@ wire::GroomHash groom_of(const auto& message) {
   return {};
 }
 
-// Of the servers by id, those that follow this one: so each is named by others equally often.
+// Returns the servers by id, beginning with those that follow this one: so each is named by others equally often.
 std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
   std::vector<ServerStatus> servers = fleet.servers();
   const auto after = std::ranges::upper_bound(servers, fleet.server_id(), {}, &ServerStatus::id);
@@ -132,9 +133,10 @@ struct Session::MessageHandler {
       session.refuse_unexpected("a second hello", now_ns);
     } else if (hello.protocol_version != wire::kProtocolVersion) {
       counters.sessions_refused_version.add();
-      end({ErrorReason::version_unsupported, "this server speaks version " + std::to_string(wire::kProtocolVersion) +
-                                                 ", not " + std::to_string(hello.protocol_version)},
-          GoodbyeReason::version_unsupported);
+      const std::string detail = "this server speaks version " + std::to_string(wire::kProtocolVersion) + ", not " +
+                                 std::to_string(hello.protocol_version);
+      session.refuse({ErrorReason::version_unsupported, detail}, now_ns);
+      session.drain(GoodbyeReason::version_unsupported, detail, now_ns);
     } else {
       session.outbox_->set_message_max(hello.message_max);
       session.outbox_->set_datagram_layout(hello.datagram_layout);
@@ -145,70 +147,21 @@ struct Session::MessageHandler {
     return {};
   }
   void enter(const wire::Hello& hello) {
-    if (!try_resume(hello) && is_routed_here(hello) && join(hello)) welcome(false);
+    EntryOutcome outcome = decide_entry(hello, identity, context, *session.connection_, now_ns);
+    std::visit([&](auto& what) { follow(what, hello); }, outcome);
   }
-  // False when the room is another server's, or not yet anybody's: the session ends, or waits. A hello that will be
-  // refused need not know whose the room is.
-  bool is_routed_here(const wire::Hello& hello) {
-    const std::string room(wire::room_of(hello.room));
-    std::optional<channel::TokenClaims> claims;
-    if (!context.fleet || !wire::is_room_name(room) || verify_token(context, hello.token, room, hello.role, claims))
-      return true;
-    RoomRoute route = route_to_room(*context.fleet, room, hello.redirects, now_ns);
-    switch (route.kind) {
-      case RoomRoute::Kind::here:
-        return true;
-      case RoomRoute::Kind::elsewhere:
-        if (hello.redirects >= kRedirectsMax) note_redirect_loop(room, route.address);
-        session.send_away(route.address, now_ns);
-        break;
-      case RoomRoute::Kind::wait:
-        session.waiting_hello_ = hello;
-        break;
-      case RoomRoute::Kind::unavailable:
-        counters.sessions_refused_fleet.add();
-        session.drain(GoodbyeReason::server_full, std::move(route.reason), now_ns);
-        break;
-    }
-    return false;
+  void follow(WaitsForRoom&, const wire::Hello& hello) { session.waiting_hello_ = hello; }
+  void follow(BelongsElsewhere& elsewhere, const wire::Hello&) { session.send_away(elsewhere.to, now_ns); }
+  void follow(KeptOut& out, const wire::Hello&) {
+    if (out.error) session.refuse(out.error, now_ns);
+    session.drain(out.reason, std::move(out.detail), now_ns);
   }
-  // Links do not follow it, but wait and begin again at the server that they know.
-  void note_redirect_loop(const std::string& room, const ServerAddress& to) {
-    counters.redirect_loops.add();
-    spdlog::info("event=redirect_loop session={} room={} to={}:{}", session.id(), log_text(room), to.host, to.port);
-  }
-  // False when there is nothing to resume: the client gets a new session.
-  bool try_resume(const wire::Hello& hello) {
-    if (hello.session == 0 || !context.directory) return false;
-    Session* const former = hello.session <= std::numeric_limits<SessionId>::max()
-                                ? context.directory->find_joined(static_cast<SessionId>(hello.session), hello.secret)
-                                : nullptr;
-    if (!former) {
-      counters.sessions_not_resumed.add();
-      return false;
-    }
-    const std::optional<std::int64_t> resumed_ns = former->identity().resumed_ns;
-    if (resumed_ns && now_ns - *resumed_ns < context.limits.resume_interval_ns) {
-      counters.sessions_refused_early.add();
-      session.drain(GoodbyeReason::over_rate, "the session was resumed a moment ago; try again later", now_ns);
-      return true;
-    }
-    std::optional<channel::TokenClaims> claims;
-    const SessionIdentity& found = former->identity();
-    HAIRNET_ASSERT(found.claims.has_value() == context.token_key.has_value());
-    Refused refused = verify_token(context, hello.token, found.room, found.role, claims);
-    if (!refused && claims && subject_name(*claims) != subject_name(*found.claims))
-      refused = {ErrorReason::token_invalid, "the token is not of the session's subject"};
-    if (refused) {
-      refuse_token(refused);
-      return true;
-    }
-    if (is_kept_out(found.room, found.subject, claims) || !has_room_for(found.room)) return true;
-    identity = context.directory->take_over(*former, session, now_ns);
+  void follow(Resumes& back, const wire::Hello& hello) {
+    identity = context.directory->take_over(*back.former, session, now_ns);
     HAIRNET_ASSERT(identity.id == hello.session);
     identity.resumed_ns = now_ns;
     identity.trace = hello.trace;
-    use_claims(std::move(claims));
+    use_claims(std::move(back.claims));
     session.set_state(State::active);
     session.joined_ = true;
     counters.sessions_resumed.add();
@@ -216,61 +169,8 @@ struct Session::MessageHandler {
                  log_text(identity.subject.name), session.connection_->peer());
     welcome(true);
     context.grooms.resend_states(session.id(), now_ns);
-    return true;
   }
-  // False when the session was refused and ends.
-  bool join(const wire::Hello& hello) {
-    const SessionLimits& limits = context.limits;
-    identity.name = hello.client_name;
-    identity.room = wire::room_of(hello.room);
-    identity.role = hello.role;
-    if (context.session_count >= limits.session_count_max &&
-        !(context.directory && context.directory->end_empty(now_ns))) {
-      counters.sessions_refused_full.add();
-      session.drain(GoodbyeReason::server_full,
-                    "the server is full: at most " + std::to_string(limits.session_count_max) + " clients", now_ns);
-      return false;
-    }
-    if (context.is_memory_full()) {
-      counters.sessions_refused_memory.add();
-      session.drain(GoodbyeReason::server_full, kMemoryFull, now_ns);
-      return false;
-    }
-    Refused refused;
-    const Census::Count room = context.rooms.count(identity.room);
-    if (!wire::is_room_name(identity.room))
-      refused = {ErrorReason::room_invalid, wire::kRoomNameRule};
-    else if (room.sessions == 0 && context.rooms.size() >= limits.room_count_max)
-      refused = {ErrorReason::limit_exceeded,
-                 "the server is full: at most " + std::to_string(limits.room_count_max) + " rooms"};
-    else if (room.sessions >= limits.sessions_per_room_max)
-      refused = {ErrorReason::limit_exceeded,
-                 "the room is full: at most " + std::to_string(limits.sessions_per_room_max) + " clients"};
-    if (refused) {
-      counters.sessions_refused_room.add();
-      end(refused, GoodbyeReason::room_refused);
-      return false;
-    }
-    std::optional<channel::TokenClaims> claims;
-    if (const Refused of_token = verify_token(context, hello.token, identity.room, hello.role, claims)) {
-      refuse_token(of_token);
-      return false;
-    }
-    identity.subject = subject_of(claims, hello.token, session.connection_->network());
-    if (is_kept_out(identity.room, identity.subject, claims)) return false;
-    if (context.rules.is_locked(identity.room) && !is_moderator(claims) &&
-        !context.rules.may_return(identity.room, identity.subject.name, now_ns)) {
-      counters.sessions_refused_locked.add();
-      end({ErrorReason::not_allowed, "a moderator has locked the room"}, GoodbyeReason::room_refused);
-      return false;
-    }
-    if (is_outgrown()) {
-      counters.sessions_refused_outgrown.add();
-      end({ErrorReason::limit_exceeded, kRoomOutgrown}, GoodbyeReason::room_refused);
-      return false;
-    }
-    // In this order: a detached session that gives way puts a command into the queue.
-    if (!has_place_for_subject() || !has_room_for(identity.room)) return false;
+  void follow(Joins& joins, const wire::Hello&) {
     session.set_state(State::active);
     session.joined_ = true;
     ++context.session_count;
@@ -279,57 +179,14 @@ struct Session::MessageHandler {
     session.note_member_change();
     context.subjects.enter(identity.subject.name);
     context.bearers.enter(identity.subject.bearer);
-    use_claims(std::move(claims));
+    use_claims(std::move(joins.claims));
     counters.sessions_welcomed.add();
     spdlog::info(
         "event=session_opened session={} trace={:016x} subject={} token={} client={} room={} peer={} transport={}",
         session.id(), identity.trace, log_text(identity.subject.name),
         log_text(identity.claims ? identity.claims->id : ""), log_text(identity.name), log_text(identity.room),
         session.connection_->peer(), session.connection_->transport());
-    return true;
-  }
-  [[nodiscard]] bool is_outgrown() const { return identity.room == context.outgrown_room; }
-  // True when the subject is banned from the room: the session was refused and ends.
-  bool is_kept_out(const std::string& room, const Subject& subject, const std::optional<channel::TokenClaims>& claims) {
-    if (is_moderator(claims) || !context.rules.is_banned(room, subject.name, now_ns)) return false;
-    counters.sessions_refused_banned.add();
-    session.drain(GoodbyeReason::removed, "a moderator has removed this user from the room for some time", now_ns);
-    return true;
-  }
-  // In the command queue, the members of the room count: each is announced to the session, over several ticks if there
-  // are many.
-  [[nodiscard]] std::size_t open_weight(const std::string& room) const {
-    constexpr std::size_t kCountedMax = 512;
-    return 1 + std::min(context.rooms.count(room).characters, kCountedMax);
-  }
-  // False when the command queue is full: the session was refused and ends.
-  bool has_room_for(const std::string& room) {
-    if (context.commands.fits(open_weight(room))) return true;
-    counters.sessions_refused_busy.add();
-    session.drain(GoodbyeReason::server_full, "the server is busy; try again", now_ns);
-    return false;
-  }
-  void refuse_token(const Refused& refused) {
-    counters.sessions_refused_token.add();
-    end(refused, GoodbyeReason::token_refused);
-  }
-  // False when the subject has too many sessions, and the new session ends. A detached session of the same token's
-  // subject ends first: its client has probably come back without the secret.
-  bool has_place_for_subject() {
-    const Subject& subject = identity.subject;
-    if (subject.kind == Subject::Kind::exempt) return true;
-    const bool is_token = subject.kind == Subject::Kind::token;
-    const std::size_t most =
-        is_token ? context.limits.sessions_per_subject_max : context.limits.sessions_per_address_max;
-    while (context.subjects.count(subject.name).sessions >= most) {
-      if (is_token && end_detached()) continue;
-      (is_token ? counters.sessions_refused_subject : counters.sessions_refused_address).add();
-      session.drain(GoodbyeReason::server_full,
-                    "at most " + std::to_string(most) + (is_token ? " clients of one user" : " clients of one address"),
-                    now_ns);
-      return false;
-    }
-    return true;
+    welcome(false);
   }
   bool end_detached() const {
     return context.directory && context.directory->end_detached(identity.subject.bearer, now_ns);
@@ -348,15 +205,10 @@ struct Session::MessageHandler {
                          identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax},
                         now_ns);
   }
-  // Of all sessions of the bearer.
+  // Bounds all sessions of the bearer together.
   [[nodiscard]] std::size_t character_count_max_of_token() const {
     constexpr std::size_t kNoMax = std::numeric_limits<std::size_t>::max();
     return identity.claims && identity.claims->characters_max ? *identity.claims->characters_max : kNoMax;
-  }
-  void end(const Refused& refused, GoodbyeReason reason) {
-    HAIRNET_ASSERT(refused);
-    session.refuse(refused, now_ns);
-    session.drain(reason, refused.detail, now_ns);
   }
   // Welcome is queued before the command, so it precedes all messages of the tick.
   void welcome(bool resumed) {
@@ -381,8 +233,8 @@ struct Session::MessageHandler {
     Command open =
         OpenSession{session.id(), session.outbox_, identity.room, context.subjects.count(identity.subject.name).number,
                     resumed,      wind_of_room()};
-    // has_room_for() said that it fits; another command may have come since.
-    if (!context.commands.try_put(open, open_weight(identity.room))) context.commands.put(std::move(open));
+    // decide_entry() said that it fits; another command may have come since.
+    if (!context.commands.try_put(open, entry_weight(context, identity.room))) context.commands.put(std::move(open));
   }
 
   [[nodiscard]] std::optional<Wind> wind_of_room() const {
@@ -456,7 +308,7 @@ struct Session::MessageHandler {
     if (context.rooms.count(identity.room).characters >= limits.characters_per_room_max)
       return {ErrorReason::limit_exceeded,
               "the room is full: at most " + std::to_string(limits.characters_per_room_max) + " characters"};
-    if (is_outgrown()) return {ErrorReason::limit_exceeded, kRoomOutgrown};
+    if (identity.room == context.outgrown_room) return {ErrorReason::limit_exceeded, kRoomOutgrown};
     if (context.character_count >= limits.character_count_max)
       return {ErrorReason::limit_exceeded,
               "the server is full: at most " + std::to_string(limits.character_count_max) + " characters"};

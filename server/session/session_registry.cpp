@@ -11,12 +11,15 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens and of bans
-constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;  // between two looks for rooms without sessions
-// From the news that a server drains until it gives its rooms up: others make the grooms of these rooms ready, and none
-// sends a client back because it has not heard yet.
+// The tokens of all sessions, and bans, are checked this often.
+constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;
+// Rooms without sessions are looked for this often.
+constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;
+// A server's rooms are given up this long after the news that it drains, or sooner: others make the grooms of these
+// rooms ready, and none sends a client back because it has not heard yet.
 constexpr std::int64_t kNotice_ns = 500'000'000;
-constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;  // by the end of a session that reads too slowly
+// The end of a session that reads too slowly must free this much.
+constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;
 
 }  // namespace
 

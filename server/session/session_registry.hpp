@@ -68,13 +68,19 @@ class SessionRegistry final : public SessionDirectory {
   SessionContext* context_;
   RoomKeeper keeper_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
-  std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed completely
+  // These wait until their connections are closed completely.
+  std::vector<std::unique_ptr<Session>> released_;
   SessionId last_id_ = 0;
-  std::int64_t tokens_due_ns_ = 0;                // when the tokens of all sessions are checked, and bans expire, next
-  std::map<std::string, EmptyRoom> empty_rooms_;  // that this server holds and no session is in
-  std::int64_t rooms_due_ns_ = 0;                 // when these are looked for next
-  std::int64_t send_on_until_ns_ = 0;             // while draining in a fleet
-  std::int64_t give_up_at_ns_ = 0;                // the rooms, then
+  // The tokens of all sessions are checked, and bans expire, at this time next.
+  std::int64_t tokens_due_ns_ = 0;
+  // This server holds these, and no session is in them.
+  std::map<std::string, EmptyRoom> empty_rooms_;
+  // These are looked for at this time next.
+  std::int64_t rooms_due_ns_ = 0;
+  // Sessions wait until then to be sent on, while draining in a fleet.
+  std::int64_t send_on_until_ns_ = 0;
+  // The rooms are given up at this time, while draining in a fleet.
+  std::int64_t give_up_at_ns_ = 0;
   bool draining_ = false;
 };
 

@@ -17,7 +17,8 @@ constexpr std::chrono::seconds kSameWait{1};
 constexpr std::chrono::milliseconds kRetry{1};
 
 std::atomic<MemoryReserve*> reserve{nullptr};
-std::atomic<std::uint64_t> spent_count{0};  // of all reserves of the process
+// Counts how often reserves of the process were spent.
+std::atomic<std::uint64_t> spent_count{0};
 thread_local bool may_fail = false;
 thread_local std::uint64_t spent_count_seen = 0;
 thread_local Clock::time_point wait_begun, wait_last;

@@ -76,10 +76,13 @@ struct OutputThread::State {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<std::string> waiting;
-  std::size_t bytes = 0;   // of them
-  std::uint64_t lost = 0;  // and not told yet
+  // Counts the bytes of `waiting`.
+  std::size_t bytes = 0;
+  // These are lost and not told yet.
+  std::uint64_t lost = 0;
   bool is_writing = false, is_over = false;
-  bool is_cut = false;  // the last text was written in part only: a full disk
+  // The last text was written in part only, as on a full disk.
+  bool is_cut = false;
 };
 
 OutputThread::OutputThread(OutputThreadDef def) : state_(std::make_shared<State>(std::move(def))) {

@@ -10,10 +10,13 @@
 namespace hairnet::server {
 
 struct OutputThreadDef {
-  int descriptor = -1;                              // stays open, and is not closed
-  std::size_t bytes_max = std::size_t{1} << 20;     // of text that waits; beyond it the oldest is lost
-  std::function<void(std::uint64_t)> on_lost = {};  // with the number of texts. Any thread; must not put more
-  // What stands in the place of that many lost texts, once text is written again. On the output's thread.
+  // Must stay open; the thread does not close it.
+  int descriptor = -1;
+  // Bounds the text that waits; beyond it the oldest is lost.
+  std::size_t bytes_max = std::size_t{1} << 20;
+  // Gets the number of lost texts. Any thread; must not put more.
+  std::function<void(std::uint64_t)> on_lost = {};
+  // Makes the text that stands in the place of so many lost ones, once text is written again. On the output's thread.
   std::function<std::string(std::uint64_t)> lost_text = {};
 };
 

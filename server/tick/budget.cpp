@@ -11,10 +11,10 @@ namespace hairnet::server {
 namespace {
 
 // Measured errors from tests/fidelity/README.md. The error of a level combines the error of its lattice against 14^3
-// and of its share of the springs against all of them, as the root of the sum of squares (10^3: 0.30 and 0.21, 7^3:
-// 0.44 and 0.21, 5^3: 0.64 and 0.20). The value of the ether level is a guess from how much faster it swings. The error
-// of a stride against every tick (Strides there has newer figures), played out between its turns, is combined with the
-// level's in the same way. The learnt level's (Learnt hair there) combines high's with its own from high.
+// and that of its share of the springs against all of them, as the root of the sum of squares (10^3: 0.30 and 0.21,
+// 7^3: 0.44 and 0.21, 5^3: 0.64 and 0.20). The value of the ether level is a guess from how much faster it swings. A
+// stride's error against every tick (Strides there has newer figures), played out between its turns, is combined with
+// the level's in the same way. The learnt level's (Learnt hair there) combines high's with its own from high.
 constexpr std::array<std::array<double, 3>, kLevelCount> kError{{{0.37, 0.53, 0.68},
                                                                  {0.48, 0.58, 0.71},
                                                                  {0.67, 0.73, 0.81},
@@ -272,8 +272,8 @@ class Chooser {
     raise_to_target();
   }
 
-  // A share of the time that is left beyond rung 0 of all characters, and the time of these: where sending takes most
-  // of the budget, no share of the whole would buy more than rung 0, and nobody would lack anything.
+  // A share of the time that is left beyond rung 0 of all characters, and the time of these: where sending takes
+  // most of the budget, no share of the whole would buy more than rung 0, and nobody would lack anything.
   [[nodiscard]] std::int64_t entitled_ns(double share) const {
     std::int64_t least_ns = 0;
     for (const BudgetItem& item : s_.items) least_ns += item.cost_ns[0];
@@ -322,7 +322,8 @@ class Chooser {
   std::span<Lod> chosen_;
   std::int64_t budget_ns_;
   std::int64_t wanted_ns_ = 0;
-  std::int64_t sum_ns_ = 0;  // of the chosen levels
+  // Sums the times of the chosen levels.
+  std::int64_t sum_ns_ = 0;
 };
 
 }  // namespace

@@ -22,26 +22,39 @@ struct Lod {
 
 // One character as input to choose_levels().
 struct BudgetCharacter {
-  std::uint64_t key = 0;  // unique; breaks ties between characters that are equal otherwise
+  // Is unique; breaks ties between characters that are equal otherwise.
+  std::uint64_t key = 0;
   std::uint64_t session = 0;
-  std::uint32_t subject = 0;         // the person or address that `session` belongs to
-  std::uint32_t observer_count = 0;  // that its frames go to
-  float importance = 0;              // the largest over observers: height of the head over the height of the screen
-  float unseen_s = 0;                // time since an observer last had it in view; 0: in view now
-  float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed over about a second
-  LevelIndex requested_level = LevelIndex::high;                   // the finest that its owner asked for
+  // `session` belongs to this person or address.
+  std::uint32_t subject = 0;
+  // Its frames go to this many observers.
+  std::uint32_t observer_count = 0;
+  // Is the largest over observers: height of the head over the height of the screen.
+  float importance = 0;
+  // An observer last had it in view this long ago; zero: one has it in view now.
+  float unseen_s = 0;
+  // These are smoothed over about a second.
+  float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;
+  // Its owner asked for this one as the finest.
+  LevelIndex requested_level = LevelIndex::high;
   bool levels_ready = false;
-  bool may_learn = false;  // the learnt level holds: there is one, for its material, its motion and the wind
-  bool asleep = false;     // from LatticeView
+  // The learnt level holds: there is one, for its material, its motion and the wind.
+  bool may_learn = false;
+  // Comes from LatticeView.
+  bool asleep = false;
   Lod now;
-  double since_s = std::numeric_limits<double>::infinity();  // time since the last change; infinite for a new character
+  // It changed this long ago; infinite for a new character.
+  double since_s = std::numeric_limits<double>::infinity();
 };
 
 struct BudgetTerms {
-  double available_s = 0;  // worker-seconds a tick for everything (TickGuard)
+  // A tick has this many worker-seconds for everything (TickGuard).
+  double available_s = 0;
   const CostEstimate* cost = nullptr;
-  std::array<double, kLevelCount> encode_s{};  // worker-seconds of one frame of a level, for any number of observers
-  double send_s = 0;                           // of one frame to one observer
+  // One frame of a level takes this many worker-seconds to encode, for any number of observers.
+  std::array<double, kLevelCount> encode_s{};
+  // One frame to one observer takes this long to send.
+  double send_s = 0;
 };
 
 struct BudgetReport {

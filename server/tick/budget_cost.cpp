@@ -9,7 +9,7 @@
 namespace hairnet::server {
 namespace {
 
-// A first estimate of the seconds of a turn over 1, 2 and 4 ticks of 1/30 s in full batches (hairnet-fidelity-stride).
+// A first estimate of the seconds of a turn over 1, 2 and 4 ticks of 1/30 s in full batches (hairnet-fidelity stride).
 constexpr double kTableTick_s = 1.0 / 30;
 constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.6e-6, 117.8e-6},
                                                                    {28.3e-6, 30.1e-6, 38.8e-6},
@@ -18,9 +18,12 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.
                                                                    {0.7e-6, 1.3e-6, 2.5e-6},
                                                                    {0, 0, 0}}};
 
-constexpr double kFirstSampleMost = 30;  // times the table's time, or one over it: allows a slow machine, but no hiccup
-constexpr double kSampleMost = 2;        // times the estimate: the most that a single tick counts
-constexpr double kGain = 0.1;            // of a tick with enough character-steps to be significant
+// Bounds samples against the table's time, both ways: a slow machine is allowed, but no hiccup.
+constexpr double kFirstSampleMost = 30;
+// A single tick counts at most this many times the estimate, or one over it.
+constexpr double kSampleMost = 2;
+// Weighs a tick with enough character-steps to be significant.
+constexpr double kGain = 0.1;
 constexpr double kFullSteps = 16;
 constexpr double kMachineGain = 0.05;
 

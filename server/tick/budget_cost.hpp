@@ -12,7 +12,8 @@ class CostEstimate {
  public:
   explicit CostEstimate(double tick_s);
 
-  void observe(const StepCosts& costs);  // of one tick
+  // Takes the costs of one tick.
+  void observe(const StepCosts& costs);
 
   // Worker-seconds of one turn, which covers `stride` (1, 2 or 4) ticks. 0 on the rigid level.
   [[nodiscard]] double turn_s(LevelIndex level, int stride) const;

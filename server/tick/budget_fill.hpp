@@ -12,14 +12,19 @@ inline constexpr std::size_t kRungCountMax = 8;
 
 // One character on its ladder: rung 0 is the least, `last` the finest that it may have. Costs never fall with the rung.
 struct BudgetItem {
-  std::uint32_t character = 0;  // of the caller
+  // Is the caller's number.
+  std::uint32_t character = 0;
   std::uint32_t subject = 0;
   std::uint64_t session = 0, key = 0;
-  double weight = 0;                                  // the weight of its error
-  std::array<std::int64_t, kRungCountMax> cost_ns{};  // for each tick, in whole ns, so that sums are exact in any order
-  const float* error = nullptr;                       // of each rung
+  // Weighs its error.
+  double weight = 0;
+  // Is the cost for each tick, in whole ns, so that sums are exact in any order.
+  std::array<std::int64_t, kRungCountMax> cost_ns{};
+  // Points to the error of each rung.
+  const float* error = nullptr;
   std::uint8_t last = 0, now = 0;
-  std::uint8_t even = 0;  // every item gets rungs up to this one before any item gets more
+  // Every item gets rungs up to this one before any item gets more.
+  std::uint8_t even = 0;
 };
 
 struct FillStep {
@@ -31,7 +36,8 @@ struct FillStep {
 };
 
 struct FillShare {
-  std::size_t begin = 0, end = 0;  // of its items
+  // These bound its items.
+  std::size_t begin = 0, end = 0;
   std::int64_t least_ns = 0, most_ns = 0;
 };
 

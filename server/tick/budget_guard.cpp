@@ -9,16 +9,23 @@ namespace hairnet::server {
 namespace {
 
 constexpr double kTrustMin = 0.02;
-constexpr double kCutMax = 0.5;      // in one tick: a single very late tick says little about the right amount
-constexpr double kCalm = 0.85;       // share of the target: below it, trust recovers
-constexpr double kReturnPerS = 2.5;  // of the trust, times the distance of a tick below kCalm
+// One tick cuts the trust to no less than this share: a single very late tick says little about the right amount.
+constexpr double kCutMax = 0.5;
+// Trust recovers while ticks are below this share of the target.
+constexpr double kCalm = 0.85;
+// The trust recovers at this rate, times the distance of a tick below kCalm.
+constexpr double kReturnPerS = 2.5;
 constexpr double kMarginFactorMin = 0.8;
-constexpr double kMarginStep = 0.08;    // for each overrun
-constexpr double kMarginReturn = 4e-5;  // for each tick: one overrun in 2000 keeps the balance
-// between two steps of the margin: a cause of one late tick often lasts for the next few
+// Each overrun widens the margin by this share.
+constexpr double kMarginStep = 0.08;
+// Each other tick narrows it by this share: one overrun in 2000 keeps the balance.
+constexpr double kMarginReturn = 4e-5;
+// This many ticks lie between two steps of the margin: a cause of one late tick often lasts for the next few.
 constexpr int kMarginTicks = 30;
-constexpr double kOverheadGain = 0.1;  // a tick
-constexpr double kOverheadMin = 0.05;  // share of a tick that one sample of the overhead may always reach
+// Weighs one tick.
+constexpr double kOverheadGain = 0.1;
+// One sample of the overhead may always reach this share of a tick.
+constexpr double kOverheadMin = 0.05;
 
 }  // namespace
 

@@ -23,9 +23,9 @@ class TickGuard {
  public:
   explicit TickGuard(const TickGuardDef& def);
 
-  // Observes one tick. `tick_duration_s` is the time from its begin to its end. `work_s` is what all workers together
-  // spent on characters (steps, encoding, sending). `wanted_s` is the predicted time if every character had the level
-  // that its owner asked for. All in s.
+  // Observes one tick, with all times in s. `tick_duration_s` is the time from its begin to its end. `work_s` is what
+  // all workers together spent on characters (steps, encoding, sending). `wanted_s` is the predicted time if every
+  // character had the level for which its owner asked.
   void observe(double tick_duration_s, double work_s, double wanted_s);
   [[nodiscard]] double available_s() const;
 

@@ -8,10 +8,13 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kTicksBetween = 4;  // between two choices, unless a change needs one at once
-constexpr double kSmoothing = 0.05;         // of measured times, for each tick
+// Levels are chosen once in this many ticks, unless a change needs a choice at once.
+constexpr std::uint64_t kTicksBetween = 4;
+// Each tick weighs this much in measured times.
+constexpr double kSmoothing = 0.05;
 constexpr double kUnbounded_s = 1e9;
-constexpr double kUncovered_s = 2;  // off the learnt level, after motions that it was not trained on
+// A character stays off the learnt level for this long, after motions that it was not trained on.
+constexpr double kUncovered_s = 2;
 
 void smooth(double& mean, double value) {
   HAIRNET_ASSERT(value >= 0);

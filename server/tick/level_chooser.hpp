@@ -46,10 +46,13 @@ class LevelChooser {
   TickCounters* counters_;
   CostEstimate cost_;
   TickGuard guard_;
-  std::array<double, kLevelCount> encode_s_{};  // of a frame, smoothed
+  // A frame takes this long to encode, smoothed.
+  std::array<double, kLevelCount> encode_s_{};
   double send_s_ = 0;
-  double wanted_s_ = 0;  // the last prediction
-  bool over_ = false;    // the last tick exceeded its budget
+  // Is the last prediction.
+  double wanted_s_ = 0;
+  // The last tick exceeded its budget.
+  bool over_ = false;
   std::vector<Character*> placed_;
   std::vector<BudgetCharacter> budgeted_;
   std::vector<Lod> chosen_;

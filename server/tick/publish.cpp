@@ -16,10 +16,13 @@ static_assert(kStrideMax == wire::kStrideMax);
 
 // Tolerances of coefficients, half an octave apart, so that observers share codings. The first is the finest.
 constexpr std::uint8_t kToleranceCount = 24;
-constexpr std::uint8_t kPoseOnly = kToleranceCount;  // of a frame without coefficients
+// Stands for a frame without coefficients.
+constexpr std::uint8_t kPoseOnly = kToleranceCount;
 constexpr float kFinestTolerance_m = 0.25e-3f;
-constexpr std::size_t kBatchBytes = 128;  // of a packet beside its frames and their generations, at most
-constexpr float kSmallestHeight = 0.02f;  // of a head on the screen that makes a difference
+// A packet has at most this many beside its frames and their generations.
+constexpr std::size_t kBatchBytes = 128;
+// A head below this share of the screen's height makes no further difference.
+constexpr float kSmallestHeight = 0.02f;
 
 float tolerance_m(std::uint8_t tolerance) {
   HAIRNET_ASSERT(tolerance < kToleranceCount);

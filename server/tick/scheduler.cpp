@@ -11,8 +11,10 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kInterestTicks = 8;     // from one choice of members by place to the next
-constexpr std::uint32_t kWindChangesPer_s = 4;  // of one room
+// Members are chosen again by place after this many ticks.
+constexpr std::uint64_t kInterestTicks = 8;
+// Bounds the changes in one room.
+constexpr std::uint32_t kWindChangesPer_s = 4;
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;

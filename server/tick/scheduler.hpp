@@ -25,15 +25,19 @@ struct SchedulerDef {
   WorldDef world;
   PublishDef publish;
   LevelChooserDef levels;
-  Wind wind;  // of every room, until one of its clients sets another
+  // Every room has this wind until one of its clients sets another.
+  Wind wind;
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
-  std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room exists
-  std::size_t room_count_max = 4096;                     // including empty ones
-  std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
+  // An empty room exists this long.
+  std::int64_t room_grace_ns = 10'000'000'000;
+  // Includes empty ones.
+  std::size_t room_count_max = 4096;
+  // Bounds all hair states that wait for their levels.
+  std::size_t state_bytes_max = std::size_t{256} << 20;
 };
 
-// From poses to frames: one call a tick. Tick thread.
+// Makes frames of poses, in one call a tick. Tick thread.
 class Scheduler {
  public:
   // `recorder` may be null.
@@ -87,19 +91,30 @@ class Scheduler {
   Simulation simulation_;
   LevelChooser level_chooser_;
   Publisher publisher_;
-  std::vector<Command> taken_;  // the ones before next_command_ are done
+  // The ones before next_command_ are done.
+  std::vector<Command> taken_;
   std::size_t next_command_ = 0;
-  std::int64_t character_messages_left_ = 0;    // that this tick may send about characters that come and go
-  std::deque<SessionId> announcements_;         // sessions to which some members of their room have not been announced
-  std::size_t announcement_count_left_ = 0;     // at this tick, of all sessions
-  std::set<CharacterKey> materials_changed_;    // that the World does not know yet
-  std::set<CharacterKey> appearances_changed_;  // that other sessions do not know yet
-  wire::RecordedTick inputs_;                   // of the tick being made
-  std::vector<Character*> moved_;               // that the World gets a new pose of
-  std::vector<MemberHead> heads_;               // of one room at a time
+  // This tick may send this many about characters that come and go.
+  std::int64_t character_messages_left_ = 0;
+  // Some members of their room have not been announced to these sessions.
+  std::deque<SessionId> announcements_;
+  // This tick may make this many, to all sessions.
+  std::size_t announcement_count_left_ = 0;
+  // The World does not know these yet.
+  std::set<CharacterKey> materials_changed_;
+  // Other sessions do not know these yet.
+  std::set<CharacterKey> appearances_changed_;
+  // Belongs to the tick being made.
+  wire::RecordedTick inputs_;
+  // The World gets new poses of these.
+  std::vector<Character*> moved_;
+  // Holds one room at a time.
+  std::vector<MemberHead> heads_;
   std::vector<bool> wanted_;
-  std::size_t state_bytes_ = 0;                            // of all hair states that wait
-  std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet
+  // Sums all hair states that wait.
+  std::size_t state_bytes_ = 0;
+  // Holds bytes of grooms that the recording does not hold yet.
+  std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;
   std::map<wire::GroomHash, std::shared_ptr<const LearntHair>> unrecorded_learnt_;
 };
 

@@ -14,7 +14,8 @@ constexpr std::size_t kAnnouncementsMax = 512, kAnnouncementsOfAllMax = 4096;
 // Messages about characters that come and go which one tick sends to all sessions; later commands wait for the next
 // tick.
 constexpr std::int64_t kCharacterMessagesMax = 32'768;
-constexpr std::uint32_t kAppearanceChangesPer_s = 4;  // of one character
+// Bounds the changes of one character.
+constexpr std::uint32_t kAppearanceChangesPer_s = 4;
 
 wire::MemberJoined joined_message(const Character& c) {
   return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance, c.generation};

@@ -95,8 +95,8 @@ struct TickCounters : CounterSet {
       *this, "duty_seconds", "duty", "step", "Time that workers and the tick spent, in seconds, by duty.", 1e-9};
   Counter encode_ns_total{*this, "duty_seconds", "duty", "encode", {}, 1e-9};
   Counter send_ns_total{*this, "duty_seconds", "duty", "send", {}, 1e-9};
-  Counter schedule_ns_total{*this, "duty_seconds", "duty", "schedule", {},
-                            1e-9};  // of the tick thread, before the step
+  // The tick thread spends this before the step.
+  Counter schedule_ns_total{*this, "duty_seconds", "duty", "schedule", {}, 1e-9};
   Counter levels_raised{*this, "levels_raised", "Characters raised to a finer level or a shorter stride."};
   Counter levels_lowered{*this, "levels_lowered", "Characters lowered to a coarser level or a longer stride."};
   Counter levels_entered{*this, "levels_entered", "Changes of a character's level."};

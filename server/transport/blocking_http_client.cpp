@@ -12,8 +12,10 @@ namespace {
 
 using Error = boost::system::error_code;
 
-constexpr std::size_t kBufferBytesMax = 64 << 10;  // also of a header
-constexpr std::size_t kErrorBytesMax = 64 << 10;   // of a body that no one asked for
+// Bounds a header, too.
+constexpr std::size_t kBufferBytesMax = 64 << 10;
+// Bounds a body that no one asked for.
+constexpr std::size_t kErrorBytesMax = 64 << 10;
 
 http::verb verb_of(ExchangeRequest::Method method) {
   switch (method) {

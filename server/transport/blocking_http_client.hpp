@@ -10,14 +10,19 @@
 namespace hairnet::server {
 
 struct BlockingHttpClientDef {
-  std::string host;  // a name or a numeric address, without brackets
+  // Is a name or a numeric address, without brackets.
+  std::string host;
   std::uint16_t port = 0;
   bool is_tls = false;
-  std::string ca = {};                                 // PEM file of its authority; empty: the system's
-  std::string whose = "the server";                    // in words for errors
-  std::chrono::milliseconds connect_timeout{2'000};    // with TLS; finding the addresses of a name is the system's
-  std::chrono::milliseconds exchange_timeout{10'000};  // of a request and its answer, and besides:
-  std::chrono::milliseconds mib_timeout{1'000};        // for each MiB of them
+  // Is the PEM file of its authority; empty: the system's.
+  std::string ca = {};
+  // Names the server in errors.
+  std::string whose = "the server";
+  // Includes TLS, but not finding the addresses of a name, which the system bounds.
+  std::chrono::milliseconds connect_timeout{2'000};
+  // A request and its answer may take this long, and mib_timeout more for each MiB of them.
+  std::chrono::milliseconds exchange_timeout{10'000};
+  std::chrono::milliseconds mib_timeout{1'000};
 };
 
 // Carries requests over HTTP/1.1 while its caller waits, with a loop of its own, which no other thread runs. A

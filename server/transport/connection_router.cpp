@@ -57,7 +57,8 @@ asio::awaitable<Found> read_protocol(ByteStream& stream) {
   std::size_t filled = 0;
   Found found;
   while (found.protocol == DetectedProtocol::unknown) {
-    HAIRNET_ASSERT(filled < kProtocolBytesMax);  // that many bytes show the protocol
+    // This many bytes show the protocol.
+    HAIRNET_ASSERT(filled < kProtocolBytesMax);
     const auto [error, count] =
         co_await stream.async_read_some(asio::buffer(first.data() + filled, first.size() - filled), kAwaitable);
     if (error) {

@@ -10,8 +10,10 @@ namespace hairnet::server {
 enum class ContentCoding : std::uint8_t { brotli, gzip, identity };
 
 struct ContentCodingName {
-  std::string_view token;   // in HTTP's header fields; empty: identity
-  std::string_view ending;  // of the copy's name
+  // Is as in HTTP's header fields; empty: identity.
+  std::string_view token;
+  // Ends the copy's name.
+  std::string_view ending;
 };
 ContentCodingName name_of(ContentCoding coding);
 

@@ -78,11 +78,13 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   SerialExecutor executor;
   EtcdSink* sink = nullptr;
   std::vector<EtcdEndpoint> endpoints;
-  std::vector<std::vector<std::shared_ptr<HttpPeer>>> idle;  // of each endpoint
+  // Each endpoint has its own.
+  std::vector<std::vector<std::shared_ptr<HttpPeer>>> idle;
   std::map<std::uint64_t, Open> open;
   std::shared_ptr<asio::ssl::context> tls;
   std::string user, password, token;
-  bool is_user_refused = false;  // and that is logged
+  // etcd does not accept the user, and that is logged.
+  bool is_user_refused = false;
 };
 
 EtcdClient::Impl::Request EtcdClient::Impl::request_of(const EtcdEndpoint& endpoint, const std::string& path,

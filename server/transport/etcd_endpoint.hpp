@@ -13,10 +13,14 @@ namespace hairnet::server {
 struct EtcdOptions {
   static constexpr std::size_t kEndpointsMax = 8;
 
-  std::vector<std::string> endpoints;  // http://host[:port] or https://host[:port]; the port is 2379 by default
-  std::string ca;                      // PEM file that endpoints' certificates must follow from; empty: the system's
-  std::string certificate, key;        // PEM files of this server as a client; both or none
-  std::string user, password_file;     // of etcd's own users; the file's first line; both or none
+  // Each is http://host[:port] or https://host[:port]; the port is 2379 by default.
+  std::vector<std::string> endpoints;
+  // Endpoints' certificates must follow from this PEM file; empty: from the system's.
+  std::string ca;
+  // These are PEM files of this server as a client; both or none.
+  std::string certificate, key;
+  // These name one of etcd's own users, whose password is the file's first line; both or none.
+  std::string user, password_file;
 };
 
 struct EtcdEndpoint {

@@ -16,12 +16,15 @@ namespace {
 
 constexpr std::uint32_t kHeaderBytesMax = 8 << 10;
 constexpr std::size_t kTargetBytesMax = 2048;
-constexpr std::size_t kBodyBytesMax = 4096;  // of a body that comes with a GET; it is read and ignored
+// Bounds a body that comes with a GET; it is read and ignored.
+constexpr std::size_t kBodyBytesMax = 4096;
 constexpr std::size_t kReadBytesMax = 16 << 10;
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
 constexpr std::string_view kWebTransportPage = "/wt.json";
-constexpr std::string_view kRoomPage = "/room";     // pages of allowed origins may ask it, with a token
-constexpr std::chrono::milliseconds kRateWait{10};  // for a connection that receives pages at its limit
+// Pages of allowed origins may ask it, with a token.
+constexpr std::string_view kRoomPage = "/room";
+// A connection that receives pages at its limit waits this long.
+constexpr std::chrono::milliseconds kRateWait{10};
 
 using Request = WebSocketConnection::Request;
 

@@ -39,7 +39,7 @@ class HttpPeer {
   asio::awaitable<Error> read_some(Parser& parser) {
     co_return std::get<0>(co_await http::async_read_some(socket_, buffer_, parser, kAwaitable));
   }
-  // Of the operations that follow.
+  // Bounds the operations that follow.
   void expires_after(std::chrono::milliseconds time) { socket_.plain.expires_after(time); }
   void expires_never() { socket_.plain.expires_never(); }
   void close() {

@@ -9,10 +9,13 @@ namespace hairnet::server {
 
 // Where a client of HTTP connects to.
 struct HttpUrl {
-  std::string host;        // a name or a numeric address, without brackets
-  std::uint16_t port = 0;  // 0: that of the scheme
+  // Is a name or a numeric address, without brackets.
+  std::string host;
+  // Zero stands for the scheme's port.
+  std::uint16_t port = 0;
   bool is_tls = false;
-  std::string path;  // from the first slash after the host, unread; may be empty
+  // Begins at the first slash after the host; is not parsed, and may be empty.
+  std::string path;
 };
 
 // http://host[:port][/path] or https://...; nothing when it is not that.

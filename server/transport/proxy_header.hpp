@@ -18,8 +18,10 @@ struct ProxyHeader {
     complete,
   };
   Status status = Status::incomplete;
-  std::size_t bytes = 0;                             // of a complete header
-  std::optional<asio::ip::tcp::endpoint> peer = {};  // none: the proxy's own connection, or not one of TCP
+  // A complete header has this many.
+  std::size_t bytes = 0;
+  // None stands for the proxy's own connection, or one that is not of TCP.
+  std::optional<asio::ip::tcp::endpoint> peer = {};
 };
 
 // Proxies add values of type, length and value behind the addresses; this is room for 2 KB of them.

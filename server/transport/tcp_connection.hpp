@@ -44,11 +44,15 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   asio::steady_timer wake_writer_;
   channel::PacketSplitter splitter_;
   TransportCounters* counters_;
-  PacketSink* sink_ = nullptr;      // null once closed
-  PacketQueue unsent_, sending_;    // one fills while the other is being sent
-  std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
+  // Is null once closed.
+  PacketSink* sink_ = nullptr;
+  // One fills while the other is being sent.
+  PacketQueue unsent_, sending_;
+  // Joins small packets, or those for TLS, for one write.
+  std::vector<std::uint8_t> flat_;
   std::vector<asio::const_buffer> gathered_;
-  bool is_writing_ = false;  // sending_ is being written
+  // sending_ is being written.
+  bool is_writing_ = false;
   bool is_joined_ = false, closing_ = false, shut_ = false;
 };
 

@@ -17,15 +17,18 @@ struct TlsFiles {
 
 // The settings of one port: addresses, TLS, pages, limits and timeouts.
 struct TransportOptions {
-  std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric or localhost; "::" is all
-  std::uint16_t port = 7420;                           // 0: the system picks one
+  // Each is IPv4 or IPv6, numeric or localhost; "::" is all.
+  std::vector<std::string> addresses = {"127.0.0.1"};
+  // Zero lets the system pick one.
+  std::uint16_t port = 7420;
 
-  // WebTransport on a UDP port: 0 is the number of the TCP port.
+  // WebTransport has a UDP port: zero is the number of the TCP port.
   bool webtransport = true;
   std::uint16_t udp_port = 0;
 
   TlsFiles tls;
-  bool tls_required = false;  // plain connections are refused
+  // Plain connections are refused.
+  bool tls_required = false;
 
   // Pages that may open a WebSocket. None: the server's own and, if `addresses` are all of the loopback, those of
   // localhost, 127.0.0.1 and [::1] with any port.
@@ -33,20 +36,26 @@ struct TransportOptions {
   // Names that the Host of a request may have; none: any. A page of the server's own may then open a WebSocket only as
   // localhost if `addresses` are all of the loopback. Numeric hosts always pass.
   std::vector<std::string> hosts;
-  std::string web_root;  // folder of the pages; empty: none
+  // The pages are in this folder; empty: there are none.
+  std::string web_root;
 
   AdmissionLimits admission;
-  // Numeric; the limits of one address do not apply to these. Load tools and proxies connect from them.
+  // These are numeric; the limits of one address do not apply to them. Load tools and proxies connect from them.
   std::vector<std::string> exempt_addresses = {"127.0.0.1", "::1"};
-  // Numeric; of proxies, whose connections must begin with a header of the PROXY protocol. It names the peer.
+  // These are numeric, and those of proxies, whose connections must begin with a header of the PROXY protocol. It names
+  // the peer.
   std::vector<std::string> proxy_protocol;
-  std::chrono::milliseconds opening_timeout{5000};    // for the first bytes, and again for the TLS handshake
-  std::chrono::milliseconds request_timeout{10000};   // for a whole HTTP request, including the wait for it
-  std::chrono::milliseconds response_timeout{10000};  // for each 64 KiB of a response
-  // a silent WebSocket gets a ping after this time, and is closed after twice this time
+  // Bounds the wait for the first bytes, and again the TLS handshake.
+  std::chrono::milliseconds opening_timeout{5000};
+  // Bounds a whole HTTP request, including the wait for it.
+  std::chrono::milliseconds request_timeout{10000};
+  // Bounds each 64 KiB of a response.
+  std::chrono::milliseconds response_timeout{10000};
+  // A silent WebSocket gets a ping after this time, and is closed after twice this time.
   std::chrono::milliseconds ping_after{15000};
   std::size_t requests_per_connection_max = 100;
-  double page_bytes_per_s = 32 << 20;  // of a connection; also at once
+  // Bounds the pages of a connection in a second, and at once.
+  double page_bytes_per_s = 32 << 20;
 };
 
 // Returns an empty string when the options agree with each other; else one line.

@@ -20,7 +20,7 @@ constexpr std::array<Rate, 4> kRates{{{25, 1}, {25, 2}, {60, 1}, {90, 1}}};
 constexpr double kTimedRate_hz = 60;
 constexpr int kPaperIterations = 16;
 
-// Of a step of one character, us. Steps cost the same at any length and stiffness.
+// Holds how long a step of one character takes, us. Steps cost the same at any length and stiffness.
 struct StepTimes {
   std::array<double, kIterations.size()> crowd{};
   double naive = 0;

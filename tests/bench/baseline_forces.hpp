@@ -20,9 +20,10 @@ struct StiffenerBlock {
 };
 
 struct BaselineSystem {
-  Eigen::Matrix3Xd rest, rest_dot;           // R P^0 and R' P^0
-  Eigen::VectorXd load;                      // h (f + h df/dp P')
-  std::vector<Eigen::Matrix3d> node_blocks;  // of single nodes: mass, ether, drag, contact
+  Eigen::Matrix3Xd rest, rest_dot;  // R P^0 and R' P^0
+  Eigen::VectorXd load;             // h (f + h df/dp P')
+  // Holds one block for each node, of mass, ether, drag and contact.
+  std::vector<Eigen::Matrix3d> node_blocks;
   std::vector<StiffenerBlock> springs, attachments;
 };
 

@@ -24,7 +24,8 @@ constexpr std::array kTolerances_m{0.25e-3f, 1e-3f, 4e-3f, 16e-3f};
 // A character's hair at one tick.
 struct Moment {
   Pose pose;
-  std::vector<Vec3f> displacement;  // of the level's active nodes, m
+  // Belongs to the level's active nodes, m.
+  std::vector<Vec3f> displacement;
   std::vector<float> coefficients;
 };
 

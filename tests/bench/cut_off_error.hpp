@@ -13,10 +13,11 @@ class CutOffError {
               float stiffness = 1);
 
   [[nodiscard]] double of_ours(int iterations) const;
-  [[nodiscard]] double of_naive(int iterations) const;  // infinite when it runs away
+  // Is infinite when the step runs away.
+  [[nodiscard]] double of_naive(int iterations) const;
   // The fewest of our iterations with an error of at most `error`, up to `most`.
   [[nodiscard]] int iterations_for(double error, int most) const;
-  // Of the naive step, to a quarter.
+  // Finds the same for the naive step, to a quarter.
   [[nodiscard]] int naive_iterations_for(double error, int most) const;
 
  private:

@@ -11,11 +11,16 @@
 namespace hairnet::bench {
 
 struct FfdTime {
-  std::string name;            // "quadratic, stored weights" …
-  double ns_per_point = 0;     // the least of many runs
-  double ratio_to_stored = 0;  // how many times faster than stored weights of the same kind, in this run
-  std::uint64_t hash = 0;      // of the bits of all deformed points (and tangents)
-  double error_max_m = 0;      // from the double reference, over all points; of tangents a ratio
+  // Names the kind and how it is computed, such as "quadratic, stored weights".
+  std::string name;
+  // Is the least of many runs.
+  double ns_per_point = 0;
+  // Says how many times faster it is than stored weights of the same kind, in this run.
+  double ratio_to_stored = 0;
+  // Covers the bits of all deformed points, and of tangents where they are computed.
+  std::uint64_t hash = 0;
+  // Is the largest distance to the double reference over all points; for tangents it is a ratio.
+  double error_max_m = 0;
 };
 
 // Times FFD of about `point_count` points of the groom: whole strands picked evenly, each with its root blend, deformed

@@ -9,15 +9,17 @@
 // The instruction set that Highway's kernels run on, and what machine this is.
 namespace hairnet::bench {
 
-std::vector<std::string> isa_names();  // that this machine has and the kernels are compiled for, best first
+// Lists those that this machine has and the kernels are compiled for, best first.
+std::vector<std::string> isa_names();
 
-// "best", or one of isa_names(). Of all kernels, from now on; refused when it is not there.
+// Sets all kernels from now on to "best" or one of isa_names(). Refused when it is not there.
 Result<void> use_isa(const std::string& name);
 
 // As asked for and in use.
 std::string isa_in_use();
 
 std::string cpu_model();
-std::size_t thread_count();  // of the machine
+// Counts the machine's hardware threads.
+std::size_t thread_count();
 
 }  // namespace hairnet::bench

@@ -12,16 +12,20 @@ namespace hairnet::bench {
 class StepRunner {
  public:
   virtual ~StepRunner() = default;
-  virtual void rewind() = 0;                 // to the cast's states
-  [[nodiscard]] virtual bool perform() = 0;  // all frames of all characters; false when a lattice is not finite
+  // Goes back to the cast's states.
+  virtual void rewind() = 0;
+  // Steps all frames of all characters. False when a lattice is not finite.
+  [[nodiscard]] virtual bool perform() = 0;
   [[nodiscard]] virtual std::vector<LatticeState> states() const = 0;
-  [[nodiscard]] virtual std::string hash() const = 0;  // of all states as they are
+  // Covers all states as they are.
+  [[nodiscard]] virtual std::string hash() const = 0;
 };
 
 struct StepRunnerSettings {
   int iterations = 16;
   int steps_per_frame = 1;
-  double relative_residual = 0;  // of the baselines
+  // May end a baseline's iterations earlier.
+  double relative_residual = 0;
 };
 
 enum class Baseline : bool { naive, fair };

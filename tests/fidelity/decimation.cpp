@@ -1,12 +1,14 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "client/files/write_file.hpp"
-#include "client/tools/command_line/parse.hpp"
 #include "tests/fidelity/decimation_report.hpp"
+#include "tests/fidelity/sections.hpp"
+#include "tests/fidelity/write_json.hpp"
 
 namespace {
 
@@ -19,9 +21,9 @@ constexpr int kTruthNodes = 14;
 
 constexpr const char* kExamples = R"(
 Examples:
-  hairnet-fidelity-decimation --quick
-  hairnet-fidelity-decimation --json all.json --plot decimation.svg
-  hairnet-fidelity-decimation --groom sintel --groom made:ponytail --motion dance_a --lattices)";
+  hairnet-fidelity decimation --quick
+  hairnet-fidelity decimation --json all.json --plot decimation.svg
+  hairnet-fidelity decimation --groom sintel --groom made:ponytail --motion dance_a --lattices)";
 
 struct Options {
   std::vector<std::string> grooms, motions;
@@ -94,10 +96,11 @@ Result<void> run(Options options) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Options options;
-  CLI::App app("How far a decimated model lies from all springs and attachments, integrated to convergence",
-               "hairnet-fidelity-decimation");
+void hairnet::fidelity::add_decimation(CLI::App& program, std::function<int()>& chosen) {
+  const auto kept = std::make_shared<Options>();
+  Options& options = *kept;
+  CLI::App& app = *program.add_subcommand(
+      "decimation", "How far a decimated model lies from all springs and attachments, integrated to convergence");
   app.add_option("--groom", options.grooms, "yuksel, ponytail, harolongo, sintel or made:NAME; again for more [seven]");
   app.add_option("--motion", options.motions, "a motion of the corpus or made:NAME; again for more [three real ones]");
   app.add_flag("--quick", options.is_quick, "two hairstyles, one motion, one random subset");
@@ -106,9 +109,10 @@ int main(int argc, char** argv) {
   app.add_option("--json", options.json, "write every figure to this file");
   app.add_option("--plot", options.plot, "draw mean error against count to this file (SVG)");
   app.footer(kExamples);
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  const auto done = run(std::move(options));
-  if (done) return 0;
-  std::fprintf(stderr, "hairnet-fidelity-decimation: %s\n", done.error().c_str());
-  return 1;
+  app.callback([kept, &chosen] {
+    chosen = [kept] {
+      const Result<void> done = run(*kept);
+      return done ? 0 : fail(done.error());
+    };
+  });
 }

@@ -40,7 +40,8 @@ void BentBody::bend(const Pose& pose) {
   for (std::size_t b = 0; b < kBoneCount; ++b) in_head.bones[b] = pose.head().inverse() * pose.bones[b];
   TriangleMesh bent{{}, near_.mesh.triangles};
   skin_vertices(near_, in_head, bent.vertices);
-  constexpr float kRounding_m = 1e-6F;  // of skin that goes with the head
+  // Skin that goes with the head moves less than this in head space.
+  constexpr float kRounding_m = 1e-6F;
   std::vector<float> vertex_m(vertices_.size());
   for (std::size_t v = 0; v < vertices_.size(); ++v) vertex_m[v] = (bent.vertices[v] - vertices_[v]).norm();
   const float moved_m = vertex_m.empty() ? 0 : std::ranges::max(vertex_m);

@@ -24,7 +24,7 @@ class BentBody {
   [[nodiscard]] double moved_m(const Vec3f& point_head, double reach_m) const {
     return moved_box_.squaredExteriorDistance(point_head) < static_cast<float>(reach_m * reach_m) ? moved_m_ : 0;
   }
-  // Of the point to the nearest skin, which must be nearer than `most_m`; in m.
+  // Measures to the nearest skin, which must be nearer than `most_m`; in m.
   [[nodiscard]] double distance_m(const Vec3f& point_head,
                                   double most_m = std::numeric_limits<double>::infinity()) const {
     return skin_->closest(point_head.cast<double>(), most_m).distance;
@@ -32,11 +32,14 @@ class BentBody {
   [[nodiscard]] bool inside(const Vec3f& point_head) const { return skin_->inside(point_head.cast<double>()); }
 
  private:
-  Body near_;  // the body near the hair
+  // Is the part of the body near the hair.
+  Body near_;
   std::vector<Vec3f> vertices_;
   std::optional<MeshQuery> skin_;
-  Eigen::AlignedBox3f moved_box_;  // of what moved at the last bend, before and after it
-  double moved_m_ = 0;             // the farthest that any vertex went
+  // Encloses what moved at the last bend, before and after it.
+  Eigen::AlignedBox3f moved_box_;
+  // Is the farthest that any vertex went.
+  double moved_m_ = 0;
 };
 
 inline constexpr double kTooDeep_m = 0.003;  // beyond the depth in the design
@@ -54,12 +57,18 @@ class DeepPoints {
 
  private:
   struct ProbePoint {
-    double limit_m;          // the depth beyond which the point is too deep
-    double distance_m;       // to the skin when the mesh was last asked, or the least that it can be
-    bool is_inside;          // at that time; true while the side is not known
-    bool is_side_known;      // the mesh was asked for the side too
-    double travelled_m = 0;  // of point and skin since then, at most
-    Vec3f last;              // where the point was at the last tick looked at
+    // Is the depth beyond which the point is too deep.
+    double limit_m;
+    // Is the distance to the skin when the mesh was last asked, or the least that it can be.
+    double distance_m;
+    // Is of that time, and true while the side is not known.
+    bool is_inside;
+    // Is true when the mesh was asked for the side too.
+    bool is_side_known;
+    // Bounds how far point and skin have travelled since then.
+    double travelled_m = 0;
+    // Is where the point was at the last tick looked at.
+    Vec3f last;
   };
   std::vector<ProbePoint> spots_;
 };

@@ -12,7 +12,8 @@ namespace {
 struct Case {
   const char* name;
   LevelSpec spec;
-  double turn_rad;  // of the head in the step
+  // The head turns by it in the step.
+  double turn_rad;
 
   friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };

@@ -5,16 +5,17 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/learning/learn_hair.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
 #include "schema/wire/learnt_file.hpp"
 #include "tests/fidelity/modes_subject.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -227,16 +228,11 @@ Json mean_of(const Json& rows, const std::string& groom) {
   return mean;
 }
 
-int fail(const std::string& reason) {
-  std::fprintf(stderr, "hairnet-fidelity-learnt: %s\n", reason.c_str());
-  return 1;
-}
-
 int run(const Options& o) {
   Json rows = Json::array(), means = Json::array();
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 2000);
-    if (!groom) return fail(groom.error());
+    if (!groom) return fidelity::fail(groom.error());
     const fidelity::ModesSubject subject(*groom, {});
     const double start_s = fidelity::now_s();
     double fit_s = start_s;
@@ -255,7 +251,7 @@ int run(const Options& o) {
     std::vector<fidelity::Clip> clips;
     for (const std::string& motion_name : o.motions) {
       const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
-      if (!motion) return fail(motion.error());
+      if (!motion) return fidelity::fail(motion.error());
       clips.push_back(fidelity::make_clip(*motion, kRate_hz, o.duration_s));
     }
     const auto percent = [](float share) { return 100 * static_cast<double>(share); };
@@ -289,7 +285,7 @@ int run(const Options& o) {
       print(means.back());
     }
   }
-  if (means.empty()) return fail("every hairstyle was refused");
+  if (means.empty()) return fidelity::fail("every hairstyle was refused");
   std::printf("\n");
   print_head();
   for (const Json& mean : means) print(mean);
@@ -300,17 +296,19 @@ int run(const Options& o) {
     print(mean_of(own, "mean"));
   }
   for (const Json& mean : means) rows.push_back(mean);
-  return fidelity::write_json("hairnet-fidelity-learnt", o.json, rows);
+  return fidelity::write_json(o.json, rows);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("How near hair that is learnt from poses comes to the finest level.", "hairnet-fidelity-learnt");
+void hairnet::fidelity::add_learnt(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app =
+      *program.add_subcommand("learnt", "How near hair that is learnt from poses comes to the finest level.");
   app.footer(
-      "Examples:\n  hairnet-fidelity-learnt --groom made:ponytail\n  hairnet-fidelity-learnt --hidden 64 --rounds "
+      "Examples:\n  hairnet-fidelity learnt --groom made:ponytail\n  hairnet-fidelity learnt --hidden 64 --rounds "
       "80\n");
-  Options o;
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus")->capture_default_str();
   app.add_option("--motion", o.motions, "motions of the corpus")->capture_default_str();
   app.add_option("--wind", o.winds_m_per_s, "mean speeds of winds, m/s")
@@ -340,6 +338,5 @@ int main(int argc, char** argv) {
   app.add_option("--rate", learning.rate, "of the first steps")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--decay", learning.decay, "of weights")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

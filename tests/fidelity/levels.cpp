@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -134,16 +135,11 @@ void print(Rows& rows, Json& json) {
   std::printf("(median, 95 %% and 99.9 %% of all strand points)\n");
 }
 
-int fail(const std::string& reason) {
-  std::fprintf(stderr, "hairnet-fidelity-levels: %s\n", reason.c_str());
-  return 1;
-}
-
 int run(const Options& o) {
   Rows rows;
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 2000);
-    if (!groom) return fail(groom.error());
+    if (!groom) return fidelity::fail(groom.error());
     const auto levels = build_levels(*groom);
     Hair hair(*groom, *levels);
     for (const LevelIndex from : {LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether}) {
@@ -156,7 +152,7 @@ int run(const Options& o) {
         at_rest(levels, from, to, o.tilt_rad, hair, rows[{from_name, to_name, "tilted"}]);
         for (const std::string& motion_name : o.motions) {
           const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
-          if (!motion) return fail(motion.error());
+          if (!motion) return fidelity::fail(motion.error());
           in_motion(levels, from, to, fidelity::make_clip(*motion, kRate_hz, 3), hair,
                     rows[{from_name, to_name, "moving"}]);
         }
@@ -165,19 +161,19 @@ int run(const Options& o) {
   }
   Json json = Json::array();
   print(rows, json);
-  return fidelity::write_json("hairnet-fidelity-levels", o.json, json);
+  return fidelity::write_json(o.json, json);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("How far hair jumps when its level changes.", "hairnet-fidelity-levels");
-  app.footer("Examples:\n  hairnet-fidelity-levels\n  hairnet-fidelity-levels --groom made:bob --motion made:dance\n");
-  Options o;
+void hairnet::fidelity::add_levels(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app = *program.add_subcommand("levels", "How far hair jumps when its level changes.");
+  app.footer("Examples:\n  hairnet-fidelity levels\n  hairnet-fidelity levels --groom made:bob --motion made:dance\n");
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus");
   app.add_option("--motion", o.motions, "motions of the corpus");
   app.add_option("--tilt", o.tilt_rad, "of the head at rest, rad")->check(CLI::Range(0.0, 3.1));
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

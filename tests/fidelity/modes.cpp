@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
 #include "schema/codec/frame.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "tests/fidelity/modes_subject.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -39,11 +40,15 @@ struct Options {
 struct Run {
   std::vector<Pose> poses;
   std::vector<std::vector<float>> coefficients;
-  double motion_m2 = 0;            // sums over frames: of the hair's displacements,
-  double outside_m2 = 0;           // of what no coefficient shows,
-  std::array<double, 4> moved{};   // of the error of each level, as its lattice moves the hair,
-  std::array<double, 4> learnt{};  // and through its map
-  // high: nodes, modes; low: nodes, modes; then the same after the push
+  // Sums squares of the hair's displacements over frames, as the next three sum squares of errors.
+  double motion_m2 = 0;
+  // Is what no coefficient shows.
+  double outside_m2 = 0;
+  // Is the error of each level as its lattice moves the hair.
+  std::array<double, 4> moved{};
+  // Is the error of each level through its map.
+  std::array<double, 4> learnt{};
+  // The order is high: nodes, modes; low: nodes, modes; then the same after the push.
   std::array<double, 2 * kDepthCases> deep_percent{};
 
   [[nodiscard]] double percent(double error_m2) const { return 100 * std::sqrt(error_m2 / motion_m2); }
@@ -198,16 +203,11 @@ Json mean_of(const Json& rows) {
   return mean;
 }
 
-int fail(const std::string& reason) {
-  std::fprintf(stderr, "hairnet-fidelity-modes: %s\n", reason.c_str());
-  return 1;
-}
-
 int run(const Options& o) {
   Json rows = Json::array();
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 2000);
-    if (!groom) return fail(groom.error());
+    if (!groom) return fidelity::fail(groom.error());
     const fidelity::ModesSubject subject(*groom, o.training);
     const Basis& basis = subject.modes->basis;
     const codec::CoefficientCode coder(basis.deviation_m);
@@ -222,7 +222,7 @@ int run(const Options& o) {
     print_head(o.error_percent);
     for (const std::string& motion_name : o.motions) {
       const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
-      if (!motion) return fail(motion.error());
+      if (!motion) return fidelity::fail(motion.error());
       const Run clip = run_clip(subject, fidelity::make_clip(*motion, o.rate_hz, o.duration_s));
       rows.push_back(row_of(name, motion_name, clip, code_within(clip, coder, o.error_percent)));
       print(rows.back());
@@ -231,15 +231,16 @@ int run(const Options& o) {
   std::printf("\n");
   print_head(o.error_percent);
   print(mean_of(rows));
-  return fidelity::write_json("hairnet-fidelity-modes", o.json, rows);
+  return fidelity::write_json(o.json, rows);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("How well modes carry hair.", "hairnet-fidelity-modes");
-  app.footer("Examples:\n  hairnet-fidelity-modes\n  hairnet-fidelity-modes --groom made:bob --motion made:dance\n");
-  Options o;
+void hairnet::fidelity::add_modes(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app = *program.add_subcommand("modes", "How well modes carry hair.");
+  app.footer("Examples:\n  hairnet-fidelity modes\n  hairnet-fidelity modes --groom made:bob --motion made:dance\n");
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus")->capture_default_str();
   app.add_option("--motion", o.motions, "motions of the corpus")->capture_default_str();
   app.add_option("--rate", o.rate_hz, "ticks a second")->check(CLI::Range(10.0, 240.0))->capture_default_str();
@@ -253,6 +254,5 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 100.0))
       ->capture_default_str();
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

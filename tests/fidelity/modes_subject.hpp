@@ -20,7 +20,7 @@ double now_s();  // for differences of times
 struct ModesSubject {
   ModesSubject(const Groom& groom, const ModeTraining& training);
 
-  // Of the hair's points, from displacements of the finest level's active nodes, m.
+  // Averages squares over the hair's points, which follow displacements of the finest level's active nodes, m.
   [[nodiscard]] double mean_square_m2(std::span<const Vec3f> displacements) const;
 
   Groom groom;

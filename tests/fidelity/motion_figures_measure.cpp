@@ -71,7 +71,7 @@ class Run {
 
   [[nodiscard]] CharacterId character() const { return character_; }
 
-  // To be called after every tick. Jumps count when `time_s` is not negative.
+  // Call it after every tick. Jumps count when `time_s` is not negative.
   void follow(const World& world, const RigidTransform& head, const RigidProbePoints& rigid, double time_s) {
     points_before_.swap(points_);
     const LatticeView view = world.lattice(character_);
@@ -148,8 +148,10 @@ class Run {
   StrandLengths drawn_lengths_;
   DeepPoints deep_;
   int looks_ = 0;
-  std::vector<Vec3f> grid_, stretched_, points_, points_before_;  // head space; as FFD has them, as they are drawn
-  std::vector<Vec3> before_, before_that_;                        // of the probe_points, world
+  // Are in head space: `stretched_` as FFD has them, `points_` as they are drawn, `points_before_` a tick earlier.
+  std::vector<Vec3f> grid_, stretched_, points_, points_before_;
+  // Are where the probe points were at the last tick and at the one before it, world.
+  std::vector<Vec3> before_, before_that_;
   std::vector<float> jumps_m_, lengths_, drawn_;
 };
 

@@ -21,33 +21,46 @@ struct Worst {
 
 // Measures of the hair after the head is upright and still again. Points are strand points.
 struct RestFigures {
-  double speed_m_per_s = 0;     // of the fastest point
-  double deep_share = 0;        // of points more than kTooDeep_m deeper in the body than designed
-  double rms_m = 0, p99_m = 0;  // distance of points from the design
-  double inverted_share = 0;    // of points, those where the lattice is turned inside out: det(dx/dX) < 0
+  // Is the speed of the fastest point.
+  double speed_m_per_s = 0;
+  // Is the share of points more than kTooDeep_m deeper in the body than designed.
+  double deep_share = 0;
+  // Are distances of points from the design.
+  double rms_m = 0, p99_m = 0;
+  // Is the share of points where the lattice is turned inside out: det(dx/dX) < 0.
+  double inverted_share = 0;
 };
 
 // Measures of one hairstyle in one motion.
 struct MotionFigures {
   std::string groom, motion;
   LevelIndex level = LevelIndex::high;
-  double deep_share = 0;  // mean over ticks, of points more than kTooDeep_m deeper in the body than designed
-  Worst deep{};           // the same in the worst tick
-  double length_p50 = 1, length_p99 = 1;  // of a strand in the lattice over its design's, over strands and ticks
+  // Is the mean over ticks of the share of points more than kTooDeep_m deeper in the body than designed.
+  double deep_share = 0;
+  // Is the same in the worst tick.
+  Worst deep{};
+  // Divide a strand's length in the lattice by its design's, over strands and ticks.
+  double length_p50 = 1, length_p99 = 1;
   Worst length{1, 0};
-  double drawn_p99 = 1;  // of a strand as it is drawn (core/ffd/strand_lengths.hpp)
-  // Of a point in two ticks, |x(t) - 2 x(t-1) + x(t-2)| in the world, beyond that of the same point of the design
-  // moving rigidly with the head.
+  // Divides likewise, for a strand as it is drawn (core/ffd/strand_lengths.hpp).
+  double drawn_p99 = 1;
+  // A jump is |x(t) - 2 x(t-1) + x(t-2)| of a point in the world, beyond that of the same point of the design moving
+  // rigidly with the head.
   double jump_p999_m = 0;
   Worst jump_m{};
-  double hanging_rad = std::numeric_limits<double>::quiet_NaN();  // lower halves of strands, median from vertical
-  std::optional<RestFigures> rest{};                              // empty when it was not asked for
+  // Is the median angle of the lower halves of strands from vertical.
+  double hanging_rad = std::numeric_limits<double>::quiet_NaN();
+  // Is empty when it was not asked for.
+  std::optional<RestFigures> rest{};
 };
 
 struct MotionFigureOptions {
-  Environment environment{};       // during the motion; calm after it
-  double rest_after_s = 5;         // upright and still after the motion, before the rest is measured; 0: it is not
-  std::size_t point_count = 4000;  // of the hairstyle for depth and jumps, about
+  // Acts during the motion; it is calm after it.
+  Environment environment{};
+  // Is the time upright and still after the motion, before the rest is measured; zero leaves it out.
+  double rest_after_s = 5;
+  // Says at about how many of the hairstyle's points depth and jumps are measured.
+  std::size_t point_count = 4000;
 };
 
 // A hairstyle ready to be measured.

@@ -1,10 +1,8 @@
 #include "tests/fidelity/motion_figures_options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "client/tools/command_line/in_range.hpp"
-#include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
 #include "tests/fidelity/motion_sets.hpp"
 #include "tests/support/corpus.hpp"
@@ -13,9 +11,9 @@ namespace hairnet::fidelity {
 namespace {
 
 constexpr std::string_view kFooter = R"(Examples:
-  hairnet-fidelity-motion
-  hairnet-fidelity-motion --set all --json motion.json
-  hairnet-fidelity-motion --groom made:bob --motion made:glide --motion made:lift --level low --rate 90
+  hairnet-fidelity motion
+  hairnet-fidelity motion --set all --json motion.json
+  hairnet-fidelity motion --groom made:bob --motion made:glide --motion made:lift --level low --rate 90
 )";
 
 const std::vector<std::string> kGrooms{"harolongo", "sintel", "made:long_straight"};
@@ -45,22 +43,16 @@ std::vector<LevelIndex> levels_of(const Names& names) {
 
 }  // namespace
 
-std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** argv) {
-  MotionFigureFlags flags;
-  Names levels;
-  std::string set = "everyday";
-  Wind wind;
-  CLI::App app("What one sees go wrong with hair: in the body, drawn out, jumping, and not coming home.",
-               "hairnet-fidelity-motion");
+void add_motion_figure_flags(CLI::App& app, MotionFigureFlags& flags) {
   app.footer(std::string(kFooter));
   const auto add_names = [&](const char* flag, Names& names, const char* about) {
     app.add_option(flag, names, about)->delimiter(',');
   };
   add_names("--groom", flags.grooms, "hairstyles, by commas (harolongo,sintel,made:long_straight)");
   add_names("--motion", flags.motions, "motions, by commas (those of --set)");
-  app.add_option("--set", set, "motions: everyday, wild, postures or all (everyday)")
+  app.add_option("--set", flags.set, "motions: everyday, wild, postures or all (everyday)")
       ->check(CLI::IsMember({"everyday", "wild", "postures", "all"}));
-  add_names("--level", levels, "levels, by commas (high,low)");
+  add_names("--level", flags.level_names, "levels, by commas (high,low)");
   app.add_option("--rate", flags.rate_hz, "ticks a second (30)")->check(in_range(10.0, 240.0));
   app.add_option("--duration", flags.duration_s, "seconds of each motion, which loops (12)")
       ->check(in_range(0.5, 3600.0));
@@ -71,23 +63,22 @@ std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** 
       ->check(CLI::Range(100, 1'000'000));
   app.add_flag("--picture", flags.picture, "the commands that draw the worst ticks of made hair in made motions");
   app.add_option("--json", flags.json, "file for the figures");
-  add_wind_flags(app, wind);
-  const auto take_levels_and_wind = [&] {
-    if (!levels.empty()) flags.levels = levels_of(levels);
-    if (const std::string fault = validate(wind); !fault.empty()) throw CLI::ValidationError("wind", fault);
-  };
-  if (const auto exit_status = parse_command_line(app, argc, argv, take_levels_and_wind)) return *exit_status;
-  flags.measure.environment.wind = WindField(wind);
+  add_wind_flags(app, flags.wind);
+}
+
+void complete(MotionFigureFlags& flags) {
+  if (!flags.level_names.empty()) flags.levels = levels_of(flags.level_names);
+  if (const std::string fault = validate(flags.wind); !fault.empty()) throw CLI::ValidationError("wind", fault);
+  flags.measure.environment.wind = WindField(flags.wind);
   const auto is_real = [](const std::string& name) { return !name.starts_with("made:"); };
   if (flags.grooms.empty()) {
     flags.grooms = kGrooms;
     if (!has_real_data()) std::erase_if(flags.grooms, is_real);
   }
   if (flags.motions.empty()) {
-    flags.motions = motions_of(set);
+    flags.motions = motions_of(flags.set);
     if (!has_real_data()) std::erase_if(flags.motions, is_real);
   }
-  return flags;
 }
 
 }  // namespace hairnet::fidelity

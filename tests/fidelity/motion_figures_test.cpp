@@ -10,12 +10,12 @@
 #include "tests/fidelity/motion_sets.hpp"
 #include "tests/support/case_name.hpp"
 
-// What one sees of hair in motions of every day: the measures of hairnet-fidelity-motion on few strands.
+// What one sees of hair in motions of every day: the measures of hairnet-fidelity motion on few strands.
 namespace hairnet::fidelity {
 namespace {
 
-// Of each motion, over both hairstyles and both levels. Shares are of points too deep in the body, lengths of strands
-// in the lattice over their design's.
+// Bounds each motion over both hairstyles and both levels. Shares are of points too deep in the body, lengths of
+// strands in the lattice over their design's.
 struct Bounds {
   std::string_view motion;
   double deep_share_mean, deep_share_worst;

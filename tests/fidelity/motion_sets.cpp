@@ -21,7 +21,8 @@ RigidTransform footing(const Pose& pose) {
 // The difference between the next round of a motion and the motion: its place, and the part that is eased out.
 struct Round {
   RigidTransform place;
-  std::array<RigidTransform, kBoneCount> left_over;  // of each bone, in the bone's own space
+  // Holds one for each bone, in the bone's own space.
+  std::array<RigidTransform, kBoneCount> left_over;
   double seam_s = kSeam_s;
 };
 

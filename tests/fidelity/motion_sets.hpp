@@ -21,7 +21,7 @@ inline constexpr std::string_view kPostures[] = {"made:lie_down", "made:upside_d
 // longer where a person could not move so fast.
 Motion looped(const Motion& motion, double duration_s);
 
-// To `time_s`, then its pose there until `duration_s`.
+// Runs the motion to `time_s`, then keeps its pose there until `duration_s`.
 Motion stopped(const Motion& motion, double time_s, double duration_s);
 
 }  // namespace hairnet::fidelity

@@ -4,17 +4,18 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "client/link/playout.hpp"
-#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/modes/make_modes.hpp"
 #include "core/world/world.hpp"
 #include "schema/codec/frame.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -27,7 +28,8 @@ constexpr int kPictureRate_hz = 120;
 constexpr int kFrameRate_hz = 30;
 constexpr std::int64_t kPicture_ns = 1'000'000'000 / kPictureRate_hz;
 constexpr std::int64_t kLatency_ns = 20'000'000;
-constexpr unsigned kSeeds = 8;  // of which frames are lost
+// Each seed loses other frames.
+constexpr unsigned kSeeds = 8;
 
 struct Options {
   std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
@@ -64,9 +66,12 @@ Run run_clip(const std::shared_ptr<const LevelSet>& levels, const Modes& modes, 
 }
 
 struct Figures {
-  double error_percent = 0;  // of the motion
-  double jolt_percent = 0;   // change of speed from picture to picture beyond the true one, of the RMS speed
-  double worst_jolt_mm = 0;  // in one picture
+  // Is in percent of the motion.
+  double error_percent = 0;
+  // Is the change of speed from picture to picture beyond the true one, in percent of the RMS speed.
+  double jolt_percent = 0;
+  // Is the largest jolt in one picture.
+  double worst_jolt_mm = 0;
   double delay_ms = 0;
 
   // Means over the seeds; the worst of all.
@@ -159,11 +164,6 @@ Figures play(const Run& run, const std::shared_ptr<const link::KnownBasis>& basi
   return figures;
 }
 
-int fail(const std::string& reason) {
-  std::fprintf(stderr, "hairnet-fidelity-playout: %s\n", reason.c_str());
-  return 1;
-}
-
 int run(const Options& o) {
   Json rows = Json::array();
   std::printf("%-18s %-13s", "", "");
@@ -172,7 +172,7 @@ int run(const Options& o) {
   std::vector<std::array<double, 4>> sums(o.losses_percent.size());
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 2000);
-    if (!groom) return fail(groom.error());
+    if (!groom) return fidelity::fail(groom.error());
     const std::shared_ptr<const LevelSet> levels = build_levels(*groom);
     const std::shared_ptr<const Modes> modes = make_modes(*groom, levels, {}, {});
     wire::HairBasis hair;
@@ -181,7 +181,7 @@ int run(const Options& o) {
     const auto basis = std::make_shared<const link::KnownBasis>(std::move(hair));
     for (const std::string& motion_name : o.motions) {
       const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
-      if (!motion) return fail(motion.error());
+      if (!motion) return fidelity::fail(motion.error());
       const Run clip = run_clip(levels, *modes, fidelity::make_clip(*motion, kPictureRate_hz, o.duration_s));
       Json row{{"groom", name}, {"motion", motion_name}};
       std::printf("%-18s %-13s", name.c_str(), motion_name.c_str());
@@ -208,16 +208,18 @@ int run(const Options& o) {
     for (const double figure : sum) std::printf(" %5.2f", figure / static_cast<double>(rows.size()));
   }
   std::printf("\n");
-  return fidelity::write_json("hairnet-fidelity-playout", o.json, rows);
+  return fidelity::write_json(o.json, rows);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("How well the play-out shows hair whose frames come late or never.", "hairnet-fidelity-playout");
+void hairnet::fidelity::add_playout(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app =
+      *program.add_subcommand("playout", "How well the play-out shows hair whose frames come late or never.");
   app.footer(
-      "Examples:\n  hairnet-fidelity-playout\n  hairnet-fidelity-playout --groom made:bob --motion made:dance\n");
-  Options o;
+      "Examples:\n  hairnet-fidelity playout\n  hairnet-fidelity playout --groom made:bob --motion made:dance\n");
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus")->capture_default_str();
   app.add_option("--motion", o.motions, "motions of the corpus")->capture_default_str();
   app.add_option("--lost", o.losses_percent, "shares of the frames that are lost, %")
@@ -231,6 +233,5 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

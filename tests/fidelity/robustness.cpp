@@ -6,16 +6,17 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/untangle.hpp"
 #include "core/world/world.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -44,8 +45,10 @@ struct Trial {
   std::string groom, level, what;
   std::size_t steps = 0, lattices_reset = 0, not_finite = 0;
   double farthest_m = 0, bound_m = 0;
-  double rest_s = -1;  // until it fell asleep; negative: never
-  double off_m = 0;    // of the farthest node from the design then
+  // Is the time until it fell asleep; negative when it never did.
+  double rest_s = -1;
+  // Is the distance of the farthest node from the design then.
+  double off_m = 0;
   bool is_folded = false;
   bool passed = false;
 };
@@ -246,26 +249,26 @@ int run(const Options& o) {
   bool all_passed = true;
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 4000);
-    if (!groom) return std::fprintf(stderr, "hairnet-fidelity-robustness: %s\n", groom.error().c_str()), 1;
+    if (!groom) return fidelity::fail(groom.error());
     test_groom(name, *groom, o, rows, all_passed);
   }
-  const int unwritten = fidelity::write_json("hairnet-fidelity-robustness", o.json, rows);
+  const int unwritten = fidelity::write_json(o.json, rows);
   return all_passed ? unwritten : 1;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Whether anything makes hair run away, and whether it always comes to rest.",
-               "hairnet-fidelity-robustness");
+void hairnet::fidelity::add_robustness(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app = *program.add_subcommand("robustness",
+                                          "Whether anything makes hair run away, and whether it always comes to rest.");
   app.footer(
-      "Exits with 1 when anything failed. Examples:\n  hairnet-fidelity-robustness\n"
-      "  hairnet-fidelity-robustness --groom made:bob --random-steps 1000000 --seed 7\n");
-  Options o;
+      "Exits with 1 when anything failed. Examples:\n  hairnet-fidelity robustness\n"
+      "  hairnet-fidelity robustness --groom made:bob --random-steps 1000000 --seed 7\n");
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus");
   app.add_option("--random-steps", o.random_steps, "of the random trial of each hairstyle");
   app.add_option("--seed", o.seed, "of the random trials");
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

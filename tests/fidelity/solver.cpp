@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
 #include "tests/fidelity/cut_off.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -103,24 +104,19 @@ Json json_of(const std::map<Key, Sum>& sums) {
   return rows;
 }
 
-int fail(const std::string& reason) {
-  std::fprintf(stderr, "hairnet-fidelity-solver: %s\n", reason.c_str());
-  return 1;
-}
-
 int run(const Options& o) {
   std::map<Key, Sum> sums;
   for (const std::string& groom_name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(groom_name, 4000);
-    if (!groom) return fail(groom.error());
+    if (!groom) return fidelity::fail(groom.error());
     for (const std::string& level_name : o.levels) {
       const auto index =
           static_cast<std::size_t>(std::find(kLevelNames.begin(), kLevelNames.end(), level_name) - kLevelNames.begin());
-      if (index >= kLevelSpecs.size()) return fail(level_name + ": no such level");
+      if (index >= kLevelSpecs.size()) return fidelity::fail(level_name + ": no such level");
       const auto level = build_level(*groom, kLevelSpecs[index]);
       for (const std::string& motion_name : o.motions) {
         const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
-        if (!motion) return fail(motion.error());
+        if (!motion) return fidelity::fail(motion.error());
         for (const double stiffness : o.stiffness) {
           std::fprintf(stderr, "%s %s %s stiffness %g\n", groom_name.c_str(), level_name.c_str(), motion_name.c_str(),
                        stiffness);
@@ -130,17 +126,18 @@ int run(const Options& o) {
     }
   }
   print(sums);
-  return fidelity::write_json("hairnet-fidelity-solver", o.json, json_of(sums));
+  return fidelity::write_json(o.json, json_of(sums));
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Trajectory error of cut-off conjugate gradient beside its time.", "hairnet-fidelity-solver");
+void hairnet::fidelity::add_solver(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app = *program.add_subcommand("solver", "Trajectory error of cut-off conjugate gradient beside its time.");
   app.footer(
-      "Examples:\n  hairnet-fidelity-solver\n"
-      "  hairnet-fidelity-solver --groom made:bob --motion made:dance --level low --stiffness 0.2 1 5\n");
-  Options o;
+      "Examples:\n  hairnet-fidelity solver\n"
+      "  hairnet-fidelity solver --groom made:bob --motion made:dance --level low --stiffness 0.2 1 5\n");
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus");
   app.add_option("--motion", o.motions, "motions of the corpus");
   app.add_option("--level", o.levels, "high, medium, low");
@@ -150,6 +147,5 @@ int main(int argc, char** argv) {
   app.add_option("--stiffness", o.stiffness, "times the default material's")->check(CLI::Range(0.01, 100.0));
   app.add_option("--duration", o.duration_s, "seconds of each motion")->check(CLI::Range(0.5, 60.0));
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

@@ -12,11 +12,16 @@ namespace hairnet::fidelity {
 
 // Whole strands that represent a hairstyle; each part of it has its share.
 struct StrandSample {
-  std::vector<Vec3f> points;                // of the design, head space, m
-  std::vector<float> blend;                 // of each point
-  std::vector<std::uint32_t> begin{0};      // strand s has points [begin[s], begin[s + 1])
-  std::vector<double> length_m;             // of each strand
-  std::vector<std::uint32_t> probe_points;  // indices of `point_count` points or so, spread over the strands
+  // Are the design's, head space, m.
+  std::vector<Vec3f> points;
+  // Holds one for each point.
+  std::vector<float> blend;
+  // Strand s has points [begin[s], begin[s + 1]).
+  std::vector<std::uint32_t> begin{0};
+  // Holds one for each strand.
+  std::vector<double> length_m;
+  // Index `point_count` points or so, spread over the strands.
+  std::vector<std::uint32_t> probe_points;
 
   [[nodiscard]] std::size_t strand_count() const { return length_m.size(); }
 };
@@ -27,7 +32,7 @@ double polyline_length(std::span<const Vec3f> points);
 // The share of points where the lattice is turned inside out: det(dx/dX) < 0.
 double inverted_share(const Level& level, const StrandSample& strands, std::span<const Vec3f> grid_displacements);
 
-// Of the lower halves of strands, from middle to tip: the median of the angles to straight down, in radians.
+// Looks at the lower halves of strands, from middle to tip: the median of the angles to straight down, in radians.
 double hanging_angle(const StrandSample& strands, std::span<const Vec3f> points_head, const Quat& head);
 
 // The value that `share` of the values are not above; 0 when there are none. Reorders them.

@@ -11,11 +11,11 @@
 #include <tuple>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
 #include "schema/channel/monotonic_clock.hpp"
 #include "tests/fidelity/cut_off.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -76,11 +76,6 @@ struct Sum {
 };
 using Key = std::tuple<LevelIndex, int>;
 
-int fail(const std::string& reason) {
-  std::fprintf(stderr, "hairnet-fidelity-stride: %s\n", reason.c_str());
-  return 1;
-}
-
 void compare(const Options& o, const std::shared_ptr<const LevelSet>& levels, LevelIndex index, const Motion& motion,
              std::map<Key, Sum>& sums) {
   const Level& level = (*levels)[index];
@@ -102,16 +97,16 @@ int run(const Options& o) {
   std::map<Key, Sum> sums;
   for (const std::string& groom_name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(groom_name, 4000);
-    if (!groom) return fail(groom.error());
+    if (!groom) return fidelity::fail(groom.error());
     auto levels = std::make_shared<LevelSet>();
     for (const std::string& name : o.levels) {
       const auto index =
           static_cast<std::size_t>(std::find(kLevelNames.begin(), kLevelNames.end(), name) - kLevelNames.begin());
-      if (index >= kLevelSpecs.size()) return fail(name + ": no such level");
+      if (index >= kLevelSpecs.size()) return fidelity::fail(name + ": no such level");
       levels->levels[index] = *build_level(*groom, kLevelSpecs[index]);
       for (const std::string& motion_name : o.motions) {
         const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
-        if (!motion) return fail(motion.error());
+        if (!motion) return fidelity::fail(motion.error());
         compare(o, levels, static_cast<LevelIndex>(index), *motion, sums);
       }
     }
@@ -131,21 +126,21 @@ int run(const Options& o) {
                     {"us_per_tick", sum.us / sum.count},
                     {"cost", cost}});
   }
-  return fidelity::write_json("hairnet-fidelity-stride", o.json, rows);
+  return fidelity::write_json(o.json, rows);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Trajectory error and time of strides.", "hairnet-fidelity-stride");
-  app.footer("Example:\n  hairnet-fidelity-stride --groom made:bob --motion made:dance --level low\n");
-  Options o;
+void hairnet::fidelity::add_stride(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app = *program.add_subcommand("stride", "Trajectory error and time of strides.");
+  app.footer("Example:\n  hairnet-fidelity stride --groom made:bob --motion made:dance --level low\n");
+  const auto kept = std::make_shared<Options>();
+  Options& o = *kept;
   app.add_option("--groom", o.grooms, "hairstyles of the corpus");
   app.add_option("--motion", o.motions, "motions of the corpus");
   app.add_option("--level", o.levels, "high, medium, low, ether");
   app.add_option("--rate", o.rate_hz, "ticks a second")->check(CLI::Range(1.0, 1000.0));
   app.add_option("--duration", o.duration_s, "seconds of each motion")->check(CLI::Range(0.5, 60.0));
   app.add_option("--json", o.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(o);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

@@ -6,16 +6,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "client/tools/command_line/parse.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -27,7 +28,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kPush_m = 0.12, kPush_s = 0.25, kWatch_s = 3;
 constexpr LevelSpec kUndecimated{{10, 10, 10}, std::size_t(-1), std::size_t(-1)};
 
-// From rest aside, smoothly, to a stop.
+// The head moves aside from rest, smoothly, to a stop.
 Pose pushed(double time_s) {
   const double t = std::clamp(time_s / kPush_s, 0.0, 1.0);
   return rigid_pose({Quat::Identity(), Vec3(kPush_m * t * t * t * (10 + t * (-15 + 6 * t)), 1.5, 0)});
@@ -81,7 +82,7 @@ struct Swing {
   double frequency_hz = 0, damping_ratio = 0;
 };
 
-// From the first extremum after the head has stopped and the one after it, each of a parabola through three samples.
+// Uses the first extremum after the head has stopped and the one after it, each of a parabola through three samples.
 Swing measured(const std::vector<double>& aside_m, double interval_s) {
   struct Extremum {
     double time_s, value_m;
@@ -146,7 +147,7 @@ int run(const Options& options) {
   Json rows = Json::array();
   for (const std::string& name : options.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 4000);
-    if (!groom) return std::fprintf(stderr, "hairnet-fidelity-swing: %s\n", groom.error().c_str()), 1;
+    if (!groom) return fidelity::fail(groom.error());
     const auto full = build_level(*groom, kUndecimated);
     const Swing truth = swing(*groom, *full, 100, 4, 200, false);
     add_row(rows, name, "undecimated", 100, 4, truth, truth);
@@ -164,18 +165,18 @@ int run(const Options& options) {
       }
     }
   }
-  return fidelity::write_json("hairnet-fidelity-swing", options.json, rows);
+  return fidelity::write_json(options.json, rows);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Frequency and decay of hair that swings, at every level and rate.", "hairnet-fidelity-swing");
+void hairnet::fidelity::add_swing(CLI::App& program, std::function<int()>& chosen) {
+  CLI::App& app = *program.add_subcommand("swing", "Frequency and decay of hair that swings, at every level and rate.");
   app.footer(
-      "Examples:\n  hairnet-fidelity-swing\n  hairnet-fidelity-swing --groom yuksel made:bob --json swing.json\n");
-  Options options{{"yuksel", "harolongo", "sintel", "made:long_straight"}, {}};
+      "Examples:\n  hairnet-fidelity swing\n  hairnet-fidelity swing --groom yuksel made:bob --json swing.json\n");
+  const auto kept = std::make_shared<Options>(Options{{"yuksel", "harolongo", "sintel", "made:long_straight"}, {}});
+  Options& options = *kept;
   app.add_option("--groom", options.grooms, "hairstyles of the corpus");
   app.add_option("--json", options.json, "the rows as JSON");
-  if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return run(options);
+  app.callback([kept, &chosen] { chosen = [kept] { return run(*kept); }; });
 }

@@ -42,7 +42,7 @@ struct Distance {
 };
 Distance distance(const std::vector<Vec3f>& points, const std::vector<Vec3f>& truth);
 
-// Of points from their rest: how much there is to see beyond the head's own motion.
+// Measures how far points are from their rest: how much there is to see beyond the head's own motion.
 double rms_motion(const std::vector<Vec3f>& points, const std::vector<Vec3f>& rest);
 
 }  // namespace hairnet::fidelity

@@ -8,13 +8,16 @@
 
 namespace hairnet::fidelity {
 
-int write_json(const char* program, const std::string& path, const nlohmann::ordered_json& rows) {
+int fail(const std::string& reason) {
+  std::fprintf(stderr, "hairnet-fidelity: %s\n", reason.c_str());
+  return 1;
+}
+
+int write_json(const std::string& path, const nlohmann::ordered_json& rows) {
   if (path.empty()) return 0;
   const std::string text = rows.dump(1) + "\n";
   const Result<void> written = write_file(path, std::as_bytes(std::span(text)));
-  if (written) return 0;
-  std::fprintf(stderr, "%s: %s: %s\n", program, path.c_str(), written.error().c_str());
-  return 1;
+  return written ? 0 : fail(path + ": " + written.error());
 }
 
 }  // namespace hairnet::fidelity

@@ -5,8 +5,10 @@
 
 namespace hairnet::fidelity {
 
-// Writes a table's rows to `path`, unless that is empty. The exit status: 1, and a line on stderr in the program's
-// name, when it cannot.
-int write_json(const char* program, const std::string& path, const nlohmann::ordered_json& rows);
+// Says on stderr why a section ends. The exit status.
+int fail(const std::string& reason);
+
+// Writes a table's rows to `path`, unless that is empty. The exit status: that of fail() when it cannot.
+int write_json(const std::string& path, const nlohmann::ordered_json& rows);
 
 }  // namespace hairnet::fidelity

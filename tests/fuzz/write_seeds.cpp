@@ -18,6 +18,7 @@
 #include "schema/wire/packing.hpp"
 #include "schema/wire/recording.hpp"
 #include "tests/fuzz/link_prologue.hpp"
+#include "tests/support/abc_writer.hpp"
 #include "tests/support/http3_client.hpp"
 #include "tests/support/learnt.hpp"
 #include "tests/support/levels.hpp"
@@ -257,12 +258,34 @@ void add_http3_session_seeds(Folder& folder) {
   folder.add(steps);
 }
 
+void add_alembic_seeds(Folder& archives) {
+  using namespace hairnet::test;
+  const auto add = [&](const std::vector<AbcObj>& objects) {
+    const AbcBytes bytes = abc_file(objects);
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    archives.add(Bytes(data, data + bytes.size()));
+  };
+  const std::vector<float> four{0, 0, 0, 0, 1, 0, 1, 2, 0, 2, 3, 0};
+  add({test::curves(
+      "hair", {3, 3}, {row_of_strands(2)}, {1, 0, 0}, {attribute<float>("width", "con", {1})},
+      {texts("groom_group_name", "uni", {"a", "b"}), attribute<std::int16_t>("groom_guide", "uni", {0, 1})})});
+  add({xform("head", {0x13, 0x60}, {{0, 2, 0, 30}, {1, 2, 0, 60}},
+             {test::curves("b", {4}, {four, four}, {0, 1, 2}), test::curves("z", {4}, {four}, {0, 0, 1})})});
+  add({test::curves(
+           "n", {4}, {four}, {2, 0, 2},
+           {test::numbers<float>(".knots", {{0, 0, 0, 0, 1, 1, 1, 1}}), test::numbers<std::uint8_t>(".orders", {{4}}),
+            test::numbers<float>("w", {{1, 2, 1, 1}}), test::indexed<float>("width", "vtx", {1, 2}, {0, 1, 0, 1})}),
+       object_of("mesh", "AbcGeom_PolyMesh_v1")});
+}
+
 int write_seeds(const std::filesystem::path& root) {
   Folder packets(root / "packet"), streams(root / "packet_splitter");
   Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
   Folder tokens(root / "token"), links(root / "link_core");
   Folder http3(root / "http3_connection"), http3_sessions(root / "http3_session");
   Folder frames(root / "frame"), bases(root / "basis_file"), learnt(root / "learnt_file");
+  Folder archives(root / "alembic");
+  add_alembic_seeds(archives);
   add_packet_seeds(packets, streams);
   add_frame_datagram_seeds(packets);
   add_file_seeds(grooms, levels, recordings);
@@ -273,7 +296,7 @@ int write_seeds(const std::filesystem::path& root) {
   add_http3_seeds(http3);
   add_http3_session_seeds(http3_sessions);
   for (const Folder* folder : {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases,
-                               &learnt, &http3, &http3_sessions})
+                               &learnt, &http3, &http3_sessions, &archives})
     if (folder->failed()) return 1;
   return 0;
 }

@@ -24,7 +24,8 @@ constexpr std::array<float, 2> kErrors_m{0.001f, 0.004f};
 struct Row {
   std::string name;
   std::vector<Moment> moments;
-  std::vector<std::size_t> bytes;  // of the hair of each frame
+  // Counts the bytes of the hair of each frame.
+  std::vector<std::size_t> bytes;
 };
 
 // The finest lattice, moved by coefficients.

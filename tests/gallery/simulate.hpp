@@ -23,7 +23,8 @@ Result<Hairstyle> load_hairstyle(const std::string& name);
 // One character at one moment.
 struct Moment {
   Pose pose;
-  const LevelGeometry* geometry = nullptr;  // of the hairstyle's levels; null: rigid
+  // Belongs to the hairstyle's levels; null means rigid.
+  const LevelGeometry* geometry = nullptr;
   std::vector<Vec3f> grid_displacements;
 };
 

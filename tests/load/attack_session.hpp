@@ -10,22 +10,33 @@ namespace hairnet::load {
 
 // What a session does. It keeps to the protocol and does too much of it, except with bad appearances.
 struct SessionAttack {
-  enum class Stay : std::uint8_t { stays, resumes, leaves };  // after its welcome; one that resumes does so at once
+  // Says what it does after its welcome; one that resumes does so at once.
+  enum class Stay : std::uint8_t { stays, resumes, leaves };
   std::string room;
   wire::Role role = wire::Role::participant;
   std::uint32_t characters = 0;
   Stay stay = Stay::stays;
   bool promises_signs_of_life = false;
-  double pose_hz = 0;                // of each character
-  bool moves = true;                 // whether its poses differ
-  double observe_hz = 0;             // Observe of the nearest members
-  double ride_m_per_s = 0;           // heads ride at this speed on circles of 50 m, and stop for a second in each four
-  double wind_hz = 0;                // SetWind
-  bool wind_varies = true;           // whether the winds differ
-  double churn_hz = 0;               // characters are added and removed in turn
-  double appearance_hz = 0;          // SetAppearance of its characters in turn, with tags of any bytes
-  double bad_appearance_hz = 0;      // AddCharacter and SetAppearance that a server must refuse
-  std::size_t read_bytes_per_s = 0;  // 0: all
+  // Counts poses a second of each character.
+  double pose_hz = 0;
+  // Says whether its poses differ.
+  bool moves = true;
+  // Observes the nearest members so often.
+  double observe_hz = 0;
+  // Heads ride at this speed on circles of 50 m, and stop for a second in each four.
+  double ride_m_per_s = 0;
+  // Sends SetWind so often.
+  double wind_hz = 0;
+  // Says whether the winds differ.
+  bool wind_varies = true;
+  // Characters are added and removed in turn so often.
+  double churn_hz = 0;
+  // Sends SetAppearance of its characters in turn, with tags of any bytes.
+  double appearance_hz = 0;
+  // Sends AddCharacter and SetAppearance that a server must refuse.
+  double bad_appearance_hz = 0;
+  // Limits what it reads; zero reads all.
+  std::size_t read_bytes_per_s = 0;
 };
 
 class AttackSession final : public Attacker {

@@ -195,11 +195,14 @@ TEST_F(AttackTest, bad_appearances_are_what_a_server_must_refuse) {
       EXPECT_GT(set->character, 1u);
     }
   });
-  EXPECT_GT(errors[wire::DecodeError::none], 200);     // of characters that it does not have
-  EXPECT_GT(errors[wire::DecodeError::invalid], 400);  // tags of too many bytes
+  // They name characters that it does not have.
+  EXPECT_GT(errors[wire::DecodeError::none], 200);
+  // The tags have too many bytes.
+  EXPECT_GT(errors[wire::DecodeError::invalid], 400);
   errors.erase(wire::DecodeError::none);
   errors.erase(wire::DecodeError::invalid);
-  EXPECT_FALSE(errors.empty());  // damaged
+  // Others are damaged.
+  EXPECT_FALSE(errors.empty());
 }
 
 TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {

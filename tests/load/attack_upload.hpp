@@ -28,11 +28,14 @@ class AttackUpload final : public Attacker {
 
 // Offers grooms whose bytes come slowly, or never.
 struct SlowOffers {
-  std::uint64_t byte_count = 0;  // of each
+  // Is the size of each groom.
+  std::uint64_t byte_count = 0;
   double offers_hz = 0;
   std::uint32_t offers_max = 0;
-  double byte_hz = 0;               // a byte of each groom
-  bool is_newcomers_groom = false;  // it offers the newcomer's groom, else grooms that nobody has
+  // Counts bytes a second of each groom.
+  double byte_hz = 0;
+  // Offers the newcomer's groom, else grooms that nobody has.
+  bool is_newcomers_groom = false;
 };
 
 class AttackOffers final : public Attacker {
@@ -50,7 +53,8 @@ class AttackOffers final : public Attacker {
   bool welcomed_ = false;
   struct Offered {
     wire::GroomHash hash{};
-    std::uint64_t offset = 0;  // of the next byte
+    // Is where the next byte lies.
+    std::uint64_t offset = 0;
   };
   std::vector<Offered> offered_;
 };

@@ -5,7 +5,8 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::size_t kDecodedBytesMax = 2048;  // of a packet: every answer to an attacker is shorter
+// Every answer to an attacker is shorter; longer packets are not decoded.
+constexpr std::size_t kDecodedBytesMax = 2048;
 
 }  // namespace
 

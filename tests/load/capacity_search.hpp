@@ -27,7 +27,8 @@ class CapacitySearch {
   explicit CapacitySearch(const Limits& limits);
   // How many characters to try next; none when the search is over.
   [[nodiscard]] std::optional<Probe> next() const { return next_; }
-  void report(bool passed);  // of next()
+  // Says how the probe of next() ended.
+  void report(bool passed);
   // The largest confirmed count; 0: even the smallest fails, or none was confirmed in time.
   [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
   [[nodiscard]] bool reached_most() const { return capacity_ == most_; }

@@ -33,13 +33,17 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   struct Character {
     std::uint32_t number = 0;
     std::size_t groom = 0, motion = 0;
-    std::uint64_t motion_step = 0;  // of pose 0
+    // Is the motion's step at pose 0.
+    std::uint64_t motion_step = 0;
     LevelIndex level = LevelIndex::high;
-    Vec3 place = Vec3::Zero();         // m, world
-    std::int64_t join_ns = kNever_ns;  // intended; never: no first frame is waited for
+    Vec3 place = Vec3::Zero();  // m, world
+    // Is the intended time; never means that no first frame is waited for.
+    std::int64_t join_ns = kNever_ns;
     bool asleep = false;
-    std::int64_t answered = -1;  // poses up to this one are settled
-    std::uint64_t tick = 0;      // of its last frame, 0: there was none in this session
+    // Poses up to this one are settled.
+    std::int64_t answered = -1;
+    // Is the tick of its last frame; zero means that there was none in this session.
+    std::uint64_t tick = 0;
     std::uint32_t stride = 1;
     const Pose* last_pose = nullptr;
   };
@@ -76,15 +80,21 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   State state_ = State::away;
   std::unique_ptr<ClientConnection> connection_;
   std::unique_ptr<ProtocolClient> protocol_;
-  std::string closed_;                 // how the last connection ended
-  bool meant_to_lose_ = false;         // the connection, by the plan: no error
-  std::vector<Character> characters_;  // number - 1 is the index
-  std::int64_t phase_ns_ = 0;          // when pose 0 is captured
+  // Says how the last connection ended.
+  std::string closed_;
+  // Is true when the plan loses the connection, which is no error.
+  bool meant_to_lose_ = false;
+  // The index is number - 1.
+  std::vector<Character> characters_;
+  // Is when pose 0 is captured.
+  std::int64_t phase_ns_ = 0;
   double interval_ns_ = 0;
   std::int64_t next_pose_ = 0;
-  bool started_ = false;  // has been welcomed once
+  // Is true once it has been welcomed.
+  bool started_ = false;
   std::int64_t begin_ns_ = kNever_ns, read_ns_ = kNever_ns;
-  std::uint64_t tick_ = 0;  // of the last frame
+  // Is the last frame's.
+  std::uint64_t tick_ = 0;
   std::int64_t tick_arrival_ns_ = 0, tick_ns_ = 0;
   struct Other {
     std::uint64_t tick = 0;

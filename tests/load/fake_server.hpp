@@ -58,8 +58,10 @@ class FakeServer final : public Connector {
 
   bool stalled = false;
   std::size_t connect_count = 0;
-  std::vector<std::uint32_t> hosts;                          // of connections, in order
-  std::vector<std::pair<std::int64_t, std::int64_t>> poses;  // captured, pushed
+  // Are those of connections, in order.
+  std::vector<std::uint32_t> hosts;
+  // Holds when each was captured, and when it was pushed.
+  std::vector<std::pair<std::int64_t, std::int64_t>> poses;
 
  private:
   struct FakeClientConnection final : ClientConnection {

@@ -10,8 +10,8 @@
 
 namespace hairnet::load {
 
-// The plan of one probe: as the last stage of `plan`, with so many characters; a ramp, then the measured part. A stage
-// of one client gets more characters of it, any other more clients.
+// Makes the plan of one probe: as the last stage of `plan`, with so many characters; a ramp, then the measured part. A
+// stage of one client gets more characters for it; any other stage gets more clients.
 Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const CapacityOptions& options);
 
 // Runs a plan; refused when it cannot.

@@ -21,13 +21,15 @@ class Fleet {
 
   // Does all that is due by `now_ns`.
   void advance(std::int64_t now_ns);
-  [[nodiscard]] std::int64_t next_ns() const;  // when something is due; kNever_ns: nothing
+  // Says when something is due; kNever_ns means nothing.
+  [[nodiscard]] std::int64_t next_ns() const;
   // The plan is over: counts unanswered poses, and sends goodbyes. Then call advance() until empty(), or until the
   // caller's time limit.
   void finish(std::int64_t now_ns);
   [[nodiscard]] bool empty() const { return virtual_clients_.empty(); }
 
-  [[nodiscard]] std::size_t client_count() const { return counted_clients_; }  // of the well-behaved
+  // Counts the well-behaved.
+  [[nodiscard]] std::size_t client_count() const { return counted_clients_; }
   [[nodiscard]] std::size_t character_count() const { return characters_; }
   [[nodiscard]] std::size_t bad_client_count() const { return virtual_clients_.size() - counted_clients_; }
 

@@ -45,7 +45,8 @@ class FrameCheck final : public FrameWatcher {
   double share_;
   std::uint64_t checked_ = 0;
   std::map<std::string, std::uint64_t> failures_;
-  std::unordered_map<std::uint32_t, std::uint64_t> welcomes_;  // of each client
+  // Counts by client.
+  std::unordered_map<std::uint32_t, std::uint64_t> welcomes_;
   std::unordered_map<std::uint64_t, Subject> subjects_;
 };
 

@@ -12,12 +12,14 @@ class LiveView {
  public:
   LiveView(std::FILE* out, bool is_terminal) : out_(out), is_terminal_(is_terminal) {}
   void show(const RunProgress& progress);
-  void end();  // leaves the last picture on the screen
+  // Leaves the last picture on the screen.
+  void end();
 
  private:
   std::FILE* out_;
   bool is_terminal_;
-  int lines_ = 0;  // of the last drawing
+  // Counts the lines of the last drawing.
+  int lines_ = 0;
   double shown_s_ = -1e9;
 };
 

@@ -22,8 +22,10 @@ struct Options {
   Plan plan;
   Address server;
   Transport transport = Transport::tcp;
-  std::string spawn;                          // program; empty: the server runs already
-  std::vector<std::string> server_arguments;  // of it
+  // Names a program; empty means that the server runs already.
+  std::string spawn;
+  // Are passed to the program.
+  std::vector<std::string> server_arguments;
   std::string server_log = "hairnet-load-server.log";
   std::optional<int> server_pid;
   std::vector<Requirement> requirements;

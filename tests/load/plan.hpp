@@ -25,15 +25,15 @@ struct Plan {
 
   [[nodiscard]] double duration_s() const;
   [[nodiscard]] bool has_attacks() const;
-  // From the plan's begin.
-  [[nodiscard]] std::int64_t stage_begin_ns(std::size_t stage) const;  // that of the one past the last is the end
+  // Counts from the plan's begin; one past the last stage is the end.
+  [[nodiscard]] std::int64_t stage_begin_ns(std::size_t stage) const;
 };
 
 // Empty when it can be run; else one line. Gives stages of one name numbers.
 std::string settle(Plan& plan);
 
-// JSON with comments: keys as the fields (`require`: requirements), `stages` a list of what parse_stage takes. A report
-// of this program will do: then its `plan` is taken.
+// Parses JSON with comments: keys as the fields (`require`: requirements), `stages` a list of what parse_stage takes.
+// The report that this program writes will do too: then its `plan` is taken.
 Result<Plan> parse_plan(std::string_view json);
 std::string to_json_text(const Plan& plan);
 

@@ -59,7 +59,7 @@ std::string worst_figure(const Report& report) {
   return fmt::format("; nearest to its threshold is {:.4g}{}, of {}", *worst->value, where, worst->requirement);
 }
 
-// Of the measured stage with the most characters.
+// Finds the measured stage with the most characters.
 const StageResult* largest_stage(const Report& report) {
   const StageResult* largest = nullptr;
   const auto characters = [](const StageResult& stage) {

@@ -12,12 +12,15 @@ namespace hairnet::load {
 // The result of a search for the capacity.
 struct CapacityPoint {
   CapacitySearch::Probe probe;
-  Figures figures;  // of its measured stage
+  // Belong to its measured stage.
+  Figures figures;
 };
 struct CapacityReport {
   std::uint32_t capacity = 0;
-  bool reached_most = false;          // more was not tried
-  bool limited_by_generator = false;  // above it the generator was late: the server may carry more
+  // Says that more was not tried.
+  bool reached_most = false;
+  // Above the capacity the generator was late: the server may carry more.
+  bool limited_by_generator = false;
   std::vector<CapacityPoint> points;
 };
 
@@ -39,8 +42,8 @@ std::string machine_name();
 // The verdicts on one run: its thresholds, and whether it is trusted.
 std::vector<Verdict> judge_run(const std::vector<Requirement>& requirements, const RunResult& run);
 
-// The result in one sentence: whether the server held, under how many characters at what rate, and the measured figure
-// that comes nearest to its threshold, or lies furthest beyond it.
+// Puts the result in one sentence: whether the server held, under how many characters at what rate, and the measured
+// figure nearest its threshold, or furthest beyond it.
 std::string to_sentence(const Report& report);
 std::string to_json_text(const Report& report);
 // One HTML page that needs nothing beside itself.

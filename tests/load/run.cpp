@@ -21,11 +21,15 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::int64_t kGrid_ns = 1'000'000;      // poses due within it leave together: one wake-up for all
-constexpr std::int64_t kLeadIn_ns = 100'000'000;  // from the preparation to the plan's begin
+// Poses due within it leave together: one wake-up for all.
+constexpr std::int64_t kGrid_ns = 1'000'000;
+// Passes between the preparation and the plan's begin.
+constexpr std::int64_t kLeadIn_ns = 100'000'000;
 constexpr std::int64_t kSampleInterval_ns = 500'000'000;
-constexpr std::int64_t kLastAnswers_ns = 260'000'000;          // after the end, for frames under way
-constexpr std::int64_t kPreparation_ns_max = 700'000'000'000;  // a build alone may take 600 s
+// Passes after the end, for frames under way.
+constexpr std::int64_t kLastAnswers_ns = 260'000'000;
+// Allows for a build, which alone may take 600 s.
+constexpr std::int64_t kPreparation_ns_max = 700'000'000'000;
 constexpr std::int64_t kPreparationRound_ns = 20'000'000;
 constexpr std::int64_t kGoodbyeRound_ns = 10'000'000;
 constexpr int kGoodbyeRounds = 50;

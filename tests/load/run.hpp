@@ -24,14 +24,19 @@ namespace hairnet::load {
 
 struct RunOptions {
   Address server;
-  Transport transport = Transport::tcp;  // of all clients but attackers
+  // All clients but attackers use it.
+  Transport transport = Transport::tcp;
   std::optional<pid_t> server_pid;
-  double check_share = 0;       // of characters whose frames are checked
-  double decode_share = 1;      // of members whose frames are decoded
-  bool evaluate_learnt = true;  // clients evaluate learnt hair themselves
+  // Is the share of characters whose frames are checked.
+  double check_share = 0;
+  // Is the share of members whose frames are decoded.
+  double decode_share = 1;
+  // Clients evaluate learnt hair themselves.
+  bool evaluate_learnt = true;
   std::string token;
   bool scrape_metrics = true;
-  const std::atomic<bool>* stop = nullptr;  // set: the run ends early
+  // The run ends early when it is set.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 // The state of a run for display, twice a second.
@@ -46,16 +51,19 @@ struct RunProgress {
 
 struct StageResult {
   Stage stage;
-  double begin_s = 0, duration_s = 0;  // measured, without its warm-up
+  // Cover what is measured, without its warm-up.
+  double begin_s = 0, duration_s = 0;
   Figures figures;
   StageTally tally;
   ProcessUse own, server;
-  Exposition server_metrics;  // from exposition_between; empty without samples
+  // Comes from exposition_between; empty without samples.
+  Exposition server_metrics;
 };
 
 struct ProcessPoint {
   double at_s = 0, generator_cpu_cores = 0, generator_resident_mib = 0, server_cpu_cores = 0, server_resident_mib = 0;
-  double builds_resident_mib = 0;  // of the server's child processes; sampled only in a plan with attacks
+  // Belongs to the server's child processes; it is sampled only in a plan with attacks.
+  double builds_resident_mib = 0;
 };
 
 struct RunResult {
@@ -66,7 +74,8 @@ struct RunResult {
   std::vector<WindowFigures> windows;
   std::vector<ProcessPoint> processes;
   std::map<std::string, std::uint64_t> check_failures;
-  double generator_lag_p99_ms = 0;  // of measured stages together
+  // Covers all measured stages together.
+  double generator_lag_p99_ms = 0;
 };
 
 // Carries a plan out against a server, in real time, on this thread alone. Refused with one line when there is no

@@ -13,11 +13,15 @@ namespace hairnet::load {
 struct Action {
   enum class Kind : std::uint8_t { join, leave, vanish, lose_connection, set_characters };
   std::int64_t at_ns = 0;
-  Kind kind = Kind::join;  // leave: sends goodbye. vanish: leaves without. lose_connection: returns at once
+  // `leave` sends goodbye, `vanish` leaves without, and `lose_connection` returns at once.
+  Kind kind = Kind::join;
   std::uint32_t client = 0;
-  std::uint32_t place = 0;                   // join: the place of the client it replaces, else the next free one
-  std::optional<Misbehaviour> misbehaviour;  // of a client that joins
-  std::uint32_t characters = 0;              // join and set_characters: how many the client has from now on
+  // A client that joins takes the place of the client it replaces, else the next free one.
+  std::uint32_t place = 0;
+  // Belongs to a client that joins.
+  std::optional<Misbehaviour> misbehaviour;
+  // After join and set_characters the client has so many.
+  std::uint32_t characters = 0;
   std::size_t stage = 0;
   friend bool operator==(const Action&, const Action&) = default;
 };

@@ -64,13 +64,18 @@ struct Stage {
   StageKind kind = StageKind::steady;
   std::string name;
   double duration_s = 10;
-  double warm_s = 0;  // of its beginning, that is not measured
+  // Is the length of its beginning, which is not measured.
+  double warm_s = 0;
   bool measured = true;
   std::uint32_t clients = 1;
-  std::uint32_t characters = 1;                      // of each client
-  std::vector<LevelIndex> levels{LevelIndex::high};  // wanted, in turn
-  double churn_hz = 0;                               // clients a second that leave, each followed by a new one
-  double storm_share = 0;  // of the clients, that lose their connections at half time and return
+  // Counts those of each client.
+  std::uint32_t characters = 1;
+  // Are wanted, in turn.
+  std::vector<LevelIndex> levels{LevelIndex::high};
+  // So many clients a second leave, each followed by a new one.
+  double churn_hz = 0;
+  // Is the share of clients that lose their connections at half time and return.
+  double storm_share = 0;
   std::array<Headcount, kMisbehaviourCount> misbehaving{};
   std::optional<Attack> attack;
 };

@@ -14,12 +14,17 @@ namespace hairnet::load {
 // The input for the figures of a stage.
 struct StageInputs {
   const StageTally* tally = nullptr;
-  double duration_s = 0;                  // measured, without warm-up
-  std::optional<ProcessUse> own, server;  // used meanwhile
+  // Covers what is measured, without warm-up.
+  double duration_s = 0;
+  // Say what was used meanwhile.
+  std::optional<ProcessUse> own, server;
   double server_resident_growth_mib = 0;
-  double server_resident_peak_mib = 0, builds_resident_peak_mib = 0;  // of samples twice a second; 0: there are none
-  const Exposition* server_metrics = nullptr;                         // of that time; null or empty: there are none
-  double pose_delay_ms = 0;                                           // the server's own delay
+  // Are taken from samples twice a second; zero means that there are none.
+  double server_resident_peak_mib = 0, builds_resident_peak_mib = 0;
+  // Belongs to that time; null or empty means that there is none.
+  const Exposition* server_metrics = nullptr;
+  // Is the server's own delay.
+  double pose_delay_ms = 0;
   std::uint64_t frames_checked = 0, check_failures = 0;
 };
 

@@ -32,7 +32,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   void start(asio::io_context& io) {
     asio::post(io, [&io, self = shared_from_this()] { asio::co_spawn(io, self->receive(self), asio::detached); });
   }
-  // From here on the owner hears nothing more.
+  // The owner hears nothing more after this call.
   void abandon() {
     events_ = nullptr;
     stream_->close();

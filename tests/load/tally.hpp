@@ -18,46 +18,70 @@ inline constexpr std::array<std::uint32_t, 3> kStrides{1, 2, 4};
 
 // Counts over a time, of the well-behaved clients except for `bad_client_ends`.
 struct Counts {
-  std::uint64_t poses_intended = 0;  // one a character
+  // Counts one a character.
+  std::uint64_t poses_intended = 0;
   std::uint64_t poses_sent = 0;
-  std::uint64_t poses_unsent = 0;    // there was no session, or the server took no more bytes
-  std::uint64_t poses_answered = 0;  // by a frame sampled at or after them
+  // Counts poses for which there was no session, or the server took no more bytes.
+  std::uint64_t poses_unsent = 0;
+  // Counts poses answered by a frame sampled at or after them.
+  std::uint64_t poses_answered = 0;
   std::uint64_t poses_unanswered = 0;
-  std::uint64_t poses_asleep = 0;   // of characters at rest, that owe no frame
-  std::uint64_t frames = 0;         // of own characters
-  std::uint64_t frames_missed = 0;  // by tick and stride
-  std::uint64_t gap_ticks_max = 0;  // from one own frame to the next: 1 when none is missed, at any stride
+  // Counts poses of characters at rest, which owe no frame.
+  std::uint64_t poses_asleep = 0;
+  // Counts those of own characters.
+  std::uint64_t frames = 0;
+  // Counts by tick and stride.
+  std::uint64_t frames_missed = 0;
+  // Is the longest way between two own frames: 1 when none is missed, at any stride.
+  std::uint64_t gap_ticks_max = 0;
   std::uint64_t frames_of_others = 0;
-  std::uint64_t frames_undecodable = 0;     // their bytes were wrong
-  std::uint64_t resumes = 0, restarts = 0;  // lost connections after which the server had the session, or had not
+  // Counts frames whose bytes were wrong.
+  std::uint64_t frames_undecodable = 0;
+  // Count lost connections after which the server had the session, or had not.
+  std::uint64_t resumes = 0, restarts = 0;
   std::uint64_t frames_discontinuous = 0;
-  std::array<std::uint64_t, kLevelCount> frames_by_level{};  // own and others'
+  // Counts own frames and others'.
+  std::array<std::uint64_t, kLevelCount> frames_by_level{};
   std::array<std::uint64_t, kStrides.size()> frames_by_stride{};
-  std::uint64_t bytes_in = 0, bytes_out = 0;                          // packets
-  std::uint64_t content_bytes = 0;                                    // in frames: nodes alone
-  std::uint64_t joins = 0, joins_unanswered = 0;                      // of characters: until their first frame
-  double client_s = 0, character_s = 0;                               // the sums of their times
-  std::map<std::string, std::uint64_t, std::less<>> errors;           // by reason
-  std::map<std::string, std::uint64_t, std::less<>> bad_client_ends;  // "kind: reason"
+  // Count bytes of packets.
+  std::uint64_t bytes_in = 0, bytes_out = 0;
+  // Counts bytes of nodes alone, in frames.
+  std::uint64_t content_bytes = 0;
+  // Count characters: those whose first frame came, and those whose first frame never came.
+  std::uint64_t joins = 0, joins_unanswered = 0;
+  // Are the sums of their times.
+  double client_s = 0, character_s = 0;
+  // Counts by reason.
+  std::map<std::string, std::uint64_t, std::less<>> errors;
+  // The key is "kind: reason".
+  std::map<std::string, std::uint64_t, std::less<>> bad_client_ends;
 
   void add_error(std::string_view reason);
 };
 
 struct StageTally {
   Counts counts;
-  LatencyHistogram latency;          // pose's intended capture -> arrival of the first frame sampled at or after it
-  LatencyHistogram frame_age;        // sampled -> arrived, the first frame of a tick at a client
-  LatencyHistogram others_age;       // likewise, every frame of others
-  LatencyHistogram others_interval;  // from one frame of another to its next
-  LatencyHistogram jitter;           // |arrivals apart - ticks apart|
-  LatencyHistogram join;             // intended arrival -> first frame
-  LatencyHistogram lag;              // intended time -> done, by the generator itself
+  // Lasts between a pose's intended capture and the arrival of the first frame sampled at or after it.
+  LatencyHistogram latency;
+  // Lasts between sampling and arrival of the first frame of a tick at a client.
+  LatencyHistogram frame_age;
+  // Lasts likewise for every frame of others.
+  LatencyHistogram others_age;
+  // Lasts between one frame of another and its next.
+  LatencyHistogram others_interval;
+  // Is |arrivals apart - ticks apart|.
+  LatencyHistogram jitter;
+  // Lasts between intended arrival and first frame.
+  LatencyHistogram join;
+  // Says how late the generator itself does what is intended.
+  LatencyHistogram lag;
 };
 
 // A second or so of a run, for plots.
 struct WindowFigures {
   double begin_s = 0, duration_s = 0;
-  double latency_p50_ms = 0, latency_p99_ms = 0, latency_max_ms = 0;  // of poses captured in it
+  // Belong to poses captured in the window.
+  double latency_p50_ms = 0, latency_p99_ms = 0, latency_max_ms = 0;
   double lag_max_ms = 0;
   double clients = 0, characters = 0;
   std::uint64_t frames = 0, frames_missed = 0, bytes_in = 0, bytes_out = 0, content_bytes = 0, errors = 0;
@@ -93,12 +117,13 @@ class Tally {
   void advance(std::int64_t now_ns);
   void finish(std::int64_t now_ns);
 
-  // Of a stage, without its warm-up.
+  // Leaves out the stage's warm-up.
   [[nodiscard]] const StageTally& stage(std::size_t index) const { return stages_[2 * index + 1]; }
   [[nodiscard]] const std::vector<WindowFigures>& windows() const { return windows_; }
   // The last window that is over, its last answers still under way; all zero at first.
   [[nodiscard]] WindowFigures latest(std::int64_t now_ns) const;
-  [[nodiscard]] const LatencyHistogram& lag() const { return lag_; }  // of the whole run
+  // Covers the whole run.
+  [[nodiscard]] const LatencyHistogram& lag() const { return lag_; }
 
  private:
   struct Window {
@@ -111,13 +136,18 @@ class Tally {
   [[nodiscard]] WindowFigures figures_of(const Window& window, std::size_t index, double duration_s) const;
 
   std::int64_t begin_ns_, window_ns_;
-  std::vector<std::int64_t> ends_ns_;  // of the parts: each stage's warm-up and rest, in turn
-  std::vector<StageTally> stages_;     // like `ends_ns_`, and one for events after the end
-  std::size_t newest_ = 0;             // part of the latest time seen
+  // Holds the ends of the parts: each stage's warm-up and rest, in turn.
+  std::vector<std::int64_t> ends_ns_;
+  // Is like `ends_ns_`, and has one more for events after the end.
+  std::vector<StageTally> stages_;
+  // Is the part of the latest time seen.
+  std::size_t newest_ = 0;
   LatencyHistogram lag_;
   std::int64_t window_count_max_ = 0;
-  std::deque<Window> open_;  // the first is number windows_.size()
-  Window after_;             // the end
+  // The first is number windows_.size().
+  std::deque<Window> open_;
+  // Holds what comes after the end.
+  Window after_;
   std::vector<WindowFigures> windows_;
   std::int64_t population_ns_;
 };

@@ -48,7 +48,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     socket_.async_connect(server, [self = shared_from_this()](const error_code& ec) { self->on_connected(ec); });
   }
 
-  // From here on the owner hears nothing more.
+  // The owner hears nothing more after this call.
   void abandon() {
     events_ = nullptr;
     error_code ignored;

@@ -15,7 +15,7 @@ inline void add(Groom& groom, const std::vector<Vec3f>& strand, StrandProperties
   groom.add_strand(strand, properties);
 }
 
-// From `root`, `length_m` along `direction`, in `segment_count` equal segments.
+// The strand leads from `root` `length_m` along `direction`, in `segment_count` equal segments.
 inline std::vector<Vec3f> straight(const Vec3f& root, const Vec3f& direction, float length_m, int segment_count) {
   std::vector<Vec3f> strand;
   for (int i = 0; i <= segment_count; ++i) {

@@ -124,7 +124,6 @@ Result<Groom> load_groom(std::string_view name, std::size_t made_strand_count) {
   const auto& reals = real_grooms();
   const auto real = std::ranges::find(reals, name, &RealGroom::name);
   if (real != reals.end()) return import_real(*real);
-  if (!is_made_spec(name)) return of(name, "no such hairstyle");
   HairstyleOptions options;
   options.strand_count = made_strand_count;
   return hairnet::load_groom(std::string(name), options);
@@ -132,10 +131,8 @@ Result<Groom> load_groom(std::string_view name, std::size_t made_strand_count) {
 
 Result<Motion> load_motion(std::string_view name, const Body& body) {
   Result<Motion> motion;
-  if (is_made_spec(name)) {
-    motion = hairnet::load_motion(std::string(name));
-  } else if (std::ranges::find(kRealMotions, name) == std::end(kRealMotions)) {
-    return of(name, "no such motion");
+  if (std::ranges::find(kRealMotions, name) == std::end(kRealMotions)) {
+    motion = hairnet::load_motion(std::string(name), {}, &body);
   } else if (name.starts_with("cmu_")) {
     const std::string file = "motion/cmu_scaled_" + std::string(name.substr(4)) + ".bvh";
     motion = hairnet::load_motion((kData / file).string(), {}, &body);

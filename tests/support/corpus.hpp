@@ -12,7 +12,7 @@
 namespace hairnet::fidelity {
 
 // The hairstyles and motions of the tables: files of other people in the data folder beside the project, and our own,
-// named made:NAME. Unknown names and missing files are refused.
+// named made:NAME. Any other name is a file's.
 inline constexpr std::string_view kRealGrooms[] = {"yuksel", "ponytail", "harolongo", "sintel"};
 inline constexpr std::string_view kRealMotions[] = {"cmu_131_01", "cmu_131_02", "dance_a",  "spinkick", "run",
                                                     "jump",       "cartwheel",  "backflip", "spin",     "getup_faceup"};

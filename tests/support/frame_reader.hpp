@@ -20,10 +20,13 @@ namespace hairnet {
 struct ReadFrame {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  wire::Frame frame;  // its content is gone
+  // Its content is gone.
+  wire::Frame frame;
   Pose pose;
-  std::vector<float> coefficients;   // m; empty: the hair is at rest
-  std::vector<Vec3f> displacements;  // of the finest level's active nodes, m
+  // Are in m; empty means that the hair is at rest.
+  std::vector<float> coefficients;
+  // Belong to the finest level's active nodes, m.
+  std::vector<Vec3f> displacements;
 };
 
 // Reads the frames of one session straight from PROTOCOL.md: the plain counterpart of what clients do.

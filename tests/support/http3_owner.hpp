@@ -54,7 +54,8 @@ class RecordingOwner final : public Owner {
     ++ends;
   }
 
-  int status = 200;  // of the answer to a request
+  // Answers every request.
+  int status = 200;
   std::size_t calls = 0;
   std::map<StreamId, Bytes> sent;
   std::set<StreamId> ended;

@@ -13,8 +13,10 @@ extern std::atomic<std::size_t> held_bytes, peak_bytes;
 
 // An allocation that fails does what the standard's does: it calls the new-handler and tries again.
 inline constexpr long kNever = std::numeric_limits<long>::max();
-extern std::atomic<long> until_failure;         // that one allocation fails, after this many others
-extern std::atomic<std::size_t> failing_bytes;  // larger ones fail always
+// Counts down with each allocation; the one that brings it to zero fails.
+extern std::atomic<long> until_failure;
+// Larger ones fail always.
+extern std::atomic<std::size_t> failing_bytes;
 extern std::atomic<long> failure_count;
 
 }  // namespace hairnet::own_allocator

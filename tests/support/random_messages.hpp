@@ -14,10 +14,12 @@ class RandomMessages {
  public:
   explicit RandomMessages(std::uint64_t seed) : random_(seed) {}
 
-  Message message(std::size_t kind);  // of the kind at this index of Message
+  // Makes one of the kind at this index of Message.
+  Message message(std::size_t kind);
   Envelope envelope(std::size_t kind) { return {time_ns(), message(kind)}; }
   LevelGeometry geometry();
-  Frame frame(std::vector<std::uint8_t>& content);  // of member 0; `content` is what the frame's lies in
+  // Belongs to member 0; its content lies in `content`.
+  Frame frame(std::vector<std::uint8_t>& content);
   FrameBatch frame_batch();
   HairState hair_state();
   Observe observe();

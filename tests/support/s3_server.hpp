@@ -59,7 +59,8 @@ class S3Server {
   S3ServerDef def_;
   std::unique_ptr<Impl> impl_;
   std::uint16_t port_ = 0;
-  mutable std::mutex mutex_;  // of the objects
+  // Guards the objects.
+  mutable std::mutex mutex_;
   std::map<std::string, std::vector<std::uint8_t>> objects_;
   std::thread thread_;
 };

@@ -45,7 +45,8 @@ class SimulatedEtcd {
   void put(const std::string& key, const std::string& value);
   void end_lease_of(const std::string& key);
 
-  double expiry_lag_s_max = 1;  // from the end of a lease's time to the end of its keys
+  // Limits the time from the end of a lease's time to the end of its keys.
+  double expiry_lag_s_max = 1;
 
   [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] std::string value(const std::string& key) const;

@@ -18,8 +18,8 @@ std::string circle_of(const IncludeRules& rules);
 
 // Each fault is one line, `file:line: fault`. Paths are relative to `root`; build outputs are left out.
 std::vector<std::string> wrong_includes(const std::filesystem::path& root, const IncludeRules& rules);
-// Of every *.md: relative links and anchors that lead nowhere, and `paths` in backquotes that name no file.
-// `words`: names that look like files of the tree but are others' (demo/sheet.png, model.onnx).
+// Looks through every *.md for relative links and anchors that lead nowhere, and `paths` in backquotes that name no
+// file. `words` are names that look like files of the tree but are others' (demo/sheet.png, model.onnx).
 std::vector<std::string> broken_links(const std::filesystem::path& root, const std::set<std::string>& words = {});
 
 }  // namespace hairnet::tree

@@ -15,8 +15,10 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::size_t kSpareVertices = 5000;              // of the groom whose file is large
-constexpr int kTurnsTooSlow = 100, kTurnsTooLarge = 400;  // of a strand, for the limits of scenario.cpp
+// Makes a groom whose file is large.
+constexpr std::size_t kSpareVertices = 5000;
+// A strand of so many turns takes too long, or too much memory, for the limits of scenario.cpp.
+constexpr int kTurnsTooSlow = 100, kTurnsTooLarge = 400;
 constexpr int kCopiesOfTriangles = 1000;
 
 thread_local Random secret_random(0);
@@ -77,7 +79,8 @@ Assets make_assets() {
   std::ofstream(made.token_key_file) << made.token_key.to_text() << '\n';
   for (unsigned number = 0; number < 2; ++number) made.grooms.push_back(file_of(tiny_groom(number)));
   Groom large = tiny_groom(2);
-  large.body.mesh.vertices.resize(kSpareVertices, Vec3f(0, 0, 0.01f));  // of no triangle
+  // The spare vertices belong to no triangle.
+  large.body.mesh.vertices.resize(kSpareVertices, Vec3f(0, 0, 0.01f));
   made.grooms.push_back(file_of(std::move(large)));
   for (const int turns : {kTurnsTooSlow, kTurnsTooLarge}) made.costly.push_back(file_of(support::make_zigzag(turns)));
   Groom dense = tiny_groom(3);

@@ -274,7 +274,8 @@ void BadClient::send_bad_datagrams() {
       for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
     } else {
       bytes = wire::encode_packet({clock_ns(), random_valid_message()});
-      if (pick > 0.95) bytes = {'F', 'B'};  // of a frame datagram, which only servers send
+      // A frame datagram begins so, which only servers send.
+      if (pick > 0.95) bytes = {'F', 'B'};
       if (pick < 0.4) bytes.resize(random_.next() % bytes.size());
       if (pick >= 0.4 && pick < 0.5) bytes.resize(bytes.size() + up_to(8));
       for (std::uint64_t flips = pick < 0.7 && !bytes.empty() ? random_.next() % 4 : 0; flips > 0; --flips)

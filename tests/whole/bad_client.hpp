@@ -109,16 +109,21 @@ class BadClient final : public ClientEvents {
   wire::RandomMessages messages_;
   channel::PacketSplitter splitter_;
   std::shared_ptr<SimulatedConnection> connection_;
-  std::vector<std::weak_ptr<SimulatedConnection>> left_;  // its earlier ones, which may still carry
+  // Are its earlier ones, which may still carry.
+  std::vector<std::weak_ptr<SimulatedConnection>> left_;
   std::optional<wire::Welcome> welcome_;
   std::int64_t until_ns_ = 0;
-  std::uint64_t turn_ = 0;   // counts connections
-  bool is_welcome_ = false;  // on this connection, and was not sent away
+  // Counts connections.
+  std::uint64_t turn_ = 0;
+  // Is true while it is welcome on this connection, and was not sent away.
+  bool is_welcome_ = false;
   std::uint32_t sequence_ = 0;
   std::set<std::uint32_t> characters_;
-  wire::GroomHash groom_{};  // of its characters
+  // Belongs to its characters.
+  wire::GroomHash groom_{};
   std::vector<std::uint32_t> members_;
-  std::map<wire::GroomHash, std::size_t> trickled_;  // bytes of each groom that it has offered
+  // Counts bytes of each groom that it has offered.
+  std::map<wire::GroomHash, std::size_t> trickled_;
 };
 
 }  // namespace hairnet::whole

@@ -332,7 +332,7 @@ class DirectoryTrial {
       if (hosts_[index].get() == host) host->line_end().cut(LineCut::none);
     });
   }
-  // Of a fault that must not keep rooms from others for long.
+  // Ends a fault that must not keep rooms from others for long.
   std::int64_t long_end_ns() {
     const double leases = random_.between(2, 5);
     return std::min(timeline_.now_ns() + static_cast<std::int64_t>(leases * static_cast<double>(lease_s_) * 1e9),
@@ -497,12 +497,16 @@ class DirectoryTrial {
   EtcdLine line_;
   std::int64_t lease_s_ = 9;
   std::size_t server_count_ = 0, room_count_ = 0, endpoint_count_ = 1;
-  std::vector<std::unique_ptr<FleetHost>> hosts_;  // null while killed
-  std::vector<std::string> names_;                 // of rooms
+  // Is null while killed.
+  std::vector<std::unique_ptr<FleetHost>> hosts_;
+  // Names the rooms.
+  std::vector<std::string> names_;
   std::vector<bool> wanted_;
-  std::vector<int> releases_;  // how often each room was given back
+  // Counts how often each room was given back.
+  std::vector<int> releases_;
   std::map<std::size_t, Held> last_;
-  std::map<std::size_t, std::int64_t> moved_ns_;  // when each room had an owner last, or could have none
+  // Says when each room had an owner last, or could have none.
+  std::map<std::size_t, std::int64_t> moved_ns_;
   std::optional<std::int64_t> first_able_ns_;
   std::int64_t last_fault_ns_ = 0;
   std::uint64_t hash_ = 14695981039346656037u;

@@ -27,24 +27,34 @@ enum class LineCut : std::uint8_t {
 // etcd and the line between it and the servers.
 struct EtcdLine {
   EtcdLine(Timeline& timeline_of_all, std::uint64_t seed) : timeline(&timeline_of_all), etcd(seed) {}
-  void keep_time();  // from now on leases end by themselves
+  // Leases end by themselves after this call.
+  void keep_time();
   void come_up() { etcd.come_up(now_ns()); }
   // Somebody writes a value that no server can use; it stays until `end_ns`, unless a server writes its own.
   void put_bad_value(const std::string& key, std::int64_t end_ns, Random& random);
-  [[nodiscard]] std::int64_t now_ns() const {  // by etcd's own clock
+  // Reads etcd's own clock.
+  [[nodiscard]] std::int64_t now_ns() const {
     return static_cast<std::int64_t>(static_cast<double>(timeline->now_ns()) * clock_rate);
   }
 
   Timeline* timeline;
   support::SimulatedEtcd etcd;
-  double loss = 0;                     // of a request, and of an answer
-  double slow = 0.02;                  // share of messages that are late
-  std::int64_t slow_ns = 500 * kMs;    // at most so late
-  std::set<std::size_t> dead_members;  // endpoints that answer nobody
-  bool is_silent = false;              // what does not answer refuses no connection either
-  double damaged = 0;                  // share of answers and of lines of watches
-  double repeated = 0;                 // share of them that come twice
-  double clock_rate = 1;               // of etcd's own clock
+  // Is the chance that a request, and that an answer, gets lost.
+  double loss = 0;
+  // Is the share of messages that are late.
+  double slow = 0.02;
+  // Limits how late they are.
+  std::int64_t slow_ns = 500 * kMs;
+  // Are endpoints that answer nobody.
+  std::set<std::size_t> dead_members;
+  // What does not answer refuses no connection either.
+  bool is_silent = false;
+  // Is the share of answers, and of lines of watches, that are damaged.
+  double damaged = 0;
+  // Is the share of them that come twice.
+  double repeated = 0;
+  // Is the rate of etcd's own clock.
+  double clock_rate = 1;
   // Less than kAnswerBytesMax, since such values take time: two that are as long as may be do not fit.
   static constexpr std::size_t kAnswerBytesMax = 2 * server::etcd::kValueBytesMax;
 };

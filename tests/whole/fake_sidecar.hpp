@@ -34,7 +34,8 @@ class FakeSidecar {
   int listener_ = -1;
   std::uint16_t port_ = 0;
   std::atomic<bool> ends_ = false;
-  mutable std::mutex mutex_;  // of the next two
+  // Guards the next two.
+  mutable std::mutex mutex_;
   std::string game_server_;
   std::vector<std::string> requests_;
   std::thread thread_;

@@ -363,7 +363,7 @@ class RealFleet : public RealEtcd {
     }
     ASSERT_TRUE(wait({}, [&] { return page().value("servers", nlohmann::json::array()).size() == servers_.size(); }));
   }
-  // Of any server that still runs.
+  // Asks any server that still runs.
   nlohmann::json page() {
     for (Server& server : servers_) {
       auto page = nlohmann::json::parse(get(server.service_port, "/fleet.json"), nullptr, false);

@@ -24,9 +24,11 @@ constexpr std::uint64_t kSeedsPerWholeTrial = 4;
 constexpr std::int64_t kRecovery_ns_max = 20 * kSecond_ns;
 constexpr std::int64_t kDrainedMove_ns_max = 8 * kSecond_ns;
 constexpr std::int64_t kLook_ns = 50 * kMs;
-constexpr std::size_t kLivesMax = 1000;  // of a server, for OwnerCheck's numbers
+// A server has fewer lives, so that each has its own number for OwnerCheck.
+constexpr std::size_t kLivesMax = 1000;
 constexpr std::uint32_t kBan_s = 1000;
-constexpr int kKeptOut = 50;  // the first number of players who may not enter
+// Players who may not enter have this number and higher ones.
+constexpr int kKeptOut = 50;
 const std::string kModerator = "moderator";
 
 enum class FleetFault {
@@ -103,8 +105,10 @@ class FleetTrial {
   OwnerCheck owners_;
   std::vector<std::unique_ptr<Player>> players_, kept_out_;
   std::unique_ptr<Player> moderator_;
-  std::map<std::string, Vec3> winds_m_per_s_;  // that must be, by room
-  bool may_enter_ = true;                      // those of kept_out_
+  // Are the winds that must be, by room.
+  std::map<std::string, Vec3> winds_m_per_s_;
+  // Says whether those of `kept_out_` may enter.
+  bool may_enter_ = true;
 };
 
 FleetTrial::FleetTrial(std::uint64_t seed, bool is_verbose)

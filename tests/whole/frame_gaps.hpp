@@ -16,11 +16,13 @@ struct GapsDef {
 };
 
 struct Gaps {
-  std::vector<float> ms;  // from one frame of a character to its next, on arrival; ascending
+  // Lie between one frame of a character and its next, on arrival; ascending.
+  std::vector<float> ms;
   double frame_bytes_per_s = 0;
-  double coarser_share = 0;  // of ticks at which hair was coarser, or frames fewer, than asked for
-  // Of a client that moves a character over such a line: the share of its poses that never came, and the share of ticks
-  // before whose sample time the newest pose was captured.
+  // Is the share of observers, looked at ten times a second, with coarser hair or fewer frames than asked for.
+  double coarser_share = 0;
+  // A client moves a character over such a line. These are the share of its poses that never came, and the share of
+  // ticks before whose sample time the newest pose was captured.
   double poses_missing_share = 0, poses_late_share = 0;
 };
 

@@ -27,7 +27,8 @@ class LossyRelay {
 
   // From now on packets reach the server from other ports, as when clients change their network.
   void change_network();
-  void repair();  // from now on all packets arrive
+  // All packets arrive after this call.
+  void repair();
   [[nodiscard]] std::uint64_t passed(Direction direction) const { return passed_[direction]; }
   [[nodiscard]] std::uint64_t lost(Direction direction) const { return lost_[direction]; }
 

@@ -52,14 +52,20 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   // `is_up`: from the client to the server.
   Pipe(Timeline& timeline, const NetworkQuality& quality, bool is_up, std::uint64_t seed);
 
-  void listen();  // once, before the first byte
+  // Call it once, before the first byte.
+  void listen();
   void write(std::span<const std::uint8_t> bytes);
   void write_datagram(std::vector<std::uint8_t> bytes);
-  void end();                                                             // after the bytes written so far
-  void kill();                                                            // nothing arrives any more
-  void pause(bool paused);                                                // the receiver's reading
-  void kill_after(std::uint64_t byte_count, std::function<void()> then);  // that arrived, counted from the first
-  void kill_never() { kill_at_bytes_.reset(); }                           // after all
+  // Ends after the bytes written so far.
+  void end();
+  // Nothing arrives any more.
+  void kill();
+  // Stops the receiver's reading, or lets it go on.
+  void pause(bool paused);
+  // Kills once so many bytes have arrived, counted from the first.
+  void kill_after(std::uint64_t byte_count, std::function<void()> then);
+  // Takes kill_after() back.
+  void kill_never() { kill_at_bytes_.reset(); }
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
   [[nodiscard]] const quic::DatagramQueue& datagrams() const { return datagrams_; }
@@ -85,14 +91,18 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   Timeline* timeline_;
   NetworkQuality quality_;
   Random random_;
-  std::shared_ptr<PacketSender> sender_;  // null: nothing gets lost
+  // Is null when nothing gets lost.
+  std::shared_ptr<PacketSender> sender_;
   quic::DatagramQueue datagrams_;
   std::deque<std::vector<std::uint8_t>> unsent_;
-  std::size_t unsent_bytes_ = 0, first_sent_ = 0;  // of the first of unsent_, the bytes on their way
-  std::size_t way_bytes_ = 0;                      // on the way or unread
+  // `first_sent_` counts bytes of the first of `unsent_` that are on their way.
+  std::size_t unsent_bytes_ = 0, first_sent_ = 0;
+  // Counts bytes on the way or unread.
+  std::size_t way_bytes_ = 0;
   std::deque<std::vector<std::uint8_t>> unread_;
   std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
-  std::optional<std::int64_t> held_back_ns_;  // when the sender's window last held something back
+  // Is when the sender's window last held something back.
+  std::optional<std::int64_t> held_back_ns_;
   std::uint64_t arrived_bytes_ = 0;
   std::int64_t arrived_ns_ = 0;
   std::optional<std::uint64_t> kill_at_bytes_;
@@ -187,14 +197,19 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] std::string_view peer() const override { return "simulated"; }
   [[nodiscard]] std::string_view network() const override { return network_; }
   [[nodiscard]] std::uint64_t address() const { return address_; }
-  void keep(server::Admission::Ticket ticket) { ticket_ = std::move(ticket); }  // until the server's end closes
+  // Keeps it until the server's end closes.
+  void keep(server::Admission::Ticket ticket) { ticket_ = std::move(ticket); }
   [[nodiscard]] bool is_admitted() const { return ticket_.has_address(); }
-  void on_server_killed();  // its process is gone
+  // The server's process is gone.
+  void on_server_killed();
 
-  [[nodiscard]] int life() const { return life_; }  // of the server that answered
+  // Is the life of the server that answered.
+  [[nodiscard]] int life() const { return life_; }
   void set_life(int life) { life_ = life; }
-  [[nodiscard]] bool was_drained() const { return was_drained_; }      // the server ended the session, with a goodbye
-  [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: not broken, as far as this end knows
+  // The server ended the session, with a goodbye.
+  [[nodiscard]] bool was_drained() const { return was_drained_; }
+  // Is negative while it is not broken, as far as this end knows.
+  [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }
 
  private:
   template <class Action>

@@ -66,7 +66,8 @@ class ObjectStoreTest : public WholeTest {
                         name + "_view");
     finish(*view, 0);
   }
-  std::string port_;  // of the server started last
+  // Belongs to the server started last.
+  std::string port_;
 
   static void expect_no_secret(Process& server) {
     EXPECT_EQ(server.err().find("test-secret"), std::string::npos);

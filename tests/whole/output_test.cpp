@@ -33,7 +33,7 @@ class UnreadOutput : public WholeTest {
   std::unique_ptr<Process> start_talkative(int descriptor) {
     return start_server({"--log-level", "debug", "--counters-interval-s", "0.1"}, "server", descriptor);
   }
-  // Of /metrics; -1 when that does not answer.
+  // Reads /metrics; -1 when that does not answer.
   [[nodiscard]] double value_of(const std::string& metric) const {
     const std::string page = get(port(), "/metrics"), name = "\n" + metric + " ";
     const std::size_t at = page.find(name);

@@ -8,8 +8,10 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::int64_t kLogStep_ns = 1'000'000;  // times of a log are cut to milliseconds
-constexpr std::size_t kReignsMax = 16;           // of a room; older ones are long over
+// Times of a log are cut to milliseconds.
+constexpr std::int64_t kLogStep_ns = 1'000'000;
+// Older reigns of a room are long over.
+constexpr std::size_t kReignsMax = 16;
 
 }  // namespace
 

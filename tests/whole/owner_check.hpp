@@ -40,10 +40,13 @@ class OwnerCheck {
   [[nodiscard]] std::optional<std::int64_t> frames_after(const std::string& room, std::int64_t after_ns) const;
   std::vector<std::string> take_faults() { return std::exchange(faults_, {}); }
 
-  std::uint64_t packets = 0, owners = 0;  // packets with frames; claims under which frames came
-  std::int64_t overlap_ns_max = 0;        // of two owners, by stamps
+  // Count packets with frames, and claims under which frames came.
+  std::uint64_t packets = 0, owners = 0;
+  // Is the longest that two owners overlapped, by stamps.
+  std::int64_t overlap_ns_max = 0;
   std::uint64_t in_flight = 0;
-  std::int64_t in_flight_ns_max = 0;  // from the newer owner's first stamp to the arrival
+  // Is the longest time between the newer owner's first stamp and the arrival.
+  std::int64_t in_flight_ns_max = 0;
 
  private:
   struct Reign {

@@ -9,10 +9,14 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::size_t kAcknowledgementBytes = 60;
-constexpr std::uint64_t kReorderedPackets = 3;  // so many newer ones have arrived: it is lost
-constexpr double kReorderedTrips = 9.0 / 8;     // or so many round trips have gone
-constexpr double kShrink = 0.7;                 // of the window, by a loss
-constexpr double kUnusedMax = 64e3;             // bytes of a window that nobody needs
+// A packet is lost when so many newer ones have arrived.
+constexpr std::uint64_t kReorderedPackets = 3;
+// It is lost too when so many round trips have gone.
+constexpr double kReorderedTrips = 9.0 / 8;
+// Multiplies the window at a loss.
+constexpr double kShrink = 0.7;
+// Bounds a window that nobody needs, bytes.
+constexpr double kUnusedMax = 64e3;
 constexpr std::int64_t kFirstTimeout_ns = kSecond_ns / 3;
 constexpr int kTimeoutDoublingsMax = 6;
 
@@ -89,7 +93,7 @@ void PacketSender::acknowledge() {
   });
 }
 
-// Of the first `count` arrivals: it says all that earlier ones said.
+// Acknowledges the first `count` arrivals: it says all that earlier ones said.
 void PacketSender::on_acknowledgement(std::uint64_t count, std::int64_t held_ns) {
   const auto self = shared_from_this();
   const std::int64_t now_ns = timeline_->now_ns();

@@ -15,14 +15,22 @@ namespace hairnet::whole {
 
 // How a sender notices losses and how fast it recovers.
 struct Recovery {
-  std::int64_t timeout_least_ns = 0;  // without an acknowledgement, until something is sent again
-  std::int64_t timeout_more_ns = 0;   // beside the round trip and its deviation
-  int probes = 1;                     // packets sent after a time-out
-  bool has_tail_probe = false;        // the first time-out comes after two round trips
-  bool timeout_loses_all = false;     // the second one counts all packets on the way as lost
-  double growth = 0.53;               // of the window, packets a round trip, after a loss
-  bool grows_unused = false;          // also while the sender does not need the window
-  bool answers_late = false;          // the receiver lets acknowledgements of datagrams wait, as clients do
+  // Something is sent again after at least so long without an acknowledgement.
+  std::int64_t timeout_least_ns = 0;
+  // Is added to the round trip and its deviation.
+  std::int64_t timeout_more_ns = 0;
+  // Counts packets sent after a time-out.
+  int probes = 1;
+  // The first time-out comes after two round trips.
+  bool has_tail_probe = false;
+  // The second one counts all packets on the way as lost.
+  bool timeout_loses_all = false;
+  // The window grows by so many packets a round trip, after a loss.
+  double growth = 0.53;
+  // The window grows also while the sender does not need it.
+  bool grows_unused = false;
+  // The receiver lets acknowledgements of datagrams wait, as clients do.
+  bool answers_late = false;
 
   // As Linux: RACK, a tail loss probe, then the RTO; CUBIC's least growth.
   static Recovery tcp() { return {.timeout_least_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
@@ -42,8 +50,10 @@ struct Recovery {
 // factors), without handshakes; acknowledgements are packets of their own, which may get lost too.
 class PacketSender : public std::enable_shared_from_this<PacketSender> {
  public:
-  static constexpr std::size_t kPacketBytes = 1200;  // payload, at most
-  static constexpr std::size_t kOverheadBytes = 60;  // of a packet: IP, UDP or TCP, and what QUIC adds
+  // Limits the payload.
+  static constexpr std::size_t kPacketBytes = 1200;
+  // Is what IP, UDP or TCP, and QUIC add to a packet.
+  static constexpr std::size_t kOverheadBytes = 60;
 
   // `forth` carries packets, `back` their acknowledgements.
   PacketSender(Timeline& timeline, const Recovery& recovery, Path forth, Path back)
@@ -55,7 +65,8 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   void send_datagram(std::vector<std::uint8_t> bytes);
   // What the window allows; 0: no round trip has been measured yet.
   [[nodiscard]] double bytes_per_s() const;
-  [[nodiscard]] std::size_t kept_bytes() const { return kept_bytes_; }  // of segments that are not acknowledged
+  // Counts bytes of segments that are not acknowledged.
+  [[nodiscard]] std::size_t kept_bytes() const { return kept_bytes_; }
 
   // At the receiver.
   std::function<void(std::vector<std::uint8_t>)> on_segment;

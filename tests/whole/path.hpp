@@ -11,14 +11,21 @@ namespace hairnet::whole {
 
 // What a network does to single packets.
 struct PathQuality {
-  std::int64_t delay_ns = 30 * kMs;         // one way
-  std::int64_t jitter_ns = 0;               // beside it, at most; order stays
-  double loss = 0;                          // share of packets that get lost
-  std::int64_t burst_ns = 0;                // for which all get lost, on average (Gilbert-Elliott); 0: each by itself
-  double reorder = 0;                       // share that is held back by kReorderMax_ns at most, and overtaken
-  double duplicate = 0;                     // share that arrives twice
-  double bytes_per_s = 1e8;                 // of the narrowest link
-  std::size_t queue_bytes_max = 64u << 10;  // that wait before it; what comes then is dropped
+  std::int64_t delay_ns = 30 * kMs;  // one way
+  // Is added to the delay, at most; order stays.
+  std::int64_t jitter_ns = 0;
+  // Is the share of packets that get lost.
+  double loss = 0;
+  // All get lost for so long, on average (Gilbert-Elliott); zero means each by itself.
+  std::int64_t burst_ns = 0;
+  // Is the share that is held back by kReorderMax_ns at most, and overtaken.
+  double reorder = 0;
+  // Is the share that arrives twice.
+  double duplicate = 0;
+  // Is the rate of the narrowest link.
+  double bytes_per_s = 1e8;
+  // Limits what waits before that link; what comes then is dropped.
+  std::size_t queue_bytes_max = 64u << 10;
 
   static constexpr std::int64_t kReorderMax_ns = 60 * kMs;
 };

@@ -23,18 +23,25 @@ struct PlayerPlan {
   NetworkQuality quality;
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
-  int clock_ppm = 0;                                 // its clock's drift
-  bool steady = false;                               // a good network and simple behaviour: it must get every tick
-  bool sends_garbage = false;                        // among its poses, until calm_down()
-  double actions_per_s = 1;                          // of all that a client may ask for
-  std::size_t groom_count = assets().grooms.size();  // of the first ones its characters have one
-  std::int64_t groom_wait_ns_max = 0;  // of a steady client: until its first groom is ready, whoever else offers grooms
+  // Its clock drifts so fast.
+  int clock_ppm = 0;
+  // It has a good network and behaves simply, and must get every tick.
+  bool steady = false;
+  // Garbage comes among its poses, until calm_down().
+  bool sends_garbage = false;
+  // Counts all that a client may ask for.
+  double actions_per_s = 1;
+  // Its characters have one of the first so many grooms.
+  std::size_t groom_count = assets().grooms.size();
+  // Limits how long a steady client waits for its first groom, whoever else offers grooms.
+  std::int64_t groom_wait_ns_max = 0;
 
   // In a fleet. The server at an address; none: the one that the client knows.
   std::function<ServerHost&(const std::optional<wire::ServerAt>&)> find_server = {};
   // Hears of each packet with frames, from a server's life and with that server's time.
   std::function<void(const ServerHost& host, int life, std::int64_t stamp_ns)> on_frames = {};
-  bool may_be_removed = false;  // by a moderator, or kept out by a lock
+  // A moderator may remove it, or a lock keep it out.
+  bool may_be_removed = false;
 };
 
 // A well-behaved client: a LinkCore over simulated connections, with random requests. Checks what the server sends.
@@ -60,7 +67,8 @@ class Player final : public ClientEvents {
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
   [[nodiscard]] bool has_datagrams() const { return plan_.quality.lossy && plan_.quality.lossy->has_datagrams; }
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
-  [[nodiscard]] const ServerHost& host() const { return *host_; }  // that it asked last
+  // Is the one that it asked last.
+  [[nodiscard]] const ServerHost& host() const { return *host_; }
   [[nodiscard]] bool may_set_wind() const { return core_ && core_->welcome() && core_->welcome()->may_set_wind; }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
@@ -88,11 +96,15 @@ class Player final : public ClientEvents {
     std::uint32_t sequence = 0;
     bool moving = true;
     double phase = 0, reach = 0.1, turn = 0.5;
-    double ride_m_per_s = 0;  // on a circle
+    // It rides on a circle.
+    double ride_m_per_s = 0;
     Vec3 place = Vec3::Zero();
-    std::int64_t still_since_ns = 0;  // of the motion, while it does not move
-    bool teleports = false;           // the next pose
-    std::string tag;                  // this and the next: as last sent
+    // Is when the motion stopped, while it does not move.
+    std::int64_t still_since_ns = 0;
+    // The next pose teleports.
+    bool teleports = false;
+    // This and the next are as last sent.
+    std::string tag;
     std::optional<wire::Appearance> appearance;
   };
   [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
@@ -115,8 +127,10 @@ class Player final : public ClientEvents {
 
   [[nodiscard]] std::int64_t clock_ns() const;
   void make_core();
-  void note_break();  // of a connection that had a session
-  void turn();        // does the core's current work: connect, send, close
+  // Notes that a connection with a session broke.
+  void note_break();
+  // Does the core's current work: connect, send, close.
+  void turn();
   void connect();
   void wake_at(std::int64_t local_ns);
   void hear();
@@ -134,7 +148,7 @@ class Player final : public ClientEvents {
   void check_hair(const link::FrameBatch& batch, const link::Frame& frame, const GroundTruth& truth, Member& member);
   void check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member);
   void check_counters();
-  // Of an own character.
+  // Answers for an own character.
   [[nodiscard]] bool wants_hair(std::uint32_t character) const {
     const auto found = characters_.find(character);
     return found != characters_.end() && found->second.level != LevelIndex::rigid;
@@ -162,19 +176,28 @@ class Player final : public ClientEvents {
   std::uint32_t last_number_ = 0;
   std::map<std::uint32_t, Member> members_;
   std::optional<Wind> room_wind_;
-  std::uint32_t change_count_ = 0;  // of appearances
+  // Counts changes of appearances.
+  std::uint32_t change_count_ = 0;
   wire::Observe observe_;
-  float coarsest_m_ = wire::Observe{}.error_m;  // that it has asked for
+  // Is the coarsest that it has asked for.
+  float coarsest_m_ = wire::Observe{}.error_m;
   bool sees_all_ = true;
-  std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
-  bool had_character_ = false;   // then; a session without one gives way when the server is full
+  // Is when the connection broke without a goodbye; negative when it did not.
+  std::int64_t broken_ns_ = -1;
+  // It had one then; a session without one gives way when the server is full.
+  bool had_character_ = false;
   int broken_life_ = -1;
-  std::shared_ptr<SimulatedConnection> broken_connection_;  // that one, until the next welcome
+  // Is that connection, until the next welcome.
+  std::shared_ptr<SimulatedConnection> broken_connection_;
   const ServerHost* broken_host_ = nullptr;
-  bool has_session_ = false;        // from a welcome to the loss of its connection
-  std::set<std::uint32_t> haired_;  // own characters that had hair when the session before this one ended
-  channel::PacketSplitter splitter_{wire::kPacketBytesMax};  // for on_frames
-  std::int64_t groom_wanted_ns_ = -1;  // since when the groom of its first character is not ready; negative: it is
+  // Is true between a welcome and the loss of its connection.
+  bool has_session_ = false;
+  // Are own characters that had hair when the session before this one ended.
+  std::set<std::uint32_t> haired_;
+  // Serves on_frames.
+  channel::PacketSplitter splitter_{wire::kPacketBytesMax};
+  // Since then the groom of its first character is not ready; negative means that it is.
+  std::int64_t groom_wanted_ns_ = -1;
   std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0, counted_evaluated_ = 0;
 };
 

@@ -13,7 +13,8 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-// From the run of a tick to the arrival of its frame at a steady client, without the network's own delay.
+// Limits the time between the run of a tick and the arrival of its frame at a steady client, without the network's own
+// delay.
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
 constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f;

@@ -16,11 +16,11 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::int64_t kSettle_ns_max =
-    20 *
-    kSecond_ns;  // after the disturbances, beside what lines have buffered: the longest wait between attempts is 5 s
+// Limits the time after the disturbances, beside what lines have buffered: the longest wait between attempts is 5 s.
+constexpr std::int64_t kSettle_ns_max = 20 * kSecond_ns;
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
-constexpr std::size_t kBases_bytes = 40'000;  // that a client may be sent when grooms are ready
+// A client may be sent so much when grooms are ready.
+constexpr std::size_t kBases_bytes = 40'000;
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
 std::string described(const NetworkQuality& quality) {
@@ -85,7 +85,8 @@ class Scenario {
   std::vector<std::unique_ptr<BadClient>> bad_clients_;
   std::int64_t disturbed_until_ns_ = 0;
   bool has_worst_lines_ = false, wants_tokens_ = false, tokens_have_subjects_ = false;
-  std::vector<Misbehaviour> misbehaviours_;  // of groups of bad clients
+  // Holds one for each group of bad clients.
+  std::vector<Misbehaviour> misbehaviours_;
 };
 
 server::Config Scenario::make_config() {

@@ -8,9 +8,12 @@
 namespace hairnet::whole {
 
 struct Outcome {
-  std::vector<std::string> faults;              // one line each: seed, simulated time, who, what
-  std::map<std::string, std::uint64_t> events;  // how often each kind of thing happened
-  std::uint64_t hash = 0;                       // of all that clients received
+  // Have one line each: seed, simulated time, who, what.
+  std::vector<std::string> faults;
+  // Counts how often each kind of thing happened.
+  std::map<std::string, std::uint64_t> events;
+  // Covers all that clients received.
+  std::uint64_t hash = 0;
   double simulated_s = 0;
 };
 

@@ -18,11 +18,11 @@ constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
 constexpr std::int64_t kSendOnMax_ns = 2 * kSecond_ns;  // as server/app/program.cpp has it
 constexpr std::uint16_t kPort = 7420;
 constexpr std::int64_t kUnixStart_s = 1'800'000'000;
-constexpr double kFlush_ns_max =
-    4e5;  // from a tick's end to its frames being taken: before the next one, even if that is late
+// Frames are taken so long after a tick's end at most: before the next one, even if that is late.
+constexpr double kFlush_ns_max = 4e5;
 
 constexpr std::int64_t kBuild_ns = 20 * kMs, kBuildOfPoint_ns = 3 * kMs;
-// That measuring, and waiting between two changes of a level, may take. While the budget falls nobody is raised.
+// Measuring, and waiting between two changes of a level, may take so long. While the budget falls nobody is raised.
 constexpr int kUnfair_s_max = 4;
 
 // Measures nothing but how often it was read, and builds: the same in every run.
@@ -415,8 +415,8 @@ void ServerHost::check_rates() {
     fault("chooses members by place more often than it may");
 }
 
-// Subjects share the time of ticks: one with few characters must not stay below the levels that it asks for while each
-// of another's many characters has more, on average.
+// Subjects share the time of ticks: while each of another's many characters has more, on average, one with few
+// characters must not stay below the levels that it asks for.
 void ServerHost::check_shares() {
   constexpr std::size_t kTimesAsMany = 4;
   struct Share {

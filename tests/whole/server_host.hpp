@@ -20,8 +20,10 @@ namespace hairnet::whole {
 struct GroundTruth {
   LevelIndex level = LevelIndex::rigid;
   bool asleep = false, stepped = false;
-  Pose pose;                        // as frames have it
-  std::vector<float> coefficients;  // of the frames of the tick, before they are cut and rounded
+  // Is as frames have it.
+  Pose pose;
+  // Are as the tick's frames have them, before they are cut and rounded.
+  std::vector<float> coefficients;
 };
 
 // A machine on which servers run, one after the other: each with its own clock. It calls their duties like threads
@@ -52,7 +54,7 @@ class ServerHost final : public Host {
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
   [[nodiscard]] const server::Server* server() const { return server_.get(); }
-  // That the server has not closed.
+  // Counts those that the server has not closed.
   [[nodiscard]] std::size_t connection_count() const { return lives_.back().admission->count(); }
   [[nodiscard]] const server::Metrics& metrics(int life) const {
     return *lives_[static_cast<std::size_t>(life)].metrics;
@@ -84,7 +86,8 @@ class ServerHost final : public Host {
   struct Tick {
     std::int64_t ran_ns = -1;
     std::map<server::CharacterKey, GroundTruth> characters;
-    std::map<server::SessionId, int> coarser_octaves;  // of observers after it that are throttled
+    // Holds observers that are throttled after it.
+    std::map<server::SessionId, int> coarser_octaves;
   };
   struct Life {
     std::unique_ptr<server::Metrics> metrics;
@@ -124,23 +127,33 @@ class ServerHost final : public Host {
   Random random_;
   std::vector<Life> lives_;
   std::string name_ = "server";
-  EtcdLine* line_ = nullptr;  // null: no fleet
+  // Is null without a fleet.
+  EtcdLine* line_ = nullptr;
   double clock_rate_ = 1;
   std::unique_ptr<EtcdLineEnd> line_end_;
-  bool is_news_ = false;  // of the directory, and not yet taken
+  // The directory has news that is not yet taken.
+  bool is_news_ = false;
   std::unique_ptr<server::Fleet> fleet_;
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   bool notes_ = true, is_paused_ = false;
-  std::vector<std::function<void()>> waiting_;   // until it is not paused
-  std::map<std::string, std::int64_t> claims_;   // that this server has won, by room
-  std::int64_t drained_since_ns_ = -1;           // by this server's clock; negative: it is not
-  std::int64_t stopped_ns_ = -1;                 // when a server was last drained, or stood still, on the timeline
-  std::map<std::string, std::int64_t> lost_ns_;  // when a server has last lost the room
+  // Wait until it is not paused.
+  std::vector<std::function<void()>> waiting_;
+  // Holds those that this server has won, by room.
+  std::map<std::string, std::int64_t> claims_;
+  // Is by this server's clock; negative while it is not drained.
+  std::int64_t drained_since_ns_ = -1;
+  // Is when a server was last drained, or stood still, on the timeline.
+  std::int64_t stopped_ns_ = -1;
+  // Says when a server has last lost the room.
+  std::map<std::string, std::int64_t> lost_ns_;
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
-  std::int64_t building_ns_ = 0;                                       // that the builder's last job took
-  Rates rates_;                                                        // when they were last checked
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for_;  // ticks that a subject had less than another
+  // Is how long the builder's last job took.
+  std::int64_t building_ns_ = 0;
+  // Are as they were when last checked.
+  Rates rates_;
+  // Counts ticks in which a subject had less than another.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for_;
 };
 
 }  // namespace hairnet::whole

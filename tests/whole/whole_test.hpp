@@ -21,9 +21,11 @@ class WholeTest : public ::testing::Test {
  protected:
   using Arguments = std::vector<std::string>;
   void SetUp() override;
-  void TearDown() override;  // keeps the folder of a failed test
+  // Keeps the folder of a failed test.
+  void TearDown() override;
 
-  [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }  // of that server
+  // Belongs to the server started last.
+  [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   // Returns once the server listens. `name` is of its files: output, port. `descriptor`: as of Process.
   std::unique_ptr<Process> start_server(const Arguments& more = {}, const std::string& name = "server",

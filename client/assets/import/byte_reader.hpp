@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -8,6 +9,15 @@
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
+
+// A number of 16 bits.
+inline float half_float(std::uint16_t bits) {
+  const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
+  float size = std::ldexp(static_cast<float>(fraction), -24);
+  if (exponent > 0) size = std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
+  if (exponent == 31) size = fraction == 0 ? HUGE_VALF : NAN;
+  return (bits & 0x8000) != 0 ? -size : size;
+}
 
 // Reads little-endian values at any alignment. The reads do not check the size: call `has` first.
 class ByteReader {
@@ -23,9 +33,15 @@ class ByteReader {
   }
 
   void skip(std::size_t bytes) { at_ += bytes; }
+  std::uint8_t u8() { return static_cast<std::uint8_t>(little_endian(1)); }
   std::uint16_t u16() { return static_cast<std::uint16_t>(little_endian(2)); }
   std::uint32_t u32() { return little_endian(4); }
+  std::uint64_t u64() {
+    const std::uint64_t low = u32();
+    return low | std::uint64_t{u32()} << 32;
+  }
   float f32() { return std::bit_cast<float>(u32()); }
+  double f64() { return std::bit_cast<double>(u64()); }
   Vec3f vec3f() {
     const float x = f32(), y = f32(), z = f32();
     return {x, y, z};

@@ -64,6 +64,14 @@ void tell_outliers(const std::vector<Outlier>& outliers, const HairParts& parts,
   }
 }
 
+// What the decoders say of their files.
+void tell_decoded(const HairParts& parts, Remarks& remarks) {
+  for (const StrandFile& file : parts.strands) {
+    for (const std::string& note : file.strands.notes) remarks.notes.push_back(file.file + ": " + note);
+    for (const std::string& doubt : file.strands.doubts) remarks.doubts.push_back(file.file + ": " + doubt);
+  }
+}
+
 // The distance between neighbouring 32-bit numbers at most of the points, in units of the file.
 double rounding_of(std::span<const StrandFile> files) {
   std::vector<float> far;
@@ -88,11 +96,33 @@ bool is_any_known(const KnownPlacement& known) {
   return known.up || known.face || known.unit_m;
 }
 
+// Adds what the files say of their axis and unit to what is known. Files that disagree say nothing.
+KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> files, Remarks& remarks) {
+  const auto add = [&](auto& value, auto stated, const char* what) {
+    if (value) return;
+    for (const StrandFile& file : files) {
+      if (!stated(file.strands)) continue;
+      if (value && value != stated(file.strands)) {
+        remarks.doubts.push_back(file.file + ": its " + what + " is not that of the files before it, and is guessed");
+        value.reset();
+        return;
+      }
+      value = stated(file.strands);
+    }
+  };
+  add(
+      known.up, [](const ImportedStrands& strands) { return strands.up; }, "axis upwards");
+  add(
+      known.unit_m, [](const ImportedStrands& strands) { return strands.unit_m; }, "unit");
+  return known;
+}
+
 // Places strands and body, together if the body fits.
-Result<Placement> place_parts(const HairParts& parts, const HairImport& import, GroomDef& def, Remarks& remarks) {
+Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& known, const HairImport& import,
+                              GroomDef& def, Remarks& remarks) {
   const std::string file = parts.strands.front().file + ": ";
   if (parts.body) {
-    if (auto together = guess_together(parts.strands, *parts.body, import.strands, import.body)) {
+    if (auto together = guess_together(parts.strands, *parts.body, known, import.body)) {
       def.body = parts.body;
       def.body_placement = together->body;
       remarks.notes.push_back(parts.body_file + ": taken as " + to_string(together->body));
@@ -100,7 +130,7 @@ Result<Placement> place_parts(const HairParts& parts, const HairImport& import, 
     }
   }
   std::vector<std::string> doubts;
-  Result<Placement> alone = guess_placement(parts.strands, import.strands, &doubts);
+  Result<Placement> alone = guess_placement(parts.strands, known, &doubts);
   if (!alone) return Refusal(file + alone.error());
   if (std::string fault = validate(*alone); !fault.empty()) return Refusal(file + fault);
   for (const std::string& doubt : doubts) remarks.doubts.push_back(file + doubt);
@@ -145,16 +175,18 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   std::vector<std::size_t> strand_counts;
   std::size_t strand_count = 0;
   for (const StrandFile& file : parts.strands) strand_counts.push_back(file.strands.strand_count());
+  Remarks remarks, of_placement;
+  tell_decoded(parts, remarks);
+  const KnownPlacement known = with_stated(import.strands, parts.strands, remarks);
   const std::vector<Outlier> outliers = cut_outliers(parts.strands);
   for (const StrandFile& file : parts.strands) strand_count += file.strands.strand_count();
   if (strand_count == 0) return Refusal(first + "no strand has a length: all points of each lie in one place");
 
-  Remarks remarks, of_placement;
   const std::string roots = settle_roots(parts, import, of_placement);
   GroomDef def;
   def.name = parts.name;
   def.hairs_in_all = import.hairs_in_all;
-  const Result<Placement> placement = place_parts(parts, import, def, of_placement);
+  const Result<Placement> placement = place_parts(parts, known, import, def, of_placement);
   if (!placement) return Refusal(placement.error());
   def.placement = *placement;
   remarks.notes.push_back(first + "taken as " + to_string(*placement) + ", " + roots);

@@ -1,11 +1,15 @@
 #include "client/assets/import/obj.hpp"
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "client/assets/import/edge_chains.hpp"
 #include "client/assets/import/text.hpp"
+#include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
@@ -48,30 +52,58 @@ std::string read_face(std::string_view corners, TriangleMesh& mesh) {
   return corner_count < 3 ? "a face needs 3 vertices" : "";
 }
 
-// `last` is the vertex at which the last line ended, if there was one.
-std::string read_line(std::string_view corners, const std::vector<Vec3f>& vertices, ImportedStrands& strands,
-                      std::optional<std::uint32_t>& last) {
-  std::size_t corner_count = 0;
-  for (std::string_view word = take_word(corners); !word.empty() && word.front() != '#'; word = take_word(corners)) {
-    const std::optional<std::uint32_t> index = vertex_index(word, vertices.size());
-    if (!index) return "no vertex " + shown(word) + " among the " + std::to_string(vertices.size()) + " read so far";
-    const bool goes_on = corner_count++ == 0 && last == index;
-    if (corner_count == 1 && !goes_on) strands.strand_begin.push_back(strands.strand_begin.back());
-    if (!goes_on) {
-      strands.points.push_back(vertices[*index]);
-      ++strands.strand_begin.back();
+// The lines of a file, as vertices of polylines. A line that begins where the one before ended continues it.
+struct ObjLines {
+  std::vector<std::uint32_t> vertices;
+  std::vector<std::size_t> end;                     // of each polyline in `vertices`
+  std::vector<std::string_view> groups;             // of each polyline
+  std::vector<std::array<std::uint32_t, 2>> edges;  // all lines, as long as they have two vertices each
+  std::vector<std::string_view> edge_groups;
+  bool has_longer = false;
+
+  std::string read(std::string_view corners, std::size_t vertex_count, std::string_view group) {
+    std::size_t corner_count = 0;
+    std::array<std::uint32_t, 2> edge{};
+    for (std::string_view word = take_word(corners); !word.empty() && word.front() != '#'; word = take_word(corners)) {
+      const std::optional<std::uint32_t> index = vertex_index(word, vertex_count);
+      if (!index) return "no vertex " + shown(word) + " among the " + std::to_string(vertex_count) + " read so far";
+      if (corner_count < 2) edge[corner_count] = *index;
+      if (corner_count++ == 0) {
+        if (!end.empty() && vertices.back() == *index && groups.back() == group) continue;
+        end.push_back(vertices.size());
+        groups.push_back(group);
+      }
+      vertices.push_back(*index);
+      end.back() = vertices.size();
     }
-    last = index;
+    has_longer = has_longer || corner_count > 2;
+    if (!has_longer) {
+      edges.push_back(edge);
+      edge_groups.push_back(group);
+    }
+    return corner_count < 2 ? "a line needs 2 vertices" : "";
   }
-  return corner_count < 2 ? "a line needs 2 vertices" : "";
-}
+
+  // Lines of two vertices each that do not follow each other are edges of strands in any order, as of a mesh.
+  void join_edges(std::size_t vertex_count) {
+    std::size_t single = 0;
+    for (std::size_t i = 0; i < end.size(); ++i) single += end[i] - (i > 0 ? end[i - 1] : 0) == 2;
+    if (has_longer || 2 * single < end.size()) return;
+    Chains chains = chain_edges(edges, vertex_count);
+    if (chains.count() >= end.size()) return;
+    vertices = std::move(chains.vertices);
+    end.assign(chains.begin.begin() + 1, chains.begin.end());
+    groups.clear();
+    for (const std::uint32_t edge : chains.first_edge) groups.push_back(edge_groups[edge]);
+  }
+};
 
 }  // namespace
 
 Result<ImportedStrands> decode_obj_strands(std::string_view text) {
   std::vector<Vec3f> vertices;
-  ImportedStrands strands;
-  std::optional<std::uint32_t> last;
+  ObjLines lines;
+  std::string_view group;
   for (std::size_t line_number = 1; !text.empty(); ++line_number) {
     std::string_view line = take_line(text);
     const std::string_view keyword = take_word(line);
@@ -79,10 +111,28 @@ Result<ImportedStrands> decode_obj_strands(std::string_view text) {
     if (keyword == "v") {
       fault = read_vertex(line, vertices);
     } else if (keyword == "l") {
-      fault = read_line(line, vertices, strands, last);
+      fault = lines.read(line, vertices.size(), group);
+    } else if (keyword == "o" || keyword == "g") {
+      group = take_word(line);
     }
     if (!fault.empty()) return Refusal("line " + std::to_string(line_number) + ": " + fault);
   }
+  lines.join_edges(vertices.size());
+  ImportedStrands strands;
+  std::map<std::string_view, std::uint32_t> numbers;
+  for (std::size_t i = 0; i < lines.end.size(); ++i) {
+    for (std::size_t at = strands.points.size(); at < lines.end[i]; ++at)
+      strands.points.push_back(vertices[lines.vertices[at]]);
+    strands.strand_begin.push_back(static_cast<std::uint32_t>(lines.end[i]));
+    strands.groups.push_back(
+        numbers.try_emplace(lines.groups[i], static_cast<std::uint32_t>(numbers.size())).first->second);
+  }
+  if (numbers.size() < 2 || numbers.size() > GroomLimits{}.group_count_max) {
+    strands.groups.clear();
+    return strands;
+  }
+  strands.group_names.resize(numbers.size());
+  for (const auto& [name, number] : numbers) strands.group_names[number] = name.empty() ? "hair" : name;
   return strands;
 }
 

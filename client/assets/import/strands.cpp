@@ -1,5 +1,9 @@
 #include "client/assets/import/strands.hpp"
 
+#include <algorithm>
+#include <utility>
+
+#include "client/assets/import/alembic.hpp"
 #include "client/assets/import/strand_points.hpp"
 
 namespace hairnet {
@@ -42,8 +46,41 @@ Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std:
       return decode_tressfx(bytes);
     case StrandFormat::usc_data:
       return decode_usc_data(bytes);
+    case StrandFormat::alembic:
+      return decode_alembic(bytes);
+    case StrandFormat::usd:
+      return decode_usd_curves(bytes);
+    case StrandFormat::ply:
+      return decode_ply(bytes);
+    case StrandFormat::npy:
+      return decode_npy(bytes);
   }
   return Refusal("no such strand format");
+}
+
+std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
+  std::vector<StrandGroup> groups(std::max<std::size_t>(strands.group_names.size(), 1));
+  for (std::size_t g = 0; g < strands.group_names.size(); ++g) groups[g].name = strands.group_names[g];
+  const auto guide_count = static_cast<std::size_t>(std::ranges::count(strands.guides, 1));
+  const bool keeps_guides = guide_count == strands.strand_count();
+  for (std::size_t s = 0; s < strands.strand_count(); ++s) {
+    if (!keeps_guides && !strands.guides.empty() && strands.guides[s] != 0) continue;
+    ImportedStrands& out = groups[strands.groups.empty() ? 0 : strands.groups[s]].strands;
+    out.points.insert(out.points.end(), strands.points.begin() + strands.strand_begin[s],
+                      strands.points.begin() + strands.strand_begin[s + 1]);
+    out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
+  }
+  if (groups.size() > 1)
+    std::erase_if(groups, [](const StrandGroup& group) { return group.strands.strand_count() == 0; });
+  if (!keeps_guides && guide_count > 0)
+    strands.notes.push_back(std::to_string(guide_count) + (guide_count == 1 ? " guide beside " : " guides beside ") +
+                            std::to_string(strands.strand_count() - guide_count) + " strands are left out");
+  ImportedStrands& first = groups.front().strands;
+  first.up = strands.up;
+  first.unit_m = strands.unit_m;
+  first.notes = std::move(strands.notes);
+  first.doubts = std::move(strands.doubts);
+  return groups;
 }
 
 }  // namespace hairnet

@@ -2,7 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/vec.hpp"
@@ -10,20 +13,60 @@
 
 namespace hairnet {
 
+enum class Axis : std::uint8_t;  // placement.hpp
+
 // Strands in the units and axes of their file, root first.
 struct ImportedStrands {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};
+
+  // What only some formats say. Each list is empty, or has a value for each point or for each strand.
+  // Diameters at each point; zero where none is said.
+  std::vector<float> widths;
+  std::vector<Vec3f> colours;  // linear RGB at each point
+  // Each strand grows at this place of the scalp's texture.
+  std::vector<Eigen::Vector2f> root_uvs;
+  // Each strand belongs to the group with this index into group_names.
+  std::vector<std::uint32_t> groups;
+  std::vector<std::string> group_names;
+  // Is 1 for each strand that only leads others.
+  std::vector<std::uint8_t> guides;
+
+  // What the file says of its axis upwards, and of the metres in its unit.
+  std::optional<Axis> up;
+  std::optional<double> unit_m;
+
+  std::vector<std::string> notes;   // lines about what was read
+  std::vector<std::string> doubts;  // lines about what was left out, or taken in spite of a doubt
+
   [[nodiscard]] std::size_t strand_count() const { return strand_begin.size() - 1; }
 };
 
-enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data };
+// The points of strands at several times, in the order of the strands' own points.
+struct StrandMotion {
+  std::vector<double> times_s;
+  std::vector<std::vector<Vec3f>> points;  // at each time
+};
+
+// One for each group of the strands, points alone; what the file says of itself, the notes and doubts come with the
+// first. Guides beside other strands are left out, which the notes say.
+struct StrandGroup {
+  std::string name;  // empty: the strands have no groups
+  ImportedStrands strands;
+};
+std::vector<StrandGroup> divide_groups(ImportedStrands strands);
+
+enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data, alembic, usd, ply, npy };
 
 // Every count is compared with the size of `bytes` before memory is reserved. Returns an error for non-finite points,
 // truncation at any byte, and wrong magic or version.
 Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes);
-Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0
+Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0, and the text of 2
+Result<ImportedStrands> decode_tressfx_text(std::string_view text);
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes);
+Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes);
+Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes);         // .npy and .npz
+Result<ImportedStrands> decode_usd_curves(std::span<const std::byte> bytes);  // text, binary, or in an archive
 Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes);
 
 }  // namespace hairnet

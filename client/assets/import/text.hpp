@@ -1,27 +1,88 @@
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <concepts>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace hairnet {
+
+// Parses the whole of `text` as a decimal number with or without a point and an exponent; a leading + is allowed. None
+// for anything else, and for what exceeds a double. A correct rounding up to 15 digits, else within 2 units of the last
+// place. The C++ library for WebAssembly has no std::from_chars for such numbers.
+inline std::optional<double> parse_decimal(std::string_view text) {
+  const auto take = [&](char c) {
+    const bool is_next = text.starts_with(c);
+    if (is_next) text.remove_prefix(1);
+    return is_next;
+  };
+  const bool is_negative = take('-');
+  if (!is_negative) take('+');
+  constexpr std::uint64_t kFullMantissa = (std::numeric_limits<std::uint64_t>::max() - 9) / 10;
+  std::uint64_t mantissa = 0;
+  std::int64_t exponent = 0;
+  bool has_digits = false;
+  const auto take_digits = [&](int step_kept, int step_dropped) {
+    for (; !text.empty() && text.front() >= '0' && text.front() <= '9'; text.remove_prefix(1)) {
+      has_digits = true;
+      const bool is_kept = mantissa <= kFullMantissa;
+      if (is_kept) mantissa = 10 * mantissa + static_cast<std::uint64_t>(text.front() - '0');
+      exponent += is_kept ? step_kept : step_dropped;
+    }
+  };
+  take_digits(0, 1);
+  if (take('.')) take_digits(-1, 0);
+  if (!has_digits) return {};
+  if (take('e') || take('E')) {
+    const bool is_small = take('-');
+    if (!is_small) take('+');
+    if (text.empty()) return {};
+    std::int64_t power = 0;
+    for (; !text.empty() && text.front() >= '0' && text.front() <= '9'; text.remove_prefix(1))
+      power = std::min<std::int64_t>(10 * power + (text.front() - '0'), 100'000);
+    exponent += is_small ? -power : power;
+  }
+  if (!text.empty()) return {};
+  auto value = static_cast<double>(mantissa);
+  constexpr std::int64_t kExactPower = 22;  // 10^22 is the largest power of ten that a double holds
+  while (value != 0 && exponent != 0) {
+    const auto step = std::clamp<std::int64_t>(exponent, -kExactPower, kExactPower);
+    const double power = std::pow(10.0, static_cast<double>(std::abs(step)));
+    value = step < 0 ? value / power : value * power;
+    exponent -= step;
+    if (!std::isfinite(value)) return {};
+  }
+  return is_negative ? -value : value;
+}
 
 // Parses the whole of `text` as one number; a leading + is allowed. None for anything else, and for overflow, nan and
 // inf.
 template <class Number>
 requires std::integral<Number> || std::floating_point<Number> std::optional<Number> parse_number(
     std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  if (text.starts_with('+')) return {};
-  Number value{};
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault != std::errc{} || end != text.data() + text.size()) return {};
   if constexpr (std::floating_point<Number>) {
-    if (!std::isfinite(value)) return {};
+    const std::optional<double> value = parse_decimal(text);
+    if (!value || !std::isfinite(static_cast<Number>(*value))) return {};
+    return static_cast<Number>(*value);
+  } else {
+    if (text.starts_with('+')) text.remove_prefix(1);
+    if (text.starts_with('+')) return {};
+    Number value{};
+    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (fault != std::errc{} || end != text.data() + text.size()) return {};
+    return value;
   }
-  return value;
+}
+
+// "1 curve", "2 curves", "2 meshes"
+inline std::string counted(std::size_t count, std::string_view what) {
+  return std::to_string(count).append(" ").append(what).append(count == 1 ? "" : what.ends_with("sh") ? "es" : "s");
 }
 
 inline constexpr std::string_view kBlanks = " \t\r\v\f";

@@ -1,4 +1,5 @@
 #include <string>
+#include <string_view>
 
 #include "client/assets/import/byte_reader.hpp"
 #include "client/assets/import/strand_points.hpp"
@@ -14,6 +15,8 @@ struct Layout {
   float version;
   std::size_t offset_at, header_bytes, gap_bytes;
 };
+constexpr std::string_view kTextBegin =
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 \t\r\n#\xef\xbb\xbf";
 constexpr Layout kVersion3{3.0f, 144, 148, 0};
 constexpr Layout kVersion4{4.0f, 12, 160, 4};  // inverse mass
 
@@ -26,6 +29,10 @@ Result<Layout> layout_of(float version) {
 }  // namespace
 
 Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes) {
+  // Binary files begin with a number of which a byte is no character.
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (!text.empty() && text.substr(0, 4).find_first_not_of(kTextBegin) == std::string_view::npos)
+    return decode_tressfx_text(text);
   ByteReader in(bytes);
   if (!in.has(12)) return Refusal("not a .tfx file: shorter than its counts");
   const Result<Layout> layout = layout_of(in.f32());

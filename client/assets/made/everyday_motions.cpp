@@ -16,7 +16,7 @@ double since_start(double t, double first_s, double period_s) {
   return t < first_s ? t - first_s : std::fmod(t - first_s, period_s);
 }
 
-// From 0 to 1 within `in_s`, and from 1 to 0 within the `out_s` before `end_s`.
+// Rises from 0 to 1 within `in_s`, and falls from 1 to 0 within the `out_s` before `end_s`.
 double plateau(double t, double in_s, double out_s, double end_s) {
   return smootherstep(0, in_s, t) * (1 - smootherstep(end_s - out_s, end_s, t));
 }

@@ -12,10 +12,12 @@ using Path = std::vector<Vec3>;
 
 // The tip of a strand while it grows.
 struct GrowthPoint {
-  Vec3 p;           // head space, m
-  double s;         // arc length from the start, m
-  Vec3 normal;      // of the skin under it; zero away from the skin
-  double nearness;  // 1 on the skin, at its clearance or below; 0 from 12 mm above that
+  Vec3 p;    // head space, m
+  double s;  // arc length from the start, m
+  // Stands on the skin under the tip; is zero away from the skin.
+  Vec3 normal;
+  // Is 1 on the skin, at its clearance or below, and 0 from 12 mm above that.
+  double nearness;
 };
 
 // The rules by which one strand grows.

@@ -124,7 +124,7 @@ void dress_cards(const StyleOptions& options, Groom& groom) {
 void dress_short(const StyleOptions& options, Groom& groom) {
   LooseRecipe recipe;
   recipe.comb = [](const Vec3& p, const Root&) {
-    // From the whorl at the crown outwards; in front, to the side.
+    // Hair leads away from the whorl at the crown; in front, it turns to the side.
     Vec3 away = comb_from_whorl(p, 0.012, -0.035);
     away.x() -= 0.5 * std::max(0.0, p.z() / 0.08);
     return away;

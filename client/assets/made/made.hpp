@@ -15,9 +15,12 @@ namespace hairnet {
 Body make_bust();
 
 struct HairstyleOptions {
-  double length_m = 0;           // of the longest strands, before curling; of the tail, if tied; 0 = the style's own
-  double curl = -1;              // 0 straight … 1 tight curls; negative = the style's own
-  std::size_t strand_count = 0;  // density; 0 = the style's own (10 000 or so)
+  // Is the length of the longest strands before curling, or of the tail if tied; zero means the style's own.
+  double length_m = 0;
+  // Ranges from 0, straight, to 1, tight curls; a negative value means the style's own.
+  double curl = -1;
+  // Sets the density; zero means the style's own (10 000 or so).
+  std::size_t strand_count = 0;
   std::uint32_t seed = 1;
 };
 struct MadeName {

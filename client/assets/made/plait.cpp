@@ -46,8 +46,8 @@ class Plait {
     return mix(0.75, 1, smootherstep(0, 0.04, s)) * mix(1, 0.55, smootherstep(0.1, tied_at(), s));
   }
 
-  // The middle of a lock `s` metres down, and the sideways and backward directions of the plait there. Each lock swings
-  // from side to side and, twice as often, over and under the others.
+  // The middle of a lock `s` metres down, and the sideways and backward directions of the plait there. Each lock
+  // swings from side to side and, twice as often, over and under the others.
   struct Place {
     Vec3 middle, side, back;
   };

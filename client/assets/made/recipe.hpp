@@ -8,34 +8,55 @@ namespace hairnet::made {
 
 // Hair in front that is combed over the forehead and cut short.
 struct Fringe {
-  double half_angle_deg = 0;    // of the roots' azimuth; 0 = no fringe
-  double depth_m = 0.035;       // behind the hairline, in the middle
-  double wedge = 0.5;           // share of the depth that is missing at the fringe's ends
-  double tip_height_m = 0.066;  // cut at this height, about the brows
-  double sweep = 0;             // to the left (+X), relative to 1 straight ahead
-  double length_m = 0.11;       // at most
+  // Bounds the azimuth of the roots; zero means no fringe.
+  double half_angle_deg = 0;
+  // Reaches back from the hairline, in the middle.
+  double depth_m = 0.035;
+  // Is the share of the depth that is missing at the fringe's ends.
+  double wedge = 0.5;
+  // Hair is cut at this height, about the brows.
+  double tip_height_m = 0.066;
+  // Leads to the left (+X), relative to 1 straight ahead.
+  double sweep = 0;
+  // No strand of the fringe is longer.
+  double length_m = 0.11;
 };
 
 // The recipe of hair that falls free from the scalp.
 struct LooseRecipe {
   // Combing on the scalp at `p`, for a strand from `root`; only its part along the skin counts.
   std::function<Vec3(const Vec3& p, const Root& root)> comb;
-  double comb_reach_m = 0.10;  // the comb's effect fades over this arc length
-  double fall = 0.7;           // weight of gravity relative to the comb, where the comb acts
-  double rise = 0.5;           // weight of the skin's normal in the first direction
-  double bend_m = 0.022;       // see Growth
-  double lift_m = 0.022;       // thickness of the hair on the head, at its outermost layer
-  double lift_rise_m = 0.045;  // the arc length over which it is reached
-  double blunt = 0.8;          // 0: every strand has the same length … 1: all are cut at one height
-  double thinning = 0.15;      // largest relative shortening of some strands
-  double side_length = 1;      // length at the nape and sides, relative to the top
-  double front_deg = 98;       // strands rooted in front of this azimuth fall in front of the shoulders
-  double tuck = 0;             // tips turn in to the neck
-  double flyaway = 0.05;       // deviation of single strands
+  // The comb's effect fades over this arc length.
+  double comb_reach_m = 0.10;
+  // Weighs gravity relative to the comb, where the comb acts.
+  double fall = 0.7;
+  // Weighs the skin's normal in the first direction.
+  double rise = 0.5;
+  // See Growth::bend_m.
+  double bend_m = 0.022;
+  // The hair on the head is this thick at its outermost layer.
+  double lift_m = 0.022;
+  // The lift is reached over this arc length.
+  double lift_rise_m = 0.045;
+  // Ranges from 0, every strand has the same length, to 1, all are cut at one height.
+  double blunt = 0.8;
+  // Limits the relative shortening of some strands.
+  double thinning = 0.15;
+  // Scales the length at the nape and sides, relative to the top.
+  double side_length = 1;
+  // Strands rooted in front of this azimuth fall in front of the shoulders.
+  double front_deg = 98;
+  // Turns tips in to the neck.
+  double tuck = 0;
+  // Single strands deviate by this much.
+  double flyaway = 0.05;
   int locks = 260;
-  double clumping = 0.45;      // strands of a lock gather towards their tips, 0 … 1
-  double gathered_at = 0.9;    // the share of the length where this is complete
-  double curl_disorder = 0.9;  // of the phases within a lock, radians
+  // Strands of a lock gather towards their tips, 0 … 1.
+  double clumping = 0.45;
+  // The gathering is complete at this share of the length.
+  double gathered_at = 0.9;
+  // Spreads the phases within a lock, radians.
+  double curl_disorder = 0.9;
   int points = 18;
   Fringe fringe;
 };

@@ -6,7 +6,8 @@ namespace hairnet::made {
 namespace {
 
 constexpr double kHeadHeight_m = 1.55;
-constexpr double kNeckShare = 0.4;  // of the head's rotation relative to the trunk
+// The neck takes this share of the head's rotation relative to the trunk.
+constexpr double kNeckShare = 0.4;
 
 Quat turn(double yaw, double pitch, double roll) {
   return Quat(Eigen::AngleAxisd(yaw, Vec3::UnitY()) * Eigen::AngleAxisd(pitch, Vec3::UnitX()) *

@@ -9,15 +9,23 @@ namespace hairnet::made {
 // The posture of head and trunk at one moment, about the bust's joints. Angles in radians: yaw about +Y, pitch about +X
 // (positive looks down), roll about +Z.
 struct Gesture {
-  double lift_m = 0, sway_m = 0;  // of the whole body, up and to the left
+  // Moves the whole body, up and to the left.
+  double lift_m = 0, sway_m = 0;
   double trunk_yaw = 0, trunk_pitch = 0, trunk_roll = 0;
-  double head_yaw = 0, head_pitch = 0, head_roll = 0;  // relative to the trunk; the neck takes its share
-  double left_shoulder = 0, right_shoulder = 0;        // forward about +Y
-  double shoulders_up = 0;                             // both, about +Z
-  double speed_m_per_s = 0;                            // straight ahead
-  Vec3 place = Vec3::Zero();                           // position on the floor, not eased
-  double facing = 0;                                   // yaw there, not eased
-  std::uint32_t place_index = 0;                       // counts teleports
+  // Turns relative to the trunk; the neck takes its share.
+  double head_yaw = 0, head_pitch = 0, head_roll = 0;
+  // Turns forward about +Y.
+  double left_shoulder = 0, right_shoulder = 0;
+  // Lifts both about +Z.
+  double shoulders_up = 0;
+  // Is the speed straight ahead.
+  double speed_m_per_s = 0;
+  // Is the position on the floor, not eased.
+  Vec3 place = Vec3::Zero();
+  // Is the yaw at that place, not eased.
+  double facing = 0;
+  // Counts teleports.
+  std::uint32_t place_index = 0;
 };
 
 // The bones for a gesture: joined at the bust's joints, with the head joint 1.55 m above the floor at rest. `ease`

@@ -11,8 +11,10 @@ namespace hairnet::made {
 namespace {
 
 constexpr int kColumns = 33, kRows = 30;
-constexpr double kHairThickness = 0.030;  // under the veil
-constexpr double kCombHalf_rad = 0.80;    // of the comb's arc over the head
+// The hair under the veil is this thick.
+constexpr double kHairThickness = 0.030;
+// Is half the angle of the comb's arc over the head.
+constexpr double kCombHalf_rad = 0.80;
 
 // One warp thread of the veil: from the comb back over the hair, then down, in folds that open towards the hem.
 Path column_path(double across, double length_m) {

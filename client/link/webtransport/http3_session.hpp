@@ -12,8 +12,8 @@
 
 namespace hairnet::link {
 
-using StreamId =
-    std::int64_t;  // of QUIC. The lowest bit says who opened it (0: the client), the next whether it is one-way
+// Is QUIC's number of a stream. The lowest bit says who opened it (0: the client), the next whether it is one-way.
+using StreamId = std::int64_t;
 
 // What a Http3Session asks of the QUIC connection below it, and tells the one above. No call may destroy it.
 class Http3Owner {
@@ -27,10 +27,12 @@ class Http3Owner {
   virtual void fail(http3::ErrorCode code, std::string_view why) = 0;
   virtual void on_channel_open() = 0;
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
-  virtual void on_channel_end() = 0;  // the server sends no more; its reason may follow
-  // Of a one-way stream of the session. `is_last`: it ends behind them.
+  // The server sends no more; its reason may follow.
+  virtual void on_channel_end() = 0;
+  // The bytes come on a one-way stream of the session. `is_last`: it ends behind them.
   virtual void on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
-  virtual void on_download_reset(StreamId stream) = 0;  // the server sends no more of it
+  // The server sends no more of it.
+  virtual void on_download_reset(StreamId stream) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
 };
 
@@ -58,7 +60,8 @@ class Http3Session {
   enum class Kind : std::uint8_t { unknown, control, encoder, decoder, download, ignored };
   struct Stream {
     Kind kind = Kind::unknown;
-    http3::Bytes begin;  // of its type and session, or of its settings
+    // Collects the stream's type and session, or its settings.
+    http3::Bytes begin;
     http3::FrameReader frames;
     bool has_settings = false;
   };
@@ -77,9 +80,12 @@ class Http3Session {
   Http3Owner* owner_;
   std::string authority_, url_path_;
   std::map<StreamId, Stream> one_way_;
-  StreamId session_ = -1, channel_ = -1;  // session_: the stream of the CONNECT
-  http3::FrameReader frames_, capsules_;  // of the session's stream
-  http3::Bytes begin_;                    // of a frame or a capsule there that is needed as a whole
+  // session_ is the stream of the CONNECT.
+  StreamId session_ = -1, channel_ = -1;
+  // Both read the session's stream.
+  http3::FrameReader frames_, capsules_;
+  // Collects a frame or a capsule there that is needed as a whole.
+  http3::Bytes begin_;
   bool has_response_ = false, has_failed_ = false;
 };
 

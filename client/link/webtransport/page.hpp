@@ -10,13 +10,15 @@
 
 namespace hairnet::link {
 
-inline constexpr std::string_view kWebTransportPage = "/wt.json";  // of the server's TCP port
+// The server's TCP port answers at this path.
+inline constexpr std::string_view kWebTransportPage = "/wt.json";
 
 // What that page says.
 struct WebTransportPage {
-  std::uint16_t port = 0;  // 0: the server has no WebTransport
+  // Zero means that the server has no WebTransport.
+  std::uint16_t port = 0;
   std::string path;
-  // Of the certificates that it may show; none: they are signed by an authority.
+  // Holds hashes of the certificates that the server may show; none means that they are signed by an authority.
   std::vector<quic::CertificateHash> hashes;
 };
 

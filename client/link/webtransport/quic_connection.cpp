@@ -16,7 +16,8 @@ namespace hairnet::link {
 namespace {
 
 constexpr std::size_t kPacketBytesMax = 1500;
-constexpr std::size_t kIdBytes = 12;  // of what the client calls the server at first
+// The client calls the server at first by an ID of this length.
+constexpr std::size_t kIdBytes = 12;
 
 }  // namespace
 

@@ -26,15 +26,20 @@ namespace hairnet::link {
 
 struct QuicOptions {
   static constexpr std::uint64_t kOneWayWindowBytes = std::uint64_t{512} << 10;
-  std::string protocol = "h3";  // of the application, as TLS names it; empty: none
+  // Is the application's protocol, as TLS names it; empty means none.
+  std::string protocol = "h3";
   std::uint32_t version = NGTCP2_PROTO_VER_V1;
   std::int64_t handshake_timeout_ns = 5'000'000'000;
-  std::int64_t idle_timeout_ns = 15'000'000'000;        // without a packet of the peer's
-  std::int64_t keep_alive_ns = 5'000'000'000;           // a silent peer is asked for a sign of life; 0: never
-  std::uint64_t window_bytes = std::uint64_t{1} << 20;  // of the peer's that may wait to be taken, on a two-way stream
-  // The same for each of its one-way streams; none of these takes another stream's.
+  // The connection ends after this time without a packet of the peer's.
+  std::int64_t idle_timeout_ns = 15'000'000'000;
+  // A silent peer is asked for a sign of life; zero means never.
+  std::int64_t keep_alive_ns = 5'000'000'000;
+  // So many bytes of the peer's may wait to be taken, on a two-way stream.
+  std::uint64_t window_bytes = std::uint64_t{1} << 20;
+  // The same limit holds for each of its one-way streams; none of these takes another stream's.
   std::uint64_t one_way_window_bytes = kOneWayWindowBytes;
-  std::uint64_t one_way_streams_max = 8;  // of the peer's at a time; it may open no others
+  // The peer may have so many open at a time, and none others.
+  std::uint64_t one_way_streams_max = 8;
   std::uint64_t datagram_frame_bytes_max = quic::kDatagramFrameBytesMax;
 };
 
@@ -69,15 +74,17 @@ class QuicConnection final : private quic::SendObserver {
   // -1: the peer allows no further one now.
   StreamId open_stream(bool one_way);
   void send(StreamId stream, std::vector<std::uint8_t> bytes, bool is_last = false);
-  void take(StreamId stream,
-            std::size_t bytes);  // that on_stream_bytes() has passed on: the peer may send as many more
+  // Takes bytes that on_stream_bytes() has passed on: the peer may send as many more.
+  void take(StreamId stream, std::size_t bytes);
   void stop_reading(StreamId stream, http3::ErrorCode code);
   // What each datagram begins with.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { queues_.set_datagram_prefix(std::move(prefix)); }
   void send_datagram(std::vector<std::uint8_t> bytes) { queues_.push_datagram(std::move(bytes)); }
   void drop_first_datagram() { queues_.drop_first_datagram(); }
-  [[nodiscard]] std::size_t datagram_count() const { return queues_.datagram_count(); }  // that wait
-  [[nodiscard]] std::size_t datagram_frame_bytes_max() const;                            // 0: the peer takes none
+  // Counts the datagrams that wait.
+  [[nodiscard]] std::size_t datagram_count() const { return queues_.datagram_count(); }
+  // Returns zero when the peer takes none.
+  [[nodiscard]] std::size_t datagram_frame_bytes_max() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] std::size_t kept_bytes() const { return queues_.kept_bytes(); }
   // Ends it with an application's code; the next write() tells the peer. `why`: one line.
@@ -89,7 +96,8 @@ class QuicConnection final : private quic::SendObserver {
   [[nodiscard]] bool is_over() const { return error_ != 0; }
   // Why it is over, in one line.
   [[nodiscard]] const std::string& why() const { return why_; }
-  [[nodiscard]] int error() const { return error_; }  // of ngtcp2; 0: it is not over
+  // Returns ngtcp2's error; zero until the connection is over.
+  [[nodiscard]] int error() const { return error_; }
   [[nodiscard]] const quic::Path& path() const { return path_; }
   [[nodiscard]] ngtcp2_connection_close_error close_error() const;
 
@@ -118,11 +126,14 @@ class QuicConnection final : private quic::SendObserver {
   ngtcp2_crypto_conn_ref reference_{};
   quic::SendQueues queues_;
   quic::AnswerDelay answer_;
-  std::int64_t now_ns_ = 0;                 // of the packet that is read
-  std::vector<std::uint8_t> close_packet_;  // not yet sent
+  // Is the time at which the packet in hand is read.
+  std::int64_t now_ns_ = 0;
+  // Holds what is not yet sent.
+  std::vector<std::uint8_t> close_packet_;
   std::string why_;
   int error_ = 0;
-  std::optional<std::pair<http3::ErrorCode, std::string>> close_wanted_;  // from within ngtcp2's calls
+  // Is set by calls from within ngtcp2.
+  std::optional<std::pair<http3::ErrorCode, std::string>> close_wanted_;
   bool is_ready_ = false, was_reset_ = false, is_in_quic_ = false;
 };
 

@@ -27,13 +27,14 @@ struct WebTransportTarget {
 class WebTransportEvents {
  public:
   virtual ~WebTransportEvents() = default;
-  // Of the channel. They count as waiting until WebTransportSession::take().
+  // The bytes come on the channel. They count as waiting until WebTransportSession::take().
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
-  // Of a one-way stream that the server has opened. They count as waiting until WebTransportSession::take_download().
-  // `is_last`: it ends behind them.
+  // The bytes come on a one-way stream that the server has opened. They count as waiting until
+  // WebTransportSession::take_download(). `is_last`: it ends behind them.
   virtual void on_download_bytes(StreamId download, std::span<const std::uint8_t> bytes, bool is_last) = 0;
-  virtual void on_download_reset(StreamId download) = 0;  // the server sends no more of it
+  // The server sends no more of it.
+  virtual void on_download_reset(StreamId download) = 0;
 };
 
 // The client's end of a WebTransport session: QUIC, HTTP/3, an extended CONNECT, and then the channel, which is the
@@ -68,12 +69,16 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   [[nodiscard]] const std::string& why() const { return quic_->why(); }
 
   // The following assert that it has been open, and do nothing once it is over.
-  void send(std::vector<std::uint8_t> bytes);  // on the channel
-  void end_channel();                          // behind what was sent
+  // Sends on the channel.
+  void send(std::vector<std::uint8_t> bytes);
+  // Ends the channel behind what was sent.
+  void end_channel();
   // False: it is too large. Those that wait for the window are dropped when they are outdated.
   [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes, std::int64_t now_ns);
-  void take(std::size_t bytes);  // that on_channel_bytes() has passed on: the server may send as many more
-  void take_download(StreamId download, std::size_t bytes);  // the same of on_download_bytes()
+  // Takes bytes that on_channel_bytes() has passed on: the server may send as many more.
+  void take(std::size_t bytes);
+  // Does the same for on_download_bytes().
+  void take_download(StreamId download, std::size_t bytes);
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return quic_->unsent_bytes(); }
   // Ends it at once; the next write() tells the server. `why`: one line.
@@ -105,11 +110,16 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   WebTransportEvents* events_;
   std::unique_ptr<QuicConnection> quic_;
   Http3Session http3_;
-  std::deque<std::int64_t> datagram_ns_;  // when those that wait were to be sent
-  std::size_t passed_bytes_ = 0;          // of those in hand, what the events have and take later
-  bool has_ended_ = false;                // the server has ended the channel
-  std::int64_t now_ns_ = 0;               // of the current call
-  std::int64_t deadline_ns_ = 0;          // of opening, and of the end; 0: none
+  // Holds the time at which each datagram that waits was to be sent.
+  std::deque<std::int64_t> datagram_ns_;
+  // The events have so many of the bytes in hand, and take them later.
+  std::size_t passed_bytes_ = 0;
+  // The server has ended the channel.
+  bool has_ended_ = false;
+  // Is the time of the current call.
+  std::int64_t now_ns_ = 0;
+  // Bounds the opening and the end; zero means no deadline.
+  std::int64_t deadline_ns_ = 0;
   std::int64_t opening_ns_max_ = 0;
 };
 

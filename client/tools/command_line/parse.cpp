@@ -14,7 +14,7 @@ struct KnownWords {
   std::vector<std::string> flags, commands;
 };
 
-// Of the program and of the command that was given; option groups are commands without a name.
+// Adds the words of the program and of the command that was given; option groups are commands without a name.
 void add_known(const CLI::App& app, KnownWords& known) {
   for (const CLI::Option* option : app.get_options())
     known.flags.insert(known.flags.end(), option->get_lnames().begin(), option->get_lnames().end());

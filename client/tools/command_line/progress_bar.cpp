@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kBarCells = 30;
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
-constexpr auto kLineInterval = std::chrono::seconds(10);  // of a log, which cannot be redrawn
+// A log gets lines at this interval, since it cannot be redrawn.
+constexpr auto kLineInterval = std::chrono::seconds(10);
 
 }  // namespace
 

@@ -14,8 +14,10 @@
 namespace hairnet::groom {
 
 struct MaterialOptions {
-  std::optional<Material> material;                               // of all hair; none: the groom's own
-  std::vector<std::pair<std::string, Material>> group_materials;  // by the group's name
+  // Replaces the material of all hair; none: the groom's own.
+  std::optional<Material> material;
+  // Replaces materials by the group's name.
+  std::vector<std::pair<std::string, Material>> group_materials;
 };
 // The error names a missing group.
 Result<void> apply_materials(const MaterialOptions& options, Groom& groom);

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "client/assets/strand_file.hpp"
 #include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
@@ -63,8 +64,9 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
 
 void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
   CLI::App& import =
-      *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data, .obj), to a groom file");
-  import.add_option("files", o.files.files, "strand files; each becomes a group")->required();
+      *app.add_subcommand("import", "strands that people have (" + std::string(kHairFiles) + "), to a groom file");
+  import.add_option("files", o.files.files, "strand files; each becomes a group, or several if it names them")
+      ->required();
   import.add_option("--out,-o", o.out, "groom file to write")->required();
   add_hair_flags(import, "--", o.import);
   import.add_option("--origin", origin, "head joint in file units, x,y,z (under the body's skull, else the roots')")
@@ -77,7 +79,7 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
              parse_axis);
   import.add_option("--body-unit", o.import.body.unit_m, "metres a unit of the body's file (guessed)")
       ->check(in_range(1e-6, 1e3));
-  import.add_option("--group", o.files.groups, "name of each file's group, in order (the files' names)");
+  import.add_option("--group", o.files.groups, "name of each file's group, in order (what the files say, or their names)");
   import.add_option("--hairs", o.import.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
   import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (the material's)")
       ->check(in_range(0, 10));

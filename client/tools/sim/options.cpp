@@ -8,6 +8,7 @@
 
 #include "client/assets/import/placement.hpp"
 #include "client/assets/load_motion.hpp"
+#include "client/assets/strand_file.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
@@ -52,7 +53,7 @@ void add_motion_flags(CLI::App& app, SimulateOptions& o) {
 }
 
 void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
-  app.add_option("--groom", o.groom, "groom file, strand file (.hair, .tfx, .data, .obj), or made:STYLE");
+  app.add_option("--groom", o.groom, "groom file, strand file (" + std::string(kHairFiles) + "), or made:STYLE");
   app.add_option("--motion", o.motion, "BVH file, or made:NAME (made:look_around; none with only --dump-model)");
   app.add_option("--strands", o.hairstyle.strand_count, "made grooms: how many strands (the style's own)");
   add_parsed(app, "--level", o.level, "high, medium, low or ether (high)", parse_lattice_level);

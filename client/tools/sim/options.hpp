@@ -19,16 +19,21 @@ enum class Solver : std::uint8_t { standard, converged };
 struct SimulateOptions {
   std::string groom, motion;
   HairstyleOptions hairstyle;
-  HairImport hair;  // of a strand file of another program
+  // Applies to a strand file of another program.
+  HairImport hair;
   BvhImport bvh;
   LevelIndex level = LevelIndex::high;
   Solver solver = Solver::standard;
   double rate_hz = 30;
-  int substep_count = 0;  // 0: substep_count_for the rate
-  int iterations = 0;     // 0: the level's own
+  // Zero means substep_count_for the rate.
+  int substep_count = 0;
+  // Zero means the level's own.
+  int iterations = 0;
   Wind wind;
-  std::optional<Material> material;  // instead of the groom's own
-  double settle_s = 0;               // added after the clip: the head eases upright within 1 s, then is still
+  // Replaces the groom's own.
+  std::optional<Material> material;
+  // Is added after the clip: the head eases upright within 1 s, then is still.
+  double settle_s = 0;
   std::string out, velocities, points, poses, dump_model;
 };
 

@@ -33,15 +33,17 @@ class ReplayedWorld {
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
   // The characters that are there, and their grooms.
   [[nodiscard]] const std::map<CharacterKey, wire::GroomHash>& characters() const { return characters_; }
-  // Of its active nodes, head space, m: those of the finest level where the hair is learnt, which are computed into
-  // `scratch`; empty when rigid.
+  // Returns the displacements of its active nodes, head space, m; where the hair is learnt, those of the finest level,
+  // which are computed into `scratch`. They are empty when rigid.
   [[nodiscard]] std::span<const Vec3f> displacement(CharacterKey character, std::vector<Vec3f>& scratch) const;
 
  private:
   struct RecordedLevels {
     Groom groom;
-    std::shared_ptr<const LevelSet> levels;    // with modes once hair is learnt
-    std::shared_ptr<const LearntHair> learnt;  // that they are to have
+    // Has modes once hair is learnt.
+    std::shared_ptr<const LevelSet> levels;
+    // The levels are to have this learnt hair.
+    std::shared_ptr<const LearntHair> learnt;
   };
   Result<std::shared_ptr<const LevelSet>> levels_of(const wire::GroomHash& hash);
   Result<void> prepare(const wire::RecordedTick& tick);

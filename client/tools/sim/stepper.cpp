@@ -91,10 +91,14 @@ class ConvergedStepper : public Stepper {
   }
 
   StepperDef def_;
-  const Level& level_;                 // kept alive by def_
-  Pose from_, last_from_;              // at the end of the last tick, and one substep before that
-  Vec3 head_velocity_ = Vec3::Zero();  // of the last tick, world, m/s
-  bool is_relative_ = false;           // velocities are relative to the head's, after a teleport
+  // Is kept alive by def_.
+  const Level& level_;
+  // Hold the poses at the end of the last tick, and one substep before that.
+  Pose from_, last_from_;
+  // Belongs to the last tick; world, m/s.
+  Vec3 head_velocity_ = Vec3::Zero();
+  // Velocities are relative to the head's, after a teleport.
+  bool is_relative_ = false;
   double tick_ = 0;
   WorldLattice lattice_;
   LatticeState state_;

@@ -11,8 +11,10 @@ namespace hairnet::token {
 
 struct MakeOptions {
   std::string key_file;
-  channel::TokenClaims claims;    // without its times
-  std::int64_t expires_s = 3600;  // from now
+  // The times in it are not used: the next two fields set them, in seconds.
+  channel::TokenClaims claims;
+  // Counts from now.
+  std::int64_t expires_s = 3600;
   std::optional<std::int64_t> not_before_s;
 };
 struct ShowOptions {

@@ -5,6 +5,7 @@
 #include "client/assets/import_hair.hpp"
 #include "client/assets/load_groom.hpp"
 #include "client/assets/load_motion.hpp"
+#include "client/assets/strand_file.hpp"
 #include "client/files/read_file.hpp"
 
 namespace hairnet::viewer {
@@ -23,7 +24,7 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
       if (!groom) return Refusal(groom.error());
       grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
     } else {
-      return Refusal(file + ": not one of .hair, .tfx, .data, .obj, .groom, .bvh");
+      return Refusal(file + ": not one of " + std::string(kHairFiles) + " .groom .bvh");
     }
   }
   if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);

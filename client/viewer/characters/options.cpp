@@ -7,6 +7,7 @@
 #include <limits>
 #include <string_view>
 
+#include "client/assets/strand_file.hpp"
 #include "client/files/read_file.hpp"
 #include "client/files/video_writer.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
@@ -252,7 +253,8 @@ void add_server_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
 }
 
 void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
-  app.add_option("FILES", o.files, "to be shown: .hair .tfx .data .groom, .obj of hair or of a body, .bvh of motion");
+  app.add_option("FILES", o.files,
+                 "to be shown: strands (" + std::string(kHairFiles) + "), .groom, .obj of a body, .bvh of motion");
   app.add_flag("--local", texts.local, "simulate here, without a server");
   app.add_option("--tick-rate", o.tick_rate_hz, "ticks a second of that (30)")->check(in_range(10.0, 240.0));
   app.add_option("--character", texts.characters, "a character (below); once for each")

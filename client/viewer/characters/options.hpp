@@ -41,26 +41,39 @@ enum class Output : std::uint8_t { window, pictures, video, none };
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
-  std::vector<std::string> files;  // shown as they are
-  HairImport hair;                 // of all strand files
+  // These files are shown as they are.
+  std::vector<std::string> files;
+  // Applies to all strand files.
+  HairImport hair;
   link::Address server;
   link::TlsOptions tls;
   link::TransportChoice transport = link::TransportChoice::automatic;
   std::string room, token;
-  std::optional<wire::Observe> observe;  // which other characters of the room to show; none: no others
-  double reconnect_s = 0;                // how long to try to reconnect; 0: not at all; infinity: forever
+  // Says which other characters of the room to show; none: no others.
+  std::optional<wire::Observe> observe;
+  // Says how long to try to reconnect; zero means not at all, infinity forever.
+  double reconnect_s = 0;
   std::vector<CharacterOptions> characters;
-  double duration_s = 6;  // of the motions, which begin at time 0 when every lattice has arrived; infinity: forever
-  double settle_s = 0;    // after the motions: heads ease upright within 1 s, then are still
+  // Ends the motions, which begin at time 0 when every lattice has arrived; infinity means forever.
+  double duration_s = 6;
+  // Follows the motions: heads ease upright within 1 s, then are still.
+  double settle_s = 0;
   double pose_rate_hz = 60;
-  double tick_rate_hz = 30;   // of a local world
-  double frame_rate_hz = 30;  // of a video
-  double jitter_ms = 0;       // each pose is taken up to this much earlier or later
-  std::optional<Wind> wind;   // for the whole room
+  // Is the rate of a local world.
+  double tick_rate_hz = 30;
+  // Is the rate of a video.
+  double frame_rate_hz = 30;
+  // Each pose is taken up to this much earlier or later.
+  double jitter_ms = 0;
+  // Blows in the whole room.
+  std::optional<Wind> wind;
   std::string out, sheet, trace;
-  std::vector<double> times_s;    // of the sheet's columns
-  std::vector<View> views;        // the sheet has one row for each character and view
-  int width = 480, height = 540;  // of a picture, a video or the window
+  // Holds the times of the sheet's columns.
+  std::vector<double> times_s;
+  // The sheet has one row for each character and view.
+  std::vector<View> views;
+  // Are the size of a picture, a video or the window.
+  int width = 480, height = 540;
 };
 
 // The options of the command line, or the exit code when the program must end at once (help, or a usage error, already

@@ -9,7 +9,8 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kUpwards_m = 0.22, kAround_m = 0.24;  // of head and shoulders about the head joint
+// Head and shoulders extend this far about the head joint.
+constexpr double kUpwards_m = 0.22, kAround_m = 0.24;
 
 // How far hair hangs below the head joint at rest.
 double hang_m(const Groom& groom) {

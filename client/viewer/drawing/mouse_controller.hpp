@@ -33,11 +33,12 @@ class MouseController {
   void release(HairSource& source);
 
   Drag drag_ = Drag::none;
-  double depth_m_ = 1;  // of the head that is dragged
+  // Is the depth of the head that is dragged.
+  double depth_m_ = 1;
   std::optional<std::uint64_t> grabbed_, chosen_;
 };
 
-// Of the ball about head_middle() that stands for a head when it is picked.
+// A ball of this radius about head_middle() stands for a head when it is picked.
 inline constexpr double kHeadRadius_m = 0.15;
 
 // The character whose head the ray hits first.

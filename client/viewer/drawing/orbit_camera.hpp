@@ -22,10 +22,12 @@ class OrbitCamera {
   void orbit(double right_px, double down_px, int height_px);
   // Moves so that a point at the target's distance stays under the mouse.
   void pan(double right_px, double down_px, int height_px);
-  void zoom(double steps);  // of the wheel; positive: nearer
+  // Takes steps of the wheel; positive steps move nearer.
+  void zoom(double steps);
   // Looks at a sphere so that it fills the height; the direction does not change.
   void frame(const Vec3& centre, double radius_m);
-  void look_from(const Vec3& direction);  // unit, from the target to the eye
+  // Takes the unit direction that leads from the target to the eye.
+  void look_from(const Vec3& direction);
 
   // From now on the target smoothly moves with `point`; call it once a picture. None: the target stays.
   void follow(const std::optional<Vec3>& point, double elapsed_s);

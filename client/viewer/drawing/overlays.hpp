@@ -13,13 +13,20 @@ namespace hairnet::viewer {
 
 // The parts of the mechanics to draw over the hair.
 struct Overlays {
-  bool lattice = false;      // active nodes, coloured by their distance from their design, and the edges between them
-  bool springs = false;      // by strain
-  bool attachments = false;  // from their points on the skull to their current places
-  bool contacts = false;     // the points of hair that meet skin
-  bool drag = false;         // each node's strongest drag, and its direction
-  bool levels = false;       // hair in its level's colour
-  bool timing = false;       // graphs
+  // Shows active nodes, coloured by their distance from their design, and the edges between them.
+  bool lattice = false;
+  // Colours springs by strain.
+  bool springs = false;
+  // Connects the points on the skull with their current places.
+  bool attachments = false;
+  // Shows the points of hair that meet skin.
+  bool contacts = false;
+  // Shows each node's strongest drag, and its direction.
+  bool drag = false;
+  // Shows hair in its level's colour.
+  bool levels = false;
+  // Shows graphs.
+  bool timing = false;
 
   [[nodiscard]] bool need_model() const { return springs || attachments || contacts || drag; }
 };

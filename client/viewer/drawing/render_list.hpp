@@ -31,7 +31,8 @@ class RenderList {
     std::shared_ptr<const Groom> groom;
     std::size_t number = 0;
     bool worn = false;
-    std::shared_ptr<const Skin> skin;  // that the stage has
+    // Is the skin that the stage has.
+    std::shared_ptr<const Skin> skin;
   };
   std::size_t number_of(const ViewedCharacter& character);
 

@@ -20,7 +20,8 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr float kFieldOfView_deg = 26;
-constexpr double kMargin = 1.12;  // of the framed sphere
+// Scales the framed sphere.
+constexpr double kMargin = 1.12;
 // The least part to frame: head and neck, head space.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
@@ -162,7 +163,8 @@ class RenderedPictures : public Pictures {
   std::unique_ptr<render::Renderer> renderer_;
   struct OnStage {
     std::size_t number = 0;
-    std::shared_ptr<const Skin> skin;  // that the stage has
+    // Is the skin that the stage has.
+    std::shared_ptr<const Skin> skin;
   };
   std::map<const Groom*, OnStage> grooms_;
 };

@@ -13,13 +13,18 @@
 namespace hairnet::viewer {
 
 struct StreamResult {
-  std::vector<std::vector<Moment>> moments;  // [time][character]
+  // Is indexed [time][character].
+  std::vector<std::vector<Moment>> moments;
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
-  std::string members;     // of other clients, at the end: one line each
-  bool connected = false;  // to a server; without, the statistics count nothing
-  Result<void> ended;      // the error that ended the stream early, if any
-  bool stopped = false;    // by a signal, before its end: moments may be missing
+  // Describes other clients at the end, one line each.
+  std::string members;
+  // The stream is connected to a server; without one, the statistics count nothing.
+  bool connected = false;
+  // Is the error that ended the stream early, if any.
+  Result<void> ended;
+  // A signal stopped it before its end: moments may be missing.
+  bool stopped = false;
 };
 
 // Streams the characters in real time until the end that `options` sets or until a stop signal. Writes the trace, and

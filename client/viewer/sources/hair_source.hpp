@@ -20,28 +20,40 @@ namespace hairnet::viewer {
 
 // One character to draw now.
 struct ViewedCharacter {
-  std::uint64_t id = 0;  // does not change while the character exists
+  // Does not change while the character exists.
+  std::uint64_t id = 0;
   std::string name;
   std::shared_ptr<const Groom> groom;
-  Vec3f hair_colour = Vec3f::Zero();           // linear RGB
-  std::optional<wire::Appearance> appearance;  // replaces hair_colour; none: the default skin and roughness
+  // Is linear RGB.
+  Vec3f hair_colour = Vec3f::Zero();
+  // Replaces hair_colour; none: the default skin and roughness.
+  std::optional<wire::Appearance> appearance;
   Pose pose;
-  MovedLattice lattice;                           // of its hair
-  LevelIndex level = LevelIndex::rigid;           // that is stepped
-  std::shared_ptr<const LevelGeometry> geometry;  // of the lattice; null: at rest
-  std::span<const Vec3f> displacement;            // the same of simulated hair, active order, head space, m
-  std::shared_ptr<const Level> model;             // the lattice's mechanical model; null: not known here
-  std::shared_ptr<const Skin> skin;               // to keep the hair out of; null: not known here
+  // Is the lattice of its hair.
+  MovedLattice lattice;
+  // Is the level that is stepped.
+  LevelIndex level = LevelIndex::rigid;
+  // Is the lattice's geometry; null means at rest.
+  std::shared_ptr<const LevelGeometry> geometry;
+  // Holds the same for simulated hair, in active order, head space, m.
+  std::span<const Vec3f> displacement;
+  // Is the lattice's mechanical model; null means not known here.
+  std::shared_ptr<const Level> model;
+  // The hair is kept out of this skin; null means not known here.
+  std::shared_ptr<const Skin> skin;
   MaterialScale material;
-  LevelIndex level_wanted = LevelIndex::high;  // the finest that it may have
-  bool own = false;                            // the user may grab and change it
+  // Is the finest level that it may have.
+  LevelIndex level_wanted = LevelIndex::high;
+  // The user may grab and change it.
+  bool own = false;
 };
 
 // The source of the characters that a window draws and controls, simulated here (LocalWorld) or by a server (LiveRoom).
 // One thread.
 class HairSource {
  public:
-  static constexpr double kAside_m = 0.8;  // of teleport(), along x
+  // teleport() moves this far along x.
+  static constexpr double kAside_m = 0.8;
 
   virtual ~HairSource() = default;
   // Moves all characters to the moment to draw, `now_ns` of a monotonic clock. The error is one line with the reason

@@ -22,14 +22,16 @@ namespace hairnet::viewer {
 
 // Another client's character in the moments of a stream; none at moments when it was absent or its hair was unknown.
 struct SeenCharacter {
-  std::shared_ptr<const room::Member> member;  // as it was last
+  // Is as it was last.
+  std::shared_ptr<const room::Member> member;
   std::shared_ptr<const Groom> groom;
-  std::vector<std::optional<Moment>> moments;  // [time]
+  // Is indexed [time].
+  std::vector<std::optional<Moment>> moments;
 };
 
-// The room of a server as the viewer shows it: moves this client's own characters by their clips, and keeps the moments
-// that pictures need. Own heads are shown where they are now (late latched), with the newest lattice that is played
-// out; poses and lattices of others belong to one time. One thread beside the link's.
+// The room of a server as the viewer shows it: moves this client's own characters by their clips, and keeps the
+// moments that pictures need. Own heads are shown where they are now (late latched), with the newest lattice that is
+// played out; poses and lattices of others belong to one time. One thread beside the link's.
 //
 // All clips begin together at time 0: heads rest upright until every lattice has arrived.
 class LiveRoom : public HairSource, private room::FrameObserver {
@@ -53,15 +55,18 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   [[nodiscard]] std::int64_t now_ns() const { return link_->now_ns(); }
   // Negative before the clips begin; none while their begin is not known.
   [[nodiscard]] std::optional<double> clip_time_s(std::int64_t now_ns) const;
-  [[nodiscard]] std::vector<Moment> moments() const;  // of the own characters, as last shown
+  // Returns the moments of the own characters, as last shown.
+  [[nodiscard]] std::vector<Moment> moments() const;
   // The characters of others whose hair was seen in at least one moment. `moment_count`: of all moments.
   [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const;
   // One line for each other member: its name, whose it is and its colours.
   [[nodiscard]] std::string members_summary() const;
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_->counters(); }
-  [[nodiscard]] double latency_ms() const { return latency_ms_; }      // from pose to frame, of the last batch
-  [[nodiscard]] const std::string& status() const { return status_; }  // one line; empty without a problem
+  // Returns the last batch's latency, from pose to frame.
+  [[nodiscard]] double latency_ms() const { return latency_ms_; }
+  // Is one line; empty without a problem.
+  [[nodiscard]] const std::string& status() const { return status_; }
   // Returns how large own and other characters appear, for the server's choice of detail.
   using Seen = std::function<wire::MemberImportance(const Pose& pose)>;
   void report_importance(const Seen& seen);
@@ -122,24 +127,30 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   const std::vector<CharacterSetup>& characters_;
   const bool tolerant_;
   std::unique_ptr<room::Room> room_;
-  link::Link* link_;  // of the room
+  // Belongs to the room.
+  link::Link* link_;
   std::vector<OwnCharacter> own_characters_;
-  std::map<std::shared_ptr<const room::Member>, std::map<std::size_t, Moment>> kept_;  // of others
+  // Keeps the moments of others.
+  std::map<std::shared_ptr<const room::Member>, std::map<std::size_t, Moment>> kept_;
   OnFrame on_frame_;
   StreamStatistics statistics_;
   LevelBuilder* builder_ = nullptr;
   std::vector<ViewedCharacter> viewed_;
   Wind wind_;
   bool paused_ = false;
-  double paused_s_ = 0;  // total
+  // Is the total so far.
+  double paused_s_ = 0;
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
-  std::string transport_;  // of the last connection
+  // Names the transport of the last connection.
+  std::string transport_;
   double latency_ms_ = 0;
   std::uint64_t pose_count_ = 0;
   std::int64_t opened_ns_ = 0;
-  std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ poses have been sent since then
-  std::optional<std::int64_t> zero_ns_;                 // the time at which the clips begin
+  // pose_count_ poses have been sent since poses_begun_ns_.
+  std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;
+  // Is the time at which the clips begin.
+  std::optional<std::int64_t> zero_ns_;
   std::optional<std::int64_t> refused_ns_;
   double last_pose_s_ = -MotionTimeline::kLeadIn_s;
   std::vector<Vec3f> displacement_;

@@ -22,14 +22,17 @@ struct LocalCharacter {
   Place place;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();
-  std::optional<Material> material;  // at run time
+  // Replaces the material at run time.
+  std::optional<Material> material;
 };
 
 struct LocalTick {
   std::uint64_t number = 0;
-  double time_s = 0;  // at its end
+  // Is the time at the tick's end.
+  double time_s = 0;
   StepReport report;
-  double step_ms = 0;  // of World::step; 0 without a clock
+  // World::step took so long; zero without a clock.
+  double step_ms = 0;
 };
 
 // A world in this process, whose characters move by clips. They begin at time 0; the world starts
@@ -40,10 +43,12 @@ class LocalWorld : public HairSource {
                           kTickRateMax_hz = local::PlayedWorld::kTickRateMax_hz;
   struct Def {
     double tick_rate_hz = 30;
-    double duration_s = 0;  // of the clips, see MotionTimeline
+    // Is the duration of the clips, see MotionTimeline.
+    double duration_s = 0;
     Loop loop = Loop::plain;
     Wind wind;
-    ClockNs clock_ns = nullptr;  // times steps; null: not timed
+    // Times steps; null means that they are not timed.
+    ClockNs clock_ns = nullptr;
   };
   explicit LocalWorld(const Def& def);
 
@@ -62,8 +67,10 @@ class LocalWorld : public HairSource {
   // `time_s` is shown time, which is simulated time. It never decreases.
   void advance_to(double time_s);
   [[nodiscard]] double time_s() const { return played_->time_s(); }
-  void step_once();  // to the end of the shown tick, or of the next one
-  [[nodiscard]] double tick_end_s() const { return played_->tick_end_s(); }  // the time to which step_once() advances
+  // Advances to the end of the shown tick, or of the next one.
+  void step_once();
+  // Returns the time to which step_once() advances.
+  [[nodiscard]] double tick_end_s() const { return played_->tick_end_s(); }
   // Keeps the state of the hair.
   void set_tick_rate(double hz) { played_->set_tick_rate(hz); }
   [[nodiscard]] double tick_rate_hz() const { return played_->tick_rate_hz(); }
@@ -111,7 +118,8 @@ class LocalWorld : public HairSource {
   std::vector<ViewedCharacter> viewed_;
   // What ticks write to, wherever this object is moved.
   struct Ticks {
-    std::vector<LocalTick> last;  // of the last advance
+    // Belong to the last advance.
+    std::vector<LocalTick> last;
     OnTick call;
     std::uint64_t number = 0;
   };

@@ -18,7 +18,8 @@ class Moment {
   explicit Moment(const link::Playout::Sample& sample);
 
   Pose pose;
-  std::shared_ptr<const Skin> skin;  // to keep the hair out of; null: not known
+  // The hair is kept out of it; null means not known.
+  std::shared_ptr<const Skin> skin;
 
   // Valid while this object stays where it is.
   [[nodiscard]] MovedLattice lattice() const { return {geometry_.get(), grid_, basis_, coefficients_}; }

@@ -18,11 +18,14 @@ namespace hairnet::viewer {
 class SceneList {
  public:
   static constexpr int kCountMax = 256;
-  static constexpr int kEveryLevel = static_cast<int>(kLevelCount);  // as Choice::level: one of each, side by side
+  // Choice::level asks with it for one of each level, side by side.
+  static constexpr int kEveryLevel = static_cast<int>(kLevelCount);
   struct Choice {
-    int hair = 0, motion = 0;  // of hair() and motions()
+    // Are indices into hair() and motions().
+    int hair = 0, motion = 0;
     int count = 1;
-    int level = 0;  // a LevelIndex, or kEveryLevel
+    // Is a LevelIndex, or kEveryLevel.
+    int level = 0;
   };
 
   explicit SceneList(const std::vector<CharacterSetup>& characters);

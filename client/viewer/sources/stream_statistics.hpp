@@ -22,8 +22,10 @@ class StreamStatistics {
 
   [[nodiscard]] std::uint64_t frame_count() const { return frame_count_; }
   [[nodiscard]] std::uint64_t missed_tick_count() const { return missed_tick_count_; }
-  [[nodiscard]] double latency_ms(double quantile) const;  // of the last kLatenciesMax batches
-  [[nodiscard]] std::string summary() const;               // several lines
+  // Covers the last kLatenciesMax batches.
+  [[nodiscard]] double latency_ms(double quantile) const;
+  // Returns several lines.
+  [[nodiscard]] std::string summary() const;
 
  private:
   struct Displaced {
@@ -31,7 +33,8 @@ class StreamStatistics {
   };
   struct LastFrame {
     std::uint64_t tick = 0;
-    bool asleep = false;  // no frame is due before the character wakes
+    // No frame is due before the character wakes.
+    bool asleep = false;
   };
   std::map<std::uint32_t, LastFrame> last_frame_;  // by member
   std::map<std::uint32_t, Displaced> last_displacement_;

@@ -28,8 +28,10 @@ class TimeGraph {
 };
 
 struct Timings {
-  TimeGraph frame_ms, draw_ms, tick_ms, step_us;  // of a picture, of drawing it, of a tick, of one character's step
-  TimeGraph latency_ms, received_kb_per_s;        // from a server
+  // These time a picture, drawing it, a tick, and one character's step.
+  TimeGraph frame_ms, draw_ms, tick_ms, step_us;
+  // Only a server gives these.
+  TimeGraph latency_ms, received_kb_per_s;
 };
 
 }  // namespace hairnet::viewer

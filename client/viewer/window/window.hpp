@@ -27,7 +27,8 @@ class Window {
   [[nodiscard]] bool closing() const;
   // Keys that were pressed since the last picture, as GLFW's numbers, without those that ImGui uses itself.
   [[nodiscard]] const std::vector<int>& keys() const { return keys_; }
-  [[nodiscard]] int width_px() const { return width_px_; }  // of the framebuffer
+  // Returns the size of the framebuffer.
+  [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
   // Framebuffer pixels for one mouse point.
   [[nodiscard]] double pixels_per_point() const { return pixels_per_point_; }

@@ -1,6 +1,6 @@
 import { mkdirSync } from "node:fs";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { makeDefaultAvatar } from "../page/avatar/defaultAvatar";
+import { makeAvatar } from "../scripts/avatar/madeAvatar";
 import type { PageViewer } from "../page/viewer";
 import { makeGroomFile } from "./actor";
 import { Browser } from "./browser";
@@ -58,7 +58,7 @@ test("the user wears a VRM model with the hair of the room on its head instead o
   await until("the page tells that it is no model", async () => (await fault()).includes("not a VRM file"), 60_000);
 
   // Nobody is here, and the server lists no hairstyle: the model waits for one.
-  await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
+  await drop("person.vrm", makeAvatar({ version: 0, hairMesh: "Hair" }));
   await page.setInputFiles("#groom-file", groom.path);
   await until("the dropped model wears hair", wears("0"), 90_000);
   const seen = await look();
@@ -76,9 +76,9 @@ test("the user wears a VRM model with the hair of the room on its head instead o
     size.dispatchEvent(new Event("input"));
   });
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
-  await page.click("#avatar >> text=Default avatar");
-  await until("the default avatar wears hair", wears("1"), 90_000);
-  await drop("person.vrm", makeDefaultAvatar({ version: 0, hairMesh: "Hair" }));
+  await drop("another.vrm", makeAvatar({ version: 1 }));
+  await until("another model wears hair", wears("1"), 90_000);
+  await drop("person.vrm", makeAvatar({ version: 0, hairMesh: "Hair" }));
   await until("the first model is back", wears("0"), 90_000);
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
   await page.click("#avatar >> text=Reset the fit");

@@ -42,11 +42,6 @@ export class AvatarPanel {
     private readonly host: AvatarHost,
   ) {
     const heading = make("h2", { textContent: "Avatar" });
-    const made = make("button", { type: "button", textContent: "Default avatar" });
-    made.addEventListener("click", () => {
-      const read = async () => (await import("./avatar/defaultAvatar")).makeDefaultAvatar();
-      void this.#load("default avatar", read);
-    });
     this.#takeOff.addEventListener("click", () => this.takeOff());
     this.#file.addEventListener("change", () => {
       const file = this.#file.files?.[0];
@@ -62,9 +57,7 @@ export class AvatarPanel {
     const reset = make("button", { type: "button", textContent: "Reset the fit" });
     reset.addEventListener("click", () => this.#reset());
     this.#controls.append(...this.#sliders.map((slider) => slider.row), parts, reset);
-    const buttons = make("div", { className: "buttons" });
-    buttons.append(made, this.#takeOff);
-    section.append(heading, buttons, row("or a .vrm file", this.#file, "row file"), this.#name, this.#controls);
+    section.append(heading, row("A .vrm file", this.#file, "row file"), this.#takeOff, this.#name, this.#controls);
     this.#show();
   }
 

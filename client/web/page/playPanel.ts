@@ -2,23 +2,17 @@ import { Vector3, type Camera } from "three";
 import type { PageHost } from "./pageHost";
 import { FirstPerson } from "./play/firstPerson";
 import { Gyroscope } from "./head/gyroscope";
-import type { HeadSource } from "./head/headSource";
 import { inviteLink, inviteNote } from "./play/invite";
 import { Mirror } from "./play/mirror";
 import { kPresets, type Preset } from "./play/presets";
-import type { Clip, GifRecording } from "./play/recording";
-import { Webcam } from "./head/webcam";
 
-const kVideoMs = 8000;
-const kGifMs = 4000;
 /** Where the view goes to see mirror and head, from the head, in its own axes, m. */
 const kBehindShoulder = new Vector3(-0.42, 0.22, -0.75);
 
-/** Things to play with: presets, ways to turn the head, first person, a mirror, clips, an invitation. */
+/** Things to play with: presets, ways to turn the head, first person, a mirror, an invitation. */
 export class PlayPanel {
   #firstPerson: FirstPerson | null = null;
   #mirror: Mirror | null = null;
-  #gif: GifRecording | null = null;
   readonly #firstPersonButton: HTMLButtonElement;
   readonly #mirrorButton: HTMLButtonElement;
   readonly #control: HTMLSelectElement;
@@ -30,22 +24,12 @@ export class PlayPanel {
     const heading = document.createElement("h2");
     heading.textContent = "Play";
     section.append(heading, row("Try", ...kPresets.map((preset) => this.#presetButton(preset))));
-    this.#control = select("Turn your head by", ["dragging it", "moving this device", "camera"]);
+    this.#control = select("Turn your head by", ["dragging it", "moving this device"]);
     this.#control.addEventListener("change", () => void this.#chooseSource(this.#control.selectedIndex));
     section.append(labelled("Turn your head by", this.#control));
     this.#firstPersonButton = button("First person", "Look out of your own head.", () => this.#toggleFirstPerson());
     this.#mirrorButton = button("Mirror", "Puts a mirror before your face.", () => this.#toggleMirror());
     section.append(row("View", this.#firstPersonButton, this.#mirrorButton));
-    const video = button("Video", `Records ${kVideoMs / 1000} s of the picture.`, () => {
-      void this.#record(video, ({ recordVideo }) => recordVideo(this.host.stage.canvas, kVideoMs));
-    });
-    const gif = button("GIF", `Records ${kGifMs / 1000} s of the picture as a small GIF.`, () => {
-      void this.#record(gif, (recording) => {
-        this.#gif = new recording.GifRecording(this.host.stage.canvas, kGifMs);
-        return this.#gif.clip;
-      });
-    });
-    section.append(row("Record", video, gif));
     section.append(host.query.local ? aloneNote() : this.#invitation());
     addEventListener("keydown", ({ key }) => {
       if (key === "Escape" && this.#firstPerson) this.#toggleFirstPerson();
@@ -70,11 +54,6 @@ export class PlayPanel {
     if (pose) this.#firstPerson?.follow(pose);
   }
 
-  /** Call it right after each drawing. */
-  afterDraw(timeMs: number): void {
-    this.#gif?.takePicture(timeMs);
-  }
-
   #presetButton(preset: Preset): HTMLButtonElement {
     return button(preset.label, preset.about, () => {
       if (preset.material) this.host.setMaterial(preset.material);
@@ -87,8 +66,7 @@ export class PlayPanel {
     head.source?.stop();
     head.source = null;
     try {
-      const source: HeadSource | null =
-        which === 1 ? await Gyroscope.start() : which === 2 ? await Webcam.start() : null;
+      const source = which === 1 ? await Gyroscope.start() : null;
       if (this.#control.selectedIndex === which) head.source = source;
       else source?.stop(); // the user chose another one meanwhile
     } catch (fault) {
@@ -130,24 +108,6 @@ export class PlayPanel {
     stage.orbit.update();
   }
 
-  async #record(
-    control: HTMLButtonElement,
-    start: (recording: typeof import("./play/recording")) => Promise<Clip>,
-  ): Promise<void> {
-    const label = control.textContent;
-    control.disabled = true;
-    control.textContent = "recording";
-    try {
-      const recording = await import("./play/recording");
-      recording.download(await start(recording));
-    } catch (fault) {
-      this.host.showFault((fault as Error).message);
-    }
-    this.#gif = null;
-    control.disabled = false;
-    control.textContent = label;
-  }
-
   #invitation(): HTMLElement {
     const { query } = this.host;
     const link = inviteLink(new URL(location.href), query);
@@ -170,10 +130,6 @@ export class PlayPanel {
     const note = noteOf(inviteNote(link, query));
     note.hidden = note.textContent === "";
     details.append(summary, shown, copy, note);
-    details.addEventListener("toggle", () => {
-      if (!details.open || details.querySelector("svg")) return;
-      void import("./play/qrPicture").then(({ qrPicture }) => details.append(qrPicture(link)));
-    });
     return details;
   }
 }

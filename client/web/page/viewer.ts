@@ -188,7 +188,6 @@ export class PageViewer implements PageHost {
         height: Math.max(kBustHeightM * character.scale.y, member.own ? this.avatar.headHeight : 0),
       })),
     );
-    this.#play.afterDraw(timeMs);
     if (!isInVr) this.#labels.update(drawn, stage.camera, stage.free, stage.size);
     if (drawn.length > 0) stage.standAt(drawn.reduce((sum, one) => sum + one.character.position.y, 0) / drawn.length);
     this.#showOwn(drawn);

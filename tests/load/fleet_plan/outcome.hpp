@@ -36,9 +36,11 @@ struct Sample {
   double hour = 0;
   double people = 0, waiting = 0;
   double servers_needed = 0, servers_running = 0;
-  double used_share = 0, used_share_max = 0;  // of the budget: mean and largest over the servers
+  // Are shares of the budget: mean and largest over the servers.
+  double used_share = 0, used_share_max = 0;
   double egress_bytes_per_s = 0;
-  EtcdCounts etcd;  // sums
+  // Holds sums.
+  EtcdCounts etcd;
   std::array<std::uint64_t, kMoveCauseCount> rooms_moved{};
   double seconds = 0;
 };
@@ -48,16 +50,23 @@ struct Outcome {
   double seconds = 0;
   // People. Those at the start came before it. arrived = left + turned away + still there.
   std::uint64_t at_start = 0, arrived = 0, left = 0, turned_away_rooms_full = 0, turned_away_no_server = 0;
-  std::uint64_t refused_by_caps = 0;  // answers: a person may ask for several rooms
+  // Counts answers: a person may ask for several rooms.
+  std::uint64_t refused_by_caps = 0;
   double people_sum_s = 0, people_max = 0;
-  double coarse_people_sum_s = 0;  // on servers that had to lower detail
-  load::LatencyHistogram join;     // from a person's arrival to hair
+  // Sums people by the second, on servers that had to lower detail.
+  double coarse_people_sum_s = 0;
+  // Lasts between a person's arrival and its hair.
+  load::LatencyHistogram join;
   // Rooms.
   std::array<std::uint64_t, kMoveCauseCount> rooms_moved{}, people_moved{};
-  std::array<load::LatencyHistogram, kMoveCauseCount> room_outage;  // from the last frame to the next server's claim
-  std::array<load::LatencyHistogram, kMoveCauseCount> hair_away;    // of a person: until its levels are loaded there
-  std::uint64_t rooms_outgrown = 0;                                 // that ever were more than one server's budget
-  double rooms_outgrown_max = 0;                                    // at a time
+  // Lasts between the last frame and the next server's claim.
+  std::array<load::LatencyHistogram, kMoveCauseCount> room_outage;
+  // Lasts likewise for a person, until its levels are loaded there.
+  std::array<load::LatencyHistogram, kMoveCauseCount> hair_away;
+  // Counts rooms that ever were more than one server's budget.
+  std::uint64_t rooms_outgrown = 0;
+  // Counts the most of them at a time.
+  double rooms_outgrown_max = 0;
   double room_people_max = 0, room_cpu_s_max = 0, room_bytes_per_s_max = 0;
   // Servers.
   double server_seconds = 0, servers_max = 0, servers_needed_max = 0, servers_needed_sum_s = 0;

@@ -26,7 +26,7 @@ struct ServerCosts {
   double claim_ms = 10, redirect_ms = 20, round_trip_ms = 40, connect_round_trips = 3;
   double level_load_s = 0.43;
 
-  // Of a character whose client observes that many members.
+  // Answer for a character whose client observes that many members.
   [[nodiscard]] double cpu_s(HairLevel level, double observed) const;
   [[nodiscard]] double bytes_per_s(HairLevel level, double observed) const;
   [[nodiscard]] double connect_s() const { return round_trip_ms * connect_round_trips / 1e3; }

@@ -11,8 +11,10 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-constexpr double kSampleIntervals = 576;       // of a run, at most
-constexpr std::int64_t kPastSeconds = 86'400;  // before the start, whose sessions may still last
+// A run has so many samples at most.
+constexpr double kSampleIntervals = 576;
+// Sessions that begin within it before the start may still last.
+constexpr std::int64_t kPastSeconds = 86'400;
 
 }  // namespace
 

@@ -20,52 +20,72 @@ namespace hairnet::fleet_plan {
 using PersonId = std::uint32_t;
 using RoomId = std::uint32_t;
 using ServerSlot = std::uint32_t;
-inline constexpr unsigned kSlotBits = 20;  // of a server's id; the others are random
+// A server's id has the slot in these bits; the others are random.
+inline constexpr unsigned kSlotBits = 20;
 inline constexpr std::uint64_t kSlotMask = (1u << kSlotBits) - 1;
 inline constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 struct Person {
   RoomId room = kNone;
-  std::uint32_t place = 0;  // in its room's members
+  // Indexes its room's members.
+  std::uint32_t place = 0;
   std::uint32_t hairstyle = 0;
-  std::uint32_t tries = 0;   // rooms asked for
-  std::int64_t since_s = 0;  // of its arrival
-  bool is_member = false;    // else it waits
+  // Counts the rooms asked for.
+  std::uint32_t tries = 0;
+  // Is when it arrived.
+  std::int64_t since_s = 0;
+  // Is false while it waits.
+  bool is_member = false;
 };
 
 struct Room {
   enum class State : std::uint8_t {
     unowned,
-    owned,  // and served
-    away,   // its people wait for a server
+    // Its owner serves it.
+    owned,
+    // Its people wait for a server.
+    away,
   };
   State state = State::unowned;
-  ServerSlot owner = kNone;  // whose key etcd has; of a room that is away, a server that was killed
-  std::uint32_t place = 0;   // in its owner's rooms
+  // Is the server whose key etcd has; of a room that is away, a server that was killed.
+  ServerSlot owner = kNone;
+  // Indexes its owner's rooms.
+  std::uint32_t place = 0;
   std::vector<PersonId> members, waiting;
-  std::int64_t since_s = 0;           // when its owner got it
-  double cpu_s = 0, bytes_per_s = 0;  // of the members
-  std::int64_t try_at_s = 0;          // to find a server, in `away`
-  double away_since_s = -1;           // frames have stopped for members then; below 0: nobody had frames
+  // Is when its owner got it.
+  std::int64_t since_s = 0;
+  // Add up what the members take.
+  double cpu_s = 0, bytes_per_s = 0;
+  // Is when it next tries to find a server, in `away`.
+  std::int64_t try_at_s = 0;
+  // Is when frames stopped for members; below zero nobody had frames.
+  double away_since_s = -1;
   MoveCause cause = MoveCause::deploy;
   std::int64_t empty_since_s = -1;
-  bool has_outgrown = false;  // one server's budget, ever
-  bool is_pending = false;    // listed as away, or with people who wait
+  // Is true when it was ever more than one server's budget.
+  bool has_outgrown = false;
+  // Is true while it is listed as away, or with people who wait.
+  bool is_pending = false;
 };
 
 struct Server {
   enum class State : std::uint8_t { starting, ready, dead, ended };
   State state = State::starting;
   std::uint64_t id = 0;
-  bool is_old = false;  // to be replaced by the rolling update
+  // Is true until the rolling update replaces it.
+  bool is_old = false;
   std::int64_t ready_at_s = 0, lease_ends_s = 0;
   double fails_at_s = 0, keep_alive_at_s = 0;
-  double loader_free_at_s = 0;         // the thread that reads levels
-  std::vector<double> hairstyle_at_s;  // when its levels are in memory; infinite: not asked for
-  std::uint32_t hairstyles = 0;        // in memory
+  // Is when the thread that reads levels is free.
+  double loader_free_at_s = 0;
+  // Is when a hairstyle's levels are in memory; infinite when it is not asked for.
+  std::vector<double> hairstyle_at_s;
+  // Counts those in memory.
+  std::uint32_t hairstyles = 0;
   std::vector<RoomId> rooms;
   std::uint32_t people = 0;
-  double cpu_s = 0;  // a second, of its rooms
+  // Adds up what its rooms take in a second.
+  double cpu_s = 0;
   server::Balance balance;
 };
 
@@ -152,19 +172,26 @@ class Simulation {
   std::vector<Room> rooms_;
   std::vector<std::string> room_names_;
   std::vector<RoomId> pending_;
-  std::deque<std::pair<std::int64_t, RoomId>> empty_;  // when, in order
+  // Holds when rooms became empty, in order.
+  std::deque<std::pair<std::int64_t, RoomId>> empty_;
   std::size_t outgrown_now_ = 0;
 
   std::vector<Server> servers_;
-  std::vector<ServerSlot> active_;              // all but those that have ended
-  std::vector<server::ServerStatus> statuses_;  // as etcd has them
-  std::vector<ServerSlot> status_slots_;        // of statuses_
+  // Holds all but those that have ended.
+  std::vector<ServerSlot> active_;
+  // Are as etcd has them.
+  std::vector<server::ServerStatus> statuses_;
+  // Holds the servers of `statuses_`.
+  std::vector<ServerSlot> status_slots_;
   std::int64_t too_many_since_s_ = -1;
   bool is_deploying_ = false;
 
-  double cpu_s_ = 0, bytes_per_s_ = 0;  // of all rooms that are served
-  EtcdCounts second_;                   // etcd's work in this second
-  Sample interval_;                     // sums since the last sample
+  // Add up all rooms that are served.
+  double cpu_s_ = 0, bytes_per_s_ = 0;
+  // Is etcd's work in this second.
+  EtcdCounts second_;
+  // Adds up what came since the last sample.
+  Sample interval_;
   std::int64_t interval_seconds_ = 0;
 };
 

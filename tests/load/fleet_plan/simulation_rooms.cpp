@@ -10,7 +10,8 @@ namespace hairnet::fleet_plan {
 namespace {
 
 constexpr std::int64_t kRoomGrace_s = 10;  // server.room_grace_s
-constexpr double kCopyLag_s = 0.05;        // that a room which is handed over waits, as server/fleet/etcd_rooms
+// A room that is handed over waits so long, as in server/fleet/etcd_rooms.
+constexpr double kCopyLag_s = 0.05;
 
 }  // namespace
 

@@ -9,9 +9,12 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-constexpr double kToldShareSteps = 32;   // as server/fleet/etcd_lease
-constexpr double kOwnServerShare = 0.5;  // fleet.own_server_share
-constexpr double kScaleInShare = 0.05;   // of the servers, that are stopped at a time
+// Free shares are told in so many steps, as in server/fleet/etcd_lease.
+constexpr double kToldShareSteps = 32;
+// Is fleet.own_server_share.
+constexpr double kOwnServerShare = 0.5;
+// Limits the share of servers that are stopped at a time.
+constexpr double kScaleInShare = 0.05;
 
 }  // namespace
 

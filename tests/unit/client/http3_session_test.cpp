@@ -67,7 +67,8 @@ TEST(Http3Session, asks_once_the_server_allows_it_and_opens_the_channel_after_th
   s.http3.on_bytes(kChannel, Bytes{1, 2}, false);
   s.http3.on_bytes(kChannel, Bytes{3}, true);
   s.http3.on_datagram(Bytes{0, 7});
-  s.http3.on_datagram(Bytes{1, 7});  // of another session
+  // Another session's datagram is ignored.
+  s.http3.on_datagram(Bytes{1, 7});
   EXPECT_EQ(s.owner.received, (Bytes{1, 2, 3}));
   EXPECT_EQ(s.owner.ends, 1);
   EXPECT_THAT(s.owner.datagrams, ElementsAre(Bytes{7}));

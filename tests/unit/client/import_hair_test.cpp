@@ -297,5 +297,33 @@ TEST(HairImport, places_real_hair_as_people_do_and_takes_nothing_off_it) {
   }
 }
 
+TEST(ImportStated, a_unit_that_a_file_states_is_taken_unless_a_flag_sets_another) {
+  HairParts parts = parts_of(scaled(made("long_straight"), 100));
+  parts.strands[0].strands.unit_m = 0.011;  // not a usual one, so no guess
+  parts.strands[0].strands.up = Axis::plus_y;
+  parts.strands[0].strands.notes = {"a note"};
+  parts.strands[0].strands.doubts = {"a doubt"};
+  const auto stated = import_hair_parts(parts, {});
+  ASSERT_TRUE(stated) << stated.error();
+  EXPECT_EQ(stated->placement.unit_m, 0.011);
+  EXPECT_THAT(stated->warnings, Contains("made.data: a note"));
+  EXPECT_THAT(stated->warnings, Contains("made.data: a doubt"));
+  HairImport import;
+  import.strands.unit_m = 0.012;
+  EXPECT_EQ(import_hair_parts(parts, import)->placement.unit_m, 0.012);
+}
+
+TEST(ImportStated, files_that_state_different_units_are_told_and_the_unit_is_guessed) {
+  HairParts parts = parts_of(scaled(made("long_straight"), 100));
+  parts.strands.push_back(parts.strands[0]);
+  parts.strands[0].strands.unit_m = 0.011;
+  parts.strands[1].strands.unit_m = 0.012;
+  parts.strands[1].file = "other.usda";
+  const auto imported = import_hair_parts(parts, {});
+  ASSERT_TRUE(imported) << imported.error();
+  EXPECT_EQ(imported->placement.unit_m, 0.01);
+  EXPECT_THAT(imported->warnings, Contains(HasSubstr("other.usda: its unit is not that of the files before it")));
+}
+
 }  // namespace
 }  // namespace hairnet

@@ -122,5 +122,29 @@ TEST(ImportRealObj, counts_are_those_the_data_set_lists) {
   }
 }
 
+TEST(ImportObj, lines_of_two_vertices_are_joined_in_any_order_and_from_the_lower_number) {
+  const auto strands = decode_obj_strands(kSquare + "v 5 0 0\nl 3 2\nl 5 4\nl 1 2\n");
+  ASSERT_TRUE(strands) << strands.error();
+  EXPECT_THAT(strands->strand_begin, ElementsAre(0, 3, 5));
+  EXPECT_EQ(strands->points[0], Vec3f(0, 0, 0));
+  EXPECT_EQ(strands->points[2], Vec3f(1, 1, 0));
+  EXPECT_EQ(strands->points[3], Vec3f(0, 1, 0));
+}
+
+TEST(ImportObj, strands_of_one_root_and_several_vertices_stay_apart) {
+  const auto strands = decode_obj_strands(kSquare + "l 1 2 3\nl 1 3 4\n");
+  ASSERT_TRUE(strands) << strands.error();
+  EXPECT_THAT(strands->strand_begin, ElementsAre(0, 3, 6));
+}
+
+TEST(ImportObj, objects_and_groups_of_lines_are_groups) {
+  const auto strands = decode_obj_strands("o back\n" + kSquare + "l 1 2 3\ng top layer\nl 3 4\nl -1 -2 -3\n");
+  ASSERT_TRUE(strands) << strands.error();
+  EXPECT_THAT(strands->group_names, ElementsAre("back", "top"));
+  EXPECT_THAT(strands->groups, ElementsAre(0, 1));
+  EXPECT_THAT(strands->strand_begin, ElementsAre(0, 3, 7));
+  EXPECT_THAT(decode_obj_strands("o back\n" + kSquare + "l 1 2\n")->groups, testing::IsEmpty());
+}
+
 }  // namespace
 }  // namespace hairnet

@@ -313,7 +313,8 @@ TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
 
   d.core.request_groom(hash);
   d.send(piece(0, 600));
-  d.send(piece(0, 300));  // of a download that was given up before, late
+  // This piece is late: its download was given up before.
+  d.send(piece(0, 300));
   d.send(piece(300, 700));
   EXPECT_FALSE(d.event<GroomFetched>());
   d.send(piece(700, 1000));

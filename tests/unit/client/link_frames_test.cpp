@@ -64,7 +64,8 @@ class Receiving : public ::testing::Test {
   void send_basis() { d.send(wire::GroomData{basis_hash(), basis_file().size(), 0, basis_file()}); }
   struct Coded {
     bool discontinuous = false, damaged = false, asleep = false;
-    std::size_t count = 12;  // of coefficients
+    // Counts coefficients.
+    std::size_t count = 12;
     std::optional<std::uint8_t> generation = std::nullopt;
   };
   void send_frame(std::uint64_t tick, std::uint32_t member) { send_frame(tick, member, Coded()); }
@@ -514,7 +515,7 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   EXPECT_EQ(d.core.counters().frames_received, 1000u);
 }
 
-// Of a member whose basis is not here yet.
+// The basis of its member is not here yet.
 class ReceivingBasis : public Receiving {
  protected:
   static constexpr std::uint32_t kNew = 41;

@@ -14,8 +14,10 @@ namespace hairnet::link {
 namespace {
 
 constexpr std::uint32_t kMember = 40;
-constexpr float kNear_m = 5e-3f;     // RMS over the hair
-constexpr float kSurprise_m = 0.2f;  // that fades
+// Is an RMS over the hair.
+constexpr float kNear_m = 5e-3f;
+// Bounds a surprise, which fades.
+constexpr float kSurprise_m = 0.2f;
 constexpr std::uint64_t kSettled = kLearntSettled_ticks;
 
 Pose moved_pose(std::uint64_t tick, std::uint32_t member = kMember) {

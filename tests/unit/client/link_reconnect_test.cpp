@@ -169,8 +169,10 @@ TEST_F(Settled, a_character_that_is_announced_before_it_is_refused_is_no_fault) 
   break_off();
   come_back(welcome_to(5, true));
   d.core.take_events();
-  d.send(wire::CharacterAdded{8, hash_of(1), LevelIndex::high, 32});    // of the connection before
-  d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // of this one
+  // This answer belongs to the connection before.
+  d.send(wire::CharacterAdded{8, hash_of(1), LevelIndex::high, 32});
+  // This answer belongs to the new connection.
+  d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});
   EXPECT_TRUE(d.event<wire::CharacterAdded>());
   EXPECT_TRUE(d.core.take_events().empty());
 }
@@ -479,7 +481,8 @@ TEST_F(Settled, members_announced_again_are_known_and_the_others_have_left) {
   come_back(welcome_to(5, true));
   d.core.take_events();
   d.send(wire::MemberJoined{40, 9, 40, hash_of(3)});
-  d.send(wire::MemberJoined{41, 9, 41, hash_of(4)});  // of another groom: another character
+  // Another groom means another character.
+  d.send(wire::MemberJoined{41, 9, 41, hash_of(4)});
   d.send(wire::MemberJoined{43, 9, 43, hash_of(3)});
   EXPECT_EQ(d.events<wire::MemberJoined>().size(), 2u);
   d.pass(1000 * kMs);

@@ -69,8 +69,10 @@ TEST_F(LoadedFiles, a_format_is_recognised_by_an_extension_in_any_case) {
   EXPECT_EQ(strand_format_of("a/straight.HAIR"), StrandFormat::yuksel_hair);
   EXPECT_EQ(strand_format_of("Tail.Tfx"), StrandFormat::tressfx);
   EXPECT_EQ(strand_format_of("b.DATA"), StrandFormat::usc_data);
+  EXPECT_EQ(strand_format_of("Groom.Abc"), StrandFormat::alembic);
   EXPECT_EQ(strand_format_of("b.obj"), std::nullopt);
   EXPECT_THAT(read_strands(written("curls.HAIR", "no hair")).error(), HasSubstr("curls.HAIR: not a .hair file"));
+  EXPECT_THAT(read_strands(written("x.abc", "no hair")).error(), HasSubstr("x.abc: not an Alembic file"));
   EXPECT_THAT(read_mesh(written("head.OBJ", "v 0 0 0\n")).error(), HasSubstr("head.OBJ: not a mesh"));
 }
 

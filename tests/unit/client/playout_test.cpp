@@ -44,7 +44,7 @@ Frame frame_at(int x, LevelIndex level = LevelIndex::high, bool discontinuous = 
   return frame;
 }
 
-// Of the basis's nodes, head space, m; empty: at rest.
+// Belongs to the basis's nodes, head space, m; empty when the hair is at rest.
 std::vector<Vec3f> displacement_of(const Playout::Sample& sample) {
   std::vector<Vec3f> displacement(sample.basis ? sample.basis->hair.basis.node_count : 0);
   if (sample.basis) hairnet::displacements_of(sample.basis->hair.basis, sample.coefficients, displacement);

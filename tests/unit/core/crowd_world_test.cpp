@@ -34,7 +34,8 @@ struct Crowd {
   World world;
   std::array<std::shared_ptr<const LevelSet>, 2> grooms{make_levels(1), make_levels(10)};
   std::vector<CharacterId> ids;
-  std::vector<std::size_t> numbers;  // of the characters, for any slots
+  // Belong to the characters, whatever their slots.
+  std::vector<std::size_t> numbers;
   int ticks = 0;
 
   explicit Crowd(ParallelFor parallel_for = {}) : world(def_of(std::move(parallel_for))) {}

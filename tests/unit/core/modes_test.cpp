@@ -49,7 +49,7 @@ class HairModes : public testing::Test {
     }
     return coefficients;
   }
-  // Of the hair's points.
+  // Averages over the hair's points.
   static double mean_square_m2(std::span<const Vec3f> nodes) {
     std::vector<Vec3f> grid(high().geometry.lattice.node_count()), points(groom_->points.size());
     expand_displacements(high().geometry, nodes, grid);
@@ -138,11 +138,13 @@ TEST_F(HairModes, of_hair_at_rest_are_zero_on_every_level) {
   }
 }
 
-// Of motions that they were not learnt from; squares of distances.
+// Sums squares of distances over motions that the modes were not learnt from.
 struct Errors {
   double motion = 0;
-  std::array<double, 3> first{};            // of the first 8 and 32 coefficients, and of all
-  std::array<double, 4> moved{}, learnt{};  // of each level from the finest: its own lattice's; through modes
+  // Are those of the first 8 and 32 coefficients, and of all.
+  std::array<double, 3> first{};
+  // Are each level's, from the finest: its own lattice's; through modes.
+  std::array<double, 4> moved{}, learnt{};
 };
 
 void add_errors(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const Modes& modes,

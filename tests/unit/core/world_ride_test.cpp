@@ -40,7 +40,7 @@ WorldDef in_carried_air() {
   return in_air(carried_wind());
 }
 
-// Of a world with one character in it.
+// Moves the only character of a world.
 struct Ride {
   explicit Ride(const std::shared_ptr<const LevelSet>& levels, const Pose& start, const Wind& wind,
                 LevelIndex level = LevelIndex::low)

@@ -249,7 +249,7 @@ TEST_F(Coefficients, are_chosen_by_the_error_that_is_allowed) {
   EXPECT_EQ(detail_for(*code_, draw(), 100).count, 0u);
 }
 
-// Of the prefixes of all steps that keep the tolerance.
+// No prefix of any step keeps the tolerance in fewer bytes.
 TEST_F(Coefficients, take_the_fewest_bytes_for_the_error_that_is_allowed) {
   for (int round = 0; round < 100; ++round) {
     const std::vector<float> c = draw(random_.between(0.1, 3));

@@ -174,9 +174,12 @@ TEST_F(LevelFile, with_bytes_behind_it_is_refused) {
 
 TEST_F(LevelFile, says_what_is_other_about_it) {
   EXPECT_EQ(decode_levels(spoilt(0), kGroom).fault, LevelFileFault::not_a_level_file);
-  EXPECT_EQ(decode_levels(spoilt(8), kGroom).fault, LevelFileFault::other_version);   // of the layout
-  EXPECT_EQ(decode_levels(spoilt(12), kGroom).fault, LevelFileFault::other_version);  // of the build
-  EXPECT_EQ(decode_levels(spoilt(16), kGroom).fault, LevelFileFault::other_version);  // specs
+  // The layout's version is other.
+  EXPECT_EQ(decode_levels(spoilt(8), kGroom).fault, LevelFileFault::other_version);
+  // The build's version is other.
+  EXPECT_EQ(decode_levels(spoilt(12), kGroom).fault, LevelFileFault::other_version);
+  // The specs are other.
+  EXPECT_EQ(decode_levels(spoilt(16), kGroom).fault, LevelFileFault::other_version);
   EXPECT_EQ(decode_levels(spoilt(111), kGroom).fault, LevelFileFault::other_version);
   EXPECT_EQ(decode_levels(spoilt(112), kGroom).fault, LevelFileFault::other_groom);
   EXPECT_EQ(decode_levels(spoilt(144), kGroom).fault, LevelFileFault::damaged);

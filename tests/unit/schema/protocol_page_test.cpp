@@ -54,7 +54,8 @@ std::string block_of(const std::string& path, const std::string& opening) {
 std::vector<Row> table_below(const std::string& header) {
   std::vector<Row> rows;
   bool is_below = false;
-  std::size_t line_count = 0;  // of the table, so far
+  // Counts the table's lines so far.
+  std::size_t line_count = 0;
   for (const std::string& line : page_lines()) {
     is_below = is_below || line.rfind(header, 0) == 0;
     if (!is_below) continue;

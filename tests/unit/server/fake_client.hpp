@@ -60,9 +60,10 @@ class FakeClient {
     LevelIndex level = LevelIndex::rigid;
     bool discontinuous = false, asleep = false;
     Pose pose;
-    std::vector<std::int16_t> displacements;  // of the finest level's nodes, in kStep_m; empty: at rest
-    std::vector<float> coefficients;          // m
-    // Of the hair from that of another frame, RMS, m.
+    // Belong to the finest level's nodes, in kStep_m; empty when the hair is at rest.
+    std::vector<std::int16_t> displacements;
+    std::vector<float> coefficients;  // m
+    // Measures the hair's RMS distance to that of another frame, m.
     [[nodiscard]] float distance_m(const SeenFrame& other) const {
       float squares = 0;
       for (std::size_t k = 0; k < std::min(coefficients.size(), other.coefficients.size()); ++k)

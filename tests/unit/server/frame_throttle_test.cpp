@@ -27,8 +27,10 @@ class ThrottledRoom {
     }
     rate_ = sent_ / duration_s;
   }
-  [[nodiscard]] double rate() const { return rate_; }     // bytes a second of the last run
-  [[nodiscard]] int changes() const { return changes_; }  // of the rung in the last run
+  // Counts bytes a second in the last run.
+  [[nodiscard]] double rate() const { return rate_; }
+  // Counts changes of the rung in the last run.
+  [[nodiscard]] int changes() const { return changes_; }
   [[nodiscard]] FrameThrottle& throttle() { return throttle_; }
 
  private:

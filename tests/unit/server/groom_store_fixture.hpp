@@ -121,7 +121,8 @@ class GroomStoreTest : public testing::Test {
   }
 
   Upload good_{wire::encode_groom(small_groom())};
-  BuildLevels build_levels_;  // of the next make(); empty: the default
+  // Serves the next make(); empty means the default.
+  BuildLevels build_levels_;
   CommandQueue commands_{1000};
   GroomCounters counters_;
   std::vector<std::pair<SessionId, wire::Message>> sent_;

@@ -29,7 +29,7 @@ std::string hex(const wire::GroomHash& hash) {
   return text;
 }
 
-// Of the build that made them.
+// Names the levels that this build makes.
 std::string levels_name(const wire::GroomHash& groom) {
   return hex(groom) + "-" + std::to_string(kBuildVersion) + ".hnlevels";
 }

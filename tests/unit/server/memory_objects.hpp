@@ -32,8 +32,10 @@ class MemoryObjects final : public ObjectStore {
   void cancel() override { is_open = false; }
 
   std::map<std::string, std::vector<std::uint8_t>> objects;
-  std::vector<std::string> gets, puts;                          // names, in order
-  ObjectAnswer::Outcome failure = ObjectAnswer::Outcome::read;  // of every call; read: none
+  // Hold names, in order.
+  std::vector<std::string> gets, puts;
+  // Every call fails so; `read` means that none fails.
+  ObjectAnswer::Outcome failure = ObjectAnswer::Outcome::read;
   bool is_open = true;
 };
 

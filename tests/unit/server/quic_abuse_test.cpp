@@ -13,7 +13,8 @@ namespace hairnet::quic {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
-constexpr std::size_t kIdAt = 6;  // of the destination's connection ID in a packet with a long header
+// The destination's connection ID begins here in a packet with a long header.
+constexpr std::size_t kIdAt = 6;
 
 // An address of no client.
 Address spoofed(std::uint32_t number) {

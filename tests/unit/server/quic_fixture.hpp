@@ -136,7 +136,8 @@ class QuicNetwork : public Gate {
 
   const std::shared_ptr<const Credentials> credentials = Credentials::make(0, 2'000'000'000).value();
   std::int64_t now_ns = 1'000'000'000;
-  std::int64_t travel_ns = 0;  // that packets to clients take
+  // Packets to clients take so long.
+  std::int64_t travel_ns = 0;
   QuicCounters counters;
   bool begins = true, admits = true;
   int status = 200;
@@ -147,7 +148,7 @@ class QuicNetwork : public Gate {
   std::vector<std::shared_ptr<RecordingSink>> sinks;
   std::vector<std::pair<Address, Bytes>> in_flight;
   std::vector<std::unique_ptr<QuicClient>> clients;
-  // Of the client library, with their addresses. The test keeps them.
+  // Belong to the client library, with their addresses. The test keeps them.
   std::vector<std::pair<Address, link::WebTransportSession*>> sessions;
   std::function<bool()> loses;
   std::size_t client_bytes = 0, server_bytes = 0, largest_burst_packets = 0;

@@ -299,7 +299,8 @@ TEST_F(WebSocketTest, a_refused_session_still_gets_the_last_word) {
   peer.send(upgrade_request());
   ASSERT_TRUE(run_until([&] {
     peer.receive();
-    return peer.text().find("\r\n\r\n") != std::string::npos && peer.received.back() == 'd';  // of "refused"
+    // The body ends with the "d" of "refused".
+    return peer.text().find("\r\n\r\n") != std::string::npos && peer.received.back() == 'd';
   }));
   const std::size_t body = peer.text().find("\r\n\r\n") + 4;
   const auto frames = frames_of(std::span(peer.received).subspan(body));

@@ -42,10 +42,14 @@ struct ChaosOptions {
   std::vector<std::string> actions{kActionNames.begin(), kActionNames.end()};
   std::string without_etcd = "both";
   std::int64_t lease_s = 5;
-  double outage_s = 20;       // of all etcds
-  double gap_limit_s = 1;     // between frames where none may stop, and in a drained move
-  double owner_limit_s = 10;  // until a killed server's room has an owner
-  double claim_limit_s = 5;   // until new rooms are claimed, once etcd is back
+  // All etcds are down for so long.
+  double outage_s = 20;
+  // Limits the time between frames where none may stop, and in a drained move.
+  double gap_limit_s = 1;
+  // Limits the time until a killed server's room has an owner.
+  double owner_limit_s = 10;
+  // Limits the time until new rooms are claimed, once etcd is back.
+  double claim_limit_s = 5;
   std::string folder;
 };
 
@@ -55,7 +59,7 @@ class Chaos final : private FleetClientEvents {
   explicit Chaos(ChaosOptions options) : options_(std::move(options)), random_(options_.seed, 5) {}
   // False with one line in `why` when this machine cannot run it.
   bool start(std::string& why);
-  // To the end; whether nothing failed.
+  // Runs until the end. True when nothing failed.
   bool run();
 
  private:
@@ -64,8 +68,10 @@ class Chaos final : private FleetClientEvents {
     std::size_t target = 0;
     std::string what = {};
     std::int64_t begin_ns = 0, healed_ns = 0;
-    std::vector<std::size_t> clients = {};  // on the target at the beginning, or all
-    std::vector<std::string> rooms = {};    // of the target
+    // Are on the target at the beginning, or all.
+    std::vector<std::size_t> clients = {};
+    // Belong to the target.
+    std::vector<std::string> rooms = {};
   };
   struct Row {
     std::size_t count = 0, sessions_lost = 0;

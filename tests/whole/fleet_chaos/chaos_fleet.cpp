@@ -27,7 +27,7 @@ std::string field(const std::string& line, const std::string& name) {
   return line.substr(begin, line.find(' ', begin) - begin);
 }
 
-// Of "time=2026-01-31T12:00:00.000Z ...", on CLOCK_MONOTONIC.
+// Reads the time in "time=2026-01-31T12:00:00.000Z ...", and returns it on CLOCK_MONOTONIC.
 std::optional<std::int64_t> time_of(const std::string& line) {
   std::tm date{};
   const char* rest = ::strptime(line.c_str(), "time=%Y-%m-%dT%H:%M:%S.", &date);

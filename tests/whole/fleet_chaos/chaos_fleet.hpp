@@ -30,7 +30,8 @@ class ChaosFleet {
 
   void start_server(std::size_t server);
   void start_etcd(std::size_t etcd);
-  void set_without_etcd(const std::string& value) { without_etcd_ = value; }  // of servers that are started from now on
+  // Holds for servers that are started after this call.
+  void set_without_etcd(const std::string& value) { without_etcd_ = value; }
   [[nodiscard]] Process& server(std::size_t n) { return *servers_[n].process; }
   [[nodiscard]] Process& etcd(std::size_t n) { return *etcds_[n]; }
   // The process of the server, a number that is never used again.
@@ -52,7 +53,8 @@ class ChaosFleet {
   [[nodiscard]] std::int64_t etcd_healthy_since_ns() const { return healthy_since_ns_; }
   // SIGTERM to all servers, and their ends. Returns one line for each that did not end well.
   std::vector<std::string> stop();
-  [[nodiscard]] const std::map<std::string, std::uint64_t>& events() const { return events_; }  // of logs, with counts
+  // Counts the events in logs.
+  [[nodiscard]] const std::map<std::string, std::uint64_t>& events() const { return events_; }
 
  private:
   struct Server {

@@ -99,7 +99,8 @@ class FleetClient {
   bool is_connecting_ = false, is_half_closed_ = false, is_leaving_ = false;
   channel::PacketSplitter splitter_;
   std::vector<std::uint8_t> unsent_;
-  std::int64_t next_pose_ns_ = 0, turn_at_ns_ = 0;  // of a visit: its beginning, or its end
+  // A visit begins, or ends, at `turn_at_ns_`.
+  std::int64_t next_pose_ns_ = 0, turn_at_ns_ = 0;
   std::uint32_t sequence_ = 0;
   std::int64_t last_frame_ns_ = 0, first_frame_ns_ = 0, watch_ns_ = 0, gap_ns_max_ = 0, back_ns_ = 0;
   std::uint64_t reconnects_ = 0;

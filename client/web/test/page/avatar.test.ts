@@ -1,7 +1,7 @@
 import { Vector3 } from "three";
 import { describe, expect, test } from "vitest";
 import { AvatarMotion } from "../../page/avatar/avatarMotion";
-import { makeDefaultAvatar } from "../../page/avatar/defaultAvatar";
+import { makeAvatar } from "../../scripts/avatar/madeAvatar";
 import { kFitAsFound, RememberedFits } from "../../page/avatar/rememberedFits";
 import { poseOf, rotationOf } from "../../page/head/headPose";
 import { loadVrm, VrmSkeleton } from "../../src/vrm/index";
@@ -15,7 +15,7 @@ const yaw = (yawRad: number, bodyRad = 0) =>
 for (const version of [0, 1] as const)
   describe(`a model of VRM ${version} as the user's body`, () => {
     test("stands with its head at the user's, and its hands below its shoulders", async () => {
-      const vrm = await loadVrm(makeDefaultAvatar({ version }));
+      const vrm = await loadVrm(makeAvatar({ version }));
       const motion = new AvatarMotion(vrm);
       motion.update(yaw(0), 0.02);
       motion.root.updateMatrixWorld(true);
@@ -27,7 +27,7 @@ for (const version of [0, 1] as const)
     });
 
     test("turns its head with the user's, and its trunk with the user's trunk", async () => {
-      const vrm = await loadVrm(makeDefaultAvatar({ version }));
+      const vrm = await loadVrm(makeAvatar({ version }));
       const skeleton = new VrmSkeleton(vrm);
       const motion = new AvatarMotion(vrm);
       for (let frame = 0; frame < 30; ++frame) motion.update(yaw(0.9, 0.4), 0.02);
@@ -38,7 +38,7 @@ for (const version of [0, 1] as const)
     });
 
     test("looks around and breathes while the user rests, and holds still in between", async () => {
-      const vrm = await loadVrm(makeDefaultAvatar({ version }));
+      const vrm = await loadVrm(makeAvatar({ version }));
       const skeleton = new VrmSkeleton(vrm);
       const motion = new AvatarMotion(vrm);
       let most = 0;

@@ -43,7 +43,7 @@ test("other refusals are the server's own line", () => {
 test("a file of another program leads to the command that makes a groom of it", async () => {
   for (const name of ["braid.hair", "braid.TFX", "braid.data"])
     expect(foreignFileWords(name)).toContain(`hairnet-groom import ${name} --out braid.groom`);
-  expect(foreignFileWords("scene.abc")).toContain("hairnet-groom import FILE --out scene.groom");
+  expect(foreignFileWords("scene.fbx")).toContain("hairnet-groom import FILE --out scene.groom");
   expect(foreignFileWords("photo.png")).toContain("give it a hairstyle (.groom) or an avatar (.vrm)");
   const refusal = async (name: string, text: string) => {
     const file = { name, arrayBuffer: () => new Blob([text]).arrayBuffer() };

@@ -2,7 +2,7 @@ import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { Vector3 } from "three";
 import { describe, expect, test } from "vitest";
-import { makeDefaultAvatar } from "../../page/avatar/defaultAvatar";
+import { makeAvatar } from "../../scripts/avatar/madeAvatar";
 import { HairnetError } from "../../src/module/hairnetError";
 import { kVrmBytesMax, loadVrm, lowerArms, VrmHair } from "../../src/vrm/index";
 import { madeGroom } from "../support/madeGroom";
@@ -11,7 +11,7 @@ import { madeGroom } from "../support/madeGroom";
 (globalThis as { self?: unknown }).self ??= globalThis;
 
 const text = (words: string) => new TextEncoder().encode(words);
-const model = makeDefaultAvatar();
+const model = makeAvatar();
 
 async function refusal(bytes: Uint8Array): Promise<HairnetError> {
   const fault: unknown = await loadVrm(bytes).then(

@@ -1,7 +1,7 @@
 import type { VRM } from "@pixiv/three-vrm";
 import { Matrix4, Quaternion, type SkinnedMesh, Vector3 } from "three";
 import { beforeEach, describe, expect, test } from "vitest";
-import { makeDefaultAvatar, type DefaultAvatarOptions } from "../../page/avatar/defaultAvatar";
+import { makeAvatar, type MadeAvatarOptions } from "../../scripts/avatar/madeAvatar";
 import { Bone, kNumbersPerBone, poseFault, type Pose } from "../../src/hair/pose";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { place, type Placed } from "../../src/scene/placement";
@@ -13,8 +13,7 @@ import { madeGroom } from "../support/madeGroom";
 // GLTFLoader asks for the browser's global object.
 (globalThis as { self?: unknown }).self ??= globalThis;
 
-const load = (options: DefaultAvatarOptions = {}): Promise<VRM> =>
-  loadVrm(makeDefaultAvatar({ hairMesh: "Hair", ...options }));
+const load = (options: MadeAvatarOptions = {}): Promise<VRM> => loadVrm(makeAvatar({ hairMesh: "Hair", ...options }));
 
 const headJoint = new Vector3(0, 1.53, 0); // of the made model
 

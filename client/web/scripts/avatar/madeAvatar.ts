@@ -1,7 +1,7 @@
-import { boneIndex, jointOf, kBones } from "./defaultSkeleton";
+import { boneIndex, jointOf, kBones } from "./skeleton";
 import { GlbBytes, SkinnedMeshBytes, type Colour, type Joints, type Vector } from "./glb";
 
-export interface DefaultAvatarOptions {
+export interface MadeAvatarOptions {
   /** of the file: 0 looks along -Z, 1 along +Z */
   version?: 0 | 1;
   /** of the head's shape, about the head joint */
@@ -29,7 +29,7 @@ const kSkull: Vector = [0, 0.078, 0.006];
 const kHeadScale = 1.06;
 
 /** A person made by code, as the bytes of a VRM file, without hair: it needs no licence of another person. */
-export function makeDefaultAvatar(options: DefaultAvatarOptions = {}): Uint8Array<ArrayBuffer> {
+export function makeAvatar(options: MadeAvatarOptions = {}): Uint8Array<ArrayBuffer> {
   const { version = 1, headSize = 1, hairMesh } = options;
   const body = new SkinnedMeshBytes("Body", 0.85);
   const face = new SkinnedMeshBytes("Face", 0.62);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "client/tools/command_line/progress_bar.hpp"
@@ -7,17 +8,17 @@
 #include "tests/fidelity/motion_figures_options.hpp"
 #include "tests/fidelity/motion_figures_table.hpp"
 #include "tests/fidelity/motion_sets.hpp"
+#include "tests/fidelity/sections.hpp"
 #include "tests/fidelity/write_json.hpp"
 
 namespace hairnet::fidelity {
 namespace {
 
-constexpr const char* kProgram = "hairnet-fidelity-motion";
 constexpr double kPosture_s = 4;  // when our own postures are taken up
 
 // Adds the runs to `all`, so that those before a refusal are not lost.
 Result<void> measure(const MotionFigureFlags& flags, std::vector<MotionFigures>& all) {
-  ProgressBar bar(kProgram);
+  ProgressBar bar("hairnet-fidelity");
   const auto count = static_cast<double>(flags.grooms.size() * flags.motions.size());
   double done = 0;
   for (const std::string& groom_name : flags.grooms) {
@@ -47,16 +48,21 @@ int run(const MotionFigureFlags& flags) {
   const auto measured = measure(flags, all);
   if (!all.empty()) std::fputs(motion_figure_tables(all).c_str(), stdout);
   if (flags.picture) std::fputs(("\n" + picture_commands(all, flags.duration_s)).c_str(), stdout);
-  if (!measured) std::fprintf(stderr, "%s: %s\n", kProgram, measured.error().c_str());
-  const int written = write_json(kProgram, flags.json, motion_figure_json(all));
-  return measured ? written : 1;
+  const int written = write_json(flags.json, motion_figure_json(all));
+  return measured ? written : fail(measured.error());
 }
 
 }  // namespace
-}  // namespace hairnet::fidelity
 
-int main(int argc, char** argv) {
-  const auto parsed = hairnet::fidelity::parse_motion_figure_flags(argc, argv);
-  if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
-  return hairnet::fidelity::run(std::get<hairnet::fidelity::MotionFigureFlags>(parsed));
+void add_motion(CLI::App& program, std::function<int()>& chosen) {
+  const auto flags = std::make_shared<MotionFigureFlags>();
+  CLI::App& app = *program.add_subcommand(
+      "motion", "What one sees go wrong with hair: in the body, drawn out, jumping, and not coming home.");
+  add_motion_figure_flags(app, *flags);
+  app.callback([flags, &chosen] {
+    complete(*flags);
+    chosen = [flags] { return run(*flags); };
+  });
 }
+
+}  // namespace hairnet::fidelity

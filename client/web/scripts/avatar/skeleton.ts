@@ -17,7 +17,7 @@ const limbs = (side: 1 | -1, prefix: string): BoneSpec[] => [
   { name: `${prefix}Foot`, parent: `${prefix}LowerLeg`, at: [0, -0.42, 0] },
 ];
 
-/** The bones of the default avatar, with the names of VRM. */
+/** The bones of the made avatar, with the names of VRM. */
 export const kBones: readonly BoneSpec[] = [
   { name: "hips", parent: null, at: [0, 0.95, 0] },
   { name: "spine", parent: "hips", at: [0, 0.1, 0] },

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/assets/import/ogawa.hpp"
+
+namespace hairnet {
+
+// How an Alembic archive lies in Ogawa: objects in a tree, and their properties with samples in time. Everything here
+// views the file's bytes, which must outlive it.
+
+// The times of samples: stored, and then again after each cycle.
+struct AbcTimes {
+  double cycle_s = 1;
+  bool is_cyclic = true;
+  std::vector<double> stored_s{0};
+  [[nodiscard]] double time_s(std::size_t sample) const;
+};
+
+// The numbers of one sample, whatever their type.
+class AbcNumbers {
+ public:
+  AbcNumbers() = default;
+  AbcNumbers(std::span<const std::byte> bytes, unsigned type);
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] double operator[](std::size_t i) const;
+  [[nodiscard]] unsigned small(std::size_t i) const;  // from 0 to 255; 256 for what is none of these
+  [[nodiscard]] float single(std::size_t i) const;    // the same, at once for 32-bit floats, which points are
+
+ private:
+  std::span<const std::byte> bytes_;
+  unsigned type_ = 0;
+  std::size_t size_ = 0;
+};
+
+struct AbcProperty {
+  enum class Kind : std::uint8_t { compound, scalar, array };
+  std::string_view name, metadata;
+  Kind kind = Kind::compound;
+  unsigned type = 0, extent = 1;  // type of the numbers, and how many make a value
+  std::uint32_t sample_count = 0;
+  std::uint32_t first_changed = 0, last_changed = 0;  // samples before and behind these are stored once
+  std::uint32_t times = 0;                            // index into AbcArchive::times
+  OgawaGroup group;
+
+  [[nodiscard]] bool is_text() const;
+  [[nodiscard]] bool is_constant() const { return sample_count <= 1 || last_changed == 0; }
+  // Of a sample that the property does not have, its last one. Empty without samples, and for text.
+  [[nodiscard]] AbcNumbers numbers(std::size_t sample) const;
+  [[nodiscard]] std::size_t stored_samples() const { return sample_count == 0 ? 0 : stored_at(last_changed) + 1; }
+
+ private:
+  friend class AbcArchive;
+  [[nodiscard]] std::size_t stored_at(std::size_t sample) const;
+  [[nodiscard]] std::span<const std::byte> bytes(std::size_t sample) const;
+};
+
+struct AbcObject {
+  std::string_view name, metadata;
+  OgawaGroup group;
+};
+
+class AbcArchive {
+ public:
+  static Result<AbcArchive> open(std::span<const std::byte> bytes);
+
+  [[nodiscard]] OgawaGroup top() const { return top_; }
+  [[nodiscard]] std::string_view metadata() const { return metadata_; }
+  [[nodiscard]] std::uint32_t library_version() const { return library_version_; }  // 10805 is Alembic 1.8.5
+  [[nodiscard]] const AbcTimes& times(const AbcProperty& property) const { return times_[property.times]; }
+
+  // Parts of a file may share their bytes, so that a small damaged file could cause any amount of work. Everything that
+  // is read is therefore counted, and what exceeds the file many times is refused.
+  [[nodiscard]] bool spend(std::uint64_t bytes);
+  [[nodiscard]] static Refusal overspent();
+
+  // The children of an object, the properties of an object or a compound property, and the words of a sample.
+  Result<std::vector<AbcObject>> children(const OgawaGroup& object);
+  Result<std::vector<AbcProperty>> properties_of_object(const OgawaGroup& object);
+  Result<std::vector<AbcProperty>> properties(const OgawaGroup& compound);
+  Result<std::vector<std::string_view>> texts(const AbcProperty& property, std::size_t sample);
+
+ private:
+  std::string read_times(std::span<const std::byte> bytes);
+  std::string read_metadata_table(std::span<const std::byte> bytes);
+  Result<std::span<const std::byte>> headers_of(const OgawaGroup& group);
+
+  OgawaGroup top_;
+  std::string_view metadata_;
+  std::uint32_t library_version_ = 0;
+  std::vector<AbcTimes> times_;
+  std::vector<std::string_view> metadata_table_;
+  std::uint64_t bytes_left_ = 0;
+};
+
+// The value of a key in metadata, which are KEY=VALUE;KEY=VALUE. Empty without it.
+std::string_view metadata_value(std::string_view metadata, std::string_view key);
+
+const AbcProperty* find(const std::vector<AbcProperty>& properties, std::string_view name);
+
+}  // namespace hairnet

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/assets/import/alembic_archive.hpp"
+#include "client/assets/import/curve_bases.hpp"
+
+namespace hairnet {
+
+// For how much of a curves object one value holds.
+enum class AbcScope : std::uint8_t { object, curve, point, segment_end };
+
+// An attribute of curves: values, and for indexed ones which of them holds where.
+struct AbcAttribute {
+  std::string_view name;
+  AbcNumbers numbers, indices;
+  std::vector<std::string_view> texts;
+  AbcScope scope = AbcScope::object;
+
+  // Component `c` of the value at a place of its scope, where values have `components`.
+  [[nodiscard]] double value(std::size_t at, std::size_t c = 0, std::size_t components = 1) const;
+  [[nodiscard]] std::string_view text(std::size_t at) const;
+};
+
+// One sample of a Curves object, its structure checked; a curve of it may still be bad.
+struct AbcCurves {
+  struct Curve {
+    std::size_t first = 0, count = 0;          // of its control points
+    std::size_t first_knot = 0, order = 4;     // where it has knots
+    std::size_t first_end = 0, end_count = 0;  // of its segments' ends, in attributes given there
+  };
+  AbcNumbers positions, weights;
+  std::vector<Curve> curves;
+  std::size_t missing_curves = 0;  // listed behind these, but without control points in the file
+  CurveBasis basis = CurveBasis::linear;
+  CurveWrap wrap = CurveWrap::open;
+  std::vector<float> knots;  // empty: even ones
+  std::vector<AbcAttribute> attributes;
+  std::vector<std::string_view> unused, unknown;  // names of attributes
+  std::vector<std::string> remarks;               // what is odd in it
+  std::string error;                              // why none of its curves can be read
+
+  [[nodiscard]] std::size_t point_count() const { return positions.size() / 3; }
+};
+
+// The properties of a Curves object: those of its `.geom`, and those of the compounds in it.
+struct AbcCurvesProperties {
+  std::vector<AbcProperty> geometry, arbitrary, user;
+  static Result<AbcCurvesProperties> read(AbcArchive& archive, const std::vector<AbcProperty>& of_object);
+};
+
+// The curves as they are in their first sample. An error is one of the file; why these curves alone cannot be read is
+// in AbcCurves::error.
+Result<AbcCurves> read_curves(AbcArchive& archive, const AbcCurvesProperties& properties);
+
+// Appends the attributes among `properties` that an import uses, once each, for curves of these counts, to `into`. The
+// names of the others go to `unused` if it is known what they are or if their count fits nothing, else to `unknown`.
+struct AbcCounts {
+  std::size_t curves = 0, points = 0, segment_ends = 0;
+};
+Result<void> read_attributes(AbcArchive& archive, const std::vector<AbcProperty>& properties, const AbcCounts& counts,
+                             AbcCurves& into);
+
+// The properties of a compound property among others; none, if it is not there.
+Result<std::vector<AbcProperty>> properties_in(AbcArchive& archive, const std::vector<AbcProperty>& among,
+                                               std::string_view name);
+
+// The control points of a curve out of positions, in the world.
+void read_controls(const AbcNumbers& positions, const AbcCurves::Curve& curve, const Eigen::Affine3d& world,
+                   std::vector<Vec3f>& controls);
+
+// Points on curve `c`, or why it is bad: no points, one that is not finite, or too few for its kind. `controls` are its
+// control points.
+Result<std::vector<CurvePoint>> sample_abc_curve(const AbcCurves& curves, std::size_t c,
+                                                 std::span<const Vec3f> controls);
+
+}  // namespace hairnet

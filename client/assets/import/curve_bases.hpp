@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/geometry/vec.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// How control points make a curve. All but `linear` are cubic.
+enum class CurveBasis : std::uint8_t { linear, bezier, bspline, catmull_rom };
+
+// What happens at the ends. An `open` B-spline or Catmull-Rom curve does not reach its outer control points; a `pinned`
+// one begins and ends in them. A `periodic` curve is closed, and its last point is its first.
+enum class CurveWrap : std::uint8_t { open, periodic, pinned };
+
+// A point on a curve, as a weighted sum of control points. One set of them serves positions, widths and every sample in
+// time of the same curve.
+struct CurvePoint {
+  std::array<std::uint32_t, 4> control{};  // may repeat, where the weight is 0
+  std::array<float, 4> weight{};
+  float segment = 0;  // its place in segments from the begin, for values that are given at the segments' ends
+};
+
+template <class Value>
+Value value_at(const CurvePoint& point, std::span<const Value> of_controls) {
+  Value sum = point.weight[0] * of_controls[point.control[0]];
+  for (std::size_t i = 1; i < 4; ++i) sum += point.weight[i] * of_controls[point.control[i]];
+  return sum;
+}
+
+// The ends of all segments, and as many points between them as keep the polyline within `tolerance` of the curve. A
+// straight segment has none, and a linear curve is its control points. The points of a B-spline whose last three
+// control points repeat its first three are closed already, and are not closed again. Returns an error where a curve
+// cannot have so many control points; these must be finite.
+Result<std::vector<CurvePoint>> sample_curve(CurveBasis basis, CurveWrap wrap, std::span<const Vec3f> controls,
+                                             float tolerance);
+
+// A B-spline with knots of its own, as NURBS curves have: `order` is 2 for lines, 3 for parabolas, 4 for cubics.
+// Returns an error where their number is not that of the control points and the order, or where they descend.
+Result<std::vector<CurvePoint>> sample_knots(std::size_t order, std::span<const float> knots,
+                                             std::span<const Vec3f> controls, float tolerance);
+
+// What is too small to be seen in a curve of this size: 1/2000 of the way along its control points.
+float curve_tolerance(std::span<const Vec3f> controls);
+
+}  // namespace hairnet

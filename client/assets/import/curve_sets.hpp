@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/assets/import/curve_bases.hpp"
+#include "client/assets/import/strands.hpp"
+
+namespace hairnet {
+
+// Curves of one kind, as an object of a scene has them.
+struct CurveSet {
+  std::string name;
+  CurveBasis basis = CurveBasis::linear;
+  CurveWrap wrap = CurveWrap::open;
+  std::vector<Vec3f> controls;
+  std::vector<std::uint32_t> begin{0};  // the control points of curve c are [begin[c], begin[c + 1])
+
+  // Of each control point, or none.
+  std::vector<float> widths;
+  std::vector<Vec3f> colours;
+  std::vector<std::string> groups;  // of each curve, or none
+
+  [[nodiscard]] std::size_t curve_count() const { return begin.size() - 1; }
+  [[nodiscard]] std::span<const Vec3f> curve(std::size_t c) const {
+    return {controls.data() + begin[c], controls.data() + begin[c + 1]};
+  }
+};
+
+// Makes strands of all curves. Where they have more points than a groom holds, the curves are followed less closely, or
+// by some of their points; where they are more than it holds, some are left out, evenly. A curve that cannot have so
+// many control points becomes straight lines between them; one of fewer than 2 points, or of points that are not
+// finite, is left out. All this is told in `notes` and `doubts`. The groups are those of the curves, else the sets;
+// there are none where that is only one. Returns an error when no strand is left.
+std::string make_strands(std::span<const CurveSet> sets, ImportedStrands& strands);
+Result<ImportedStrands> strands_of(std::span<const CurveSet> sets);
+
+}  // namespace hairnet

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hairnet {
+
+// Polylines of vertices.
+struct Chains {
+  std::vector<std::uint32_t> vertices;
+  std::vector<std::size_t> begin{0};      // those of chain c are [begin[c], begin[c + 1])
+  std::vector<std::uint32_t> first_edge;  // of each chain, the one by which its group is known
+  [[nodiscard]] std::size_t count() const { return begin.size() - 1; }
+};
+
+// Joins edges, in whatever order and direction, that end at the same vertex: always two of them, in their order, so
+// that where more meet, other chains begin. A chain begins at the end of the lower number, since programs number the
+// points of a strand from one end to the other. All vertices are less than `vertex_count`.
+Chains chain_edges(std::span<const std::array<std::uint32_t, 2>> edges, std::size_t vertex_count);
+
+}  // namespace hairnet

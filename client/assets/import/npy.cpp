@@ -1,0 +1,269 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "client/assets/import/byte_reader.hpp"
+#include "client/assets/import/curve_sets.hpp"
+#include "client/assets/import/strands.hpp"
+#include "client/assets/import/text.hpp"
+#include "core/shown_text.hpp"
+#include "schema/bytes/deflate.hpp"
+
+// Strands as NumPy writes them: an array of strands, points and 3 coordinates in a .npy, or in a .npz, which is a zip
+// archive of such files. DiffLocks calls it "positions"; others "strands", "points" or "hair".
+namespace hairnet {
+namespace {
+
+using ByteSpan = std::span<const std::byte>;
+
+constexpr std::size_t kAxesMax = 8;
+constexpr std::size_t kArraysMax = 1000;  // in an archive
+constexpr std::size_t kUnpackedMax = 1'000'000'000;
+
+struct NpyArray {
+  std::string type;  // "<f4"
+  bool is_fortran = false;
+  std::vector<std::uint64_t> shape;  // without axes of length 1 before the last three
+  ByteSpan values;
+
+  [[nodiscard]] bool is_strands() const {
+    const bool is_real = type == "<f4" || type == "<f8" || type == "<f2" || type == ">f4" || type == ">f8";
+    return is_real && shape.size() == 3 && shape[2] == 3;
+  }
+  [[nodiscard]] std::string describe() const {
+    std::string text = shown(type) + " (";
+    for (std::size_t i = 0; i < shape.size(); ++i) text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
+    return text + ')';
+  }
+};
+
+// The text that follows `'key':` in the dictionary of a header.
+std::string_view entry(std::string_view header, std::string_view key) {
+  for (const char quote : {'\'', '"'}) {
+    const std::size_t at = header.find(std::string(1, quote).append(key) + quote);
+    if (at == std::string_view::npos) continue;
+    header.remove_prefix(at + key.size() + 2);
+    header.remove_prefix(std::min(header.find_first_not_of(" :"), header.size()));
+    return header;
+  }
+  return {};
+}
+
+Result<NpyArray> read_npy(ByteSpan bytes) {
+  constexpr std::string_view kMagic = "\x93NUMPY";
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (!text.starts_with(kMagic)) return Refusal("not a .npy file: it does not begin with \\x93NUMPY");
+  ByteReader in(bytes, kMagic.size());
+  if (!in.has(4)) return Refusal("truncated: shorter than its header");
+  const bool is_long = (in.u16() & 0xff) >= 2;
+  if (is_long && !in.has(4)) return Refusal("truncated: shorter than its header");
+  const std::size_t length = is_long ? in.u32() : in.u16();
+  if (!in.has(length)) return Refusal("truncated: shorter than its header");
+  const std::string_view header = text.substr(in.at(), length);
+  in.skip(length);
+
+  NpyArray array;
+  const std::string_view type = entry(header, "descr");
+  if (type.size() > 1 && (type[0] == '\'' || type[0] == '"')) array.type = type.substr(1, type.find(type[0], 1) - 1);
+  array.is_fortran = entry(header, "fortran_order").starts_with("True");
+  std::string_view shape = entry(header, "shape");
+  if (array.type.empty() || !shape.starts_with('(')) return Refusal("its header tells no descr and shape");
+  shape = shape.substr(1, shape.find(')') - 1);
+  while (!shape.empty()) {
+    const std::size_t comma = std::min(shape.find(','), shape.size());
+    std::string_view words = shape.substr(0, comma);
+    const std::string_view word = take_word(words);
+    shape.remove_prefix(std::min(comma + 1, shape.size()));
+    if (word.empty()) continue;
+    const std::optional<std::uint64_t> axis = parse_number<std::uint64_t>(word);
+    if (!axis || array.shape.size() >= kAxesMax) return Refusal("its shape is not one of whole numbers");
+    array.shape.push_back(*axis);
+  }
+  while (array.shape.size() > 3 && array.shape.front() == 1) array.shape.erase(array.shape.begin());
+  array.values = bytes.subspan(in.at());
+  return array;
+}
+
+float number_at(const NpyArray& array, std::size_t index) {
+  const std::size_t size = static_cast<std::size_t>(array.type[2] - '0');
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::size_t byte = array.type[0] == '<' ? size - 1 - i : i;
+    bits = bits << 8 | std::to_integer<std::uint64_t>(array.values[index * size + byte]);
+  }
+  if (size == 8) return static_cast<float>(std::bit_cast<double>(bits));
+  if (size == 2) return half_float(static_cast<std::uint16_t>(bits));
+  return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+}
+
+Result<ImportedStrands> strands_of_array(const NpyArray& array) {
+  if (array.type.find('O') != std::string::npos)
+    return Refusal("it holds Python objects, which are not read: save an array of strands, points and 3 coordinates");
+  if (!array.is_strands())
+    return Refusal("an array " + array.describe() +
+                   " is no array of strands, points and 3 coordinates of type f4 or f8");
+  const std::uint64_t strand_count = array.shape[0], point_count = array.shape[1];
+  const std::size_t point_bytes = 3 * static_cast<std::size_t>(array.type[2] - '0');
+  if (strand_count == 0 || point_count == 0) return Refusal("the array " + array.describe() + " holds no strands");
+  if (strand_count > array.values.size() / point_bytes ||
+      point_count > array.values.size() / point_bytes / strand_count)
+    return Refusal("truncated: an array " + array.describe() + " does not fit in " +
+                   std::to_string(array.values.size()) + " bytes");
+  const std::size_t strands = strand_count, points = point_count;
+  CurveSet set;
+  set.controls.reserve(strands * points);
+  std::size_t shortened = 0;
+  for (std::size_t s = 0; s < strands; ++s) {
+    for (std::size_t p = 0; p < points; ++p) {
+      Vec3f& point = set.controls.emplace_back();
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        point[static_cast<int>(axis)] =
+            number_at(array, array.is_fortran ? (axis * points + p) * strands + s : (s * points + p) * 3 + axis);
+    }
+    // Strands of fewer points are filled up with nan.
+    const std::size_t begin = set.begin.back(), full = set.controls.size();
+    while (set.controls.size() > begin && set.controls.back().array().isNaN().all()) set.controls.pop_back();
+    shortened += set.controls.size() < full;
+    set.begin.push_back(static_cast<std::uint32_t>(set.controls.size()));
+  }
+  Result<ImportedStrands> made = strands_of({&set, 1});
+  if (made && shortened > 0) made->notes.push_back(counted(shortened, "strand") + " filled up with nan end before it");
+  return made;
+}
+
+struct ZipEntry {
+  std::string name;
+  std::uint16_t method = 0;
+  std::uint64_t packed_bytes = 0, bytes = 0, header_at = 0;
+};
+
+// Sizes of 32 bits that are all ones are in an extra field, of 64 bits each.
+void read_zip64(ByteReader in, std::size_t extra_bytes, ZipEntry& entry) {
+  const std::size_t end = in.at() + extra_bytes;
+  while (in.at() + 4 <= end) {
+    const std::uint16_t kind = in.u16(), size = in.u16();
+    if (in.at() + size > end) return;
+    if (kind != 1) {
+      in.skip(size);
+      continue;
+    }
+    const std::size_t stop = in.at() + size;
+    for (std::uint64_t* value : {&entry.bytes, &entry.packed_bytes, &entry.header_at}) {
+      if (*value != UINT32_MAX || in.at() + 8 > stop) continue;
+      *value = in.u64();
+    }
+    return;
+  }
+}
+
+// The files of an archive by its directory, which stands at its end.
+Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
+  constexpr std::size_t kEndBytes = 22, kHeaderBytes = 46, kCommentMax = 65'535;
+  constexpr std::uint32_t kEndMagic = 0x06054b50, kHeaderMagic = 0x02014b50;
+  std::optional<std::size_t> end;
+  for (std::size_t back = kEndBytes; !end && back <= std::min(bytes.size(), kEndBytes + kCommentMax); ++back) {
+    if (ByteReader(bytes, bytes.size() - back).u32() == kEndMagic) end = bytes.size() - back;
+  }
+  if (!end) return Refusal("truncated, or not a .npz file: no directory of an archive at its end");
+  ByteReader in(bytes, *end + 10);
+  const std::uint16_t count = in.u16();
+  in.skip(4);
+  const std::size_t at = in.u32();
+  if (count > kArraysMax || at > bytes.size()) return Refusal("the directory of the archive is damaged");
+  in = ByteReader(bytes, at);
+  std::vector<ZipEntry> entries;
+  std::uint64_t packed_bytes = 0;
+  for (std::uint16_t i = 0; i < count; ++i) {
+    if (!in.has(kHeaderBytes) || in.u32() != kHeaderMagic) return Refusal("the directory of the archive is damaged");
+    ZipEntry entry;
+    in.skip(6);
+    entry.method = in.u16();
+    in.skip(8);
+    entry.packed_bytes = in.u32();
+    entry.bytes = in.u32();
+    const std::size_t name_bytes = in.u16(), extra_bytes = in.u16(), comment_bytes = in.u16();
+    in.skip(8);
+    entry.header_at = in.u32();
+    if (!in.has(name_bytes + extra_bytes + comment_bytes)) return Refusal("the directory of the archive is damaged");
+    entry.name.assign(reinterpret_cast<const char*>(bytes.data()) + in.at(), name_bytes);
+    if (entry.name.ends_with(".npy")) entry.name.resize(entry.name.size() - 4);
+    in.skip(name_bytes);
+    read_zip64(in, extra_bytes, entry);
+    in.skip(extra_bytes + comment_bytes);
+    // Entries that share bytes could unpack the same ones over and over.
+    packed_bytes += std::min<std::uint64_t>(entry.packed_bytes, bytes.size() + 1);
+    if (packed_bytes > bytes.size()) return Refusal("the directory of the archive is damaged");
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+// The bytes of a file in the archive. `room` holds them where they are packed.
+Result<ByteSpan> unpacked(ByteSpan bytes, const ZipEntry& entry, std::vector<std::uint8_t>& room) {
+  constexpr std::size_t kHeaderBytes = 30, kPackedAtMost = 1100;  // times smaller than what it holds
+  constexpr std::uint16_t kStored = 0, kDeflated = 8;
+  if (entry.header_at > bytes.size()) return Refusal("damaged");
+  ByteReader in(bytes, entry.header_at);
+  if (!in.has(kHeaderBytes) || in.u32() != 0x04034b50) return Refusal("damaged");
+  in.skip(22);
+  const std::size_t skipped = std::size_t{in.u16()} + in.u16();
+  if (!in.has(skipped)) return Refusal("damaged");
+  in.skip(skipped);
+  if (!in.has(entry.packed_bytes, 1)) return Refusal("truncated");
+  const ByteSpan packed = bytes.subspan(in.at(), entry.packed_bytes);
+  if (entry.method == kStored) return packed;
+  if (entry.method != kDeflated) return Refusal("packed by a method other than deflate");
+  if (entry.bytes / kPackedAtMost > packed.size()) return Refusal("damaged");
+  if (entry.bytes > kUnpackedMax) return Refusal("unpacks to more than 1 GB");
+  room.resize(entry.bytes);
+  const std::span<const std::uint8_t> stream(reinterpret_cast<const std::uint8_t*>(packed.data()), packed.size());
+  if (bytes::inflate_into(stream, room) != bytes::InflateError::none) return Refusal("damaged");
+  return std::as_bytes(std::span(room));
+}
+
+Result<ImportedStrands> decode_npz(ByteSpan bytes) {
+  const Result<std::vector<ZipEntry>> entries = read_directory(bytes);
+  if (!entries) return Refusal(entries.error());
+  constexpr std::array<std::string_view, 8> kNames{"strands",        "positions",    "points", "hair",
+                                                   "strands_points", "hair_strands", "arr_0",  "vertices"};
+  // Those with a usual name first, and then any other.
+  std::vector<const ZipEntry*> order;
+  for (const std::string_view name : kNames) {
+    for (const ZipEntry& entry : *entries) {
+      if (entry.name == name) order.push_back(&entry);
+    }
+  }
+  for (const ZipEntry& entry : *entries) {
+    if (std::ranges::find(kNames, entry.name) == kNames.end()) order.push_back(&entry);
+  }
+  std::string others;
+  for (const ZipEntry* entry : order) {
+    std::vector<std::uint8_t> room;
+    const Result<ByteSpan> file = unpacked(bytes, *entry, room);
+    const Result<NpyArray> array = file ? read_npy(*file) : Result<NpyArray>(Refusal(file.error()));
+    if (array && array->is_strands()) {
+      Result<ImportedStrands> strands = strands_of_array(*array);
+      if (!strands) return Refusal(shown(entry->name) + ": " + strands.error());
+      if (order.size() > 1) strands->notes.push_back("the array of strands is " + shown(entry->name));
+      return strands;
+    }
+    others += (others.empty() ? "" : ", ") + shown(entry->name) + ' ' + (array ? array->describe() : array.error());
+  }
+  return Refusal("no array of strands, points and 3 coordinates; it has " + (others.empty() ? "no arrays" : others));
+}
+
+}  // namespace
+
+Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (text.starts_with("PK")) return decode_npz(bytes);
+  const Result<NpyArray> array = read_npy(bytes);
+  if (!array) return Refusal(array.error());
+  return strands_of_array(*array);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,408 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "client/assets/import/curve_sets.hpp"
+#include "client/assets/import/edge_chains.hpp"
+#include "client/assets/import/strands.hpp"
+#include "client/assets/import/text.hpp"
+#include "core/shown_text.hpp"
+
+// Strands in a .ply, as text or binary of either byte order. In this order it takes: edges between vertices; the number
+// of its strand at each vertex; an element of strands with the number of points of each, or a list of their vertices;
+// else vertices alone that follow each other strand by strand, each of as many, as GaussianHaircut and NeuralHaircut
+// write them (100).
+namespace hairnet {
+namespace {
+
+enum class PlyForm : std::uint8_t { text, little_endian, big_endian };
+enum class PlyNumber : std::uint8_t { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+constexpr std::array<std::size_t, 8> kPlyBytes{1, 1, 2, 2, 4, 4, 4, 8};
+
+std::optional<PlyNumber> ply_number(std::string_view word) {
+  constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},
+                                                                   {"uchar", "uint8"},
+                                                                   {"short", "int16"},
+                                                                   {"ushort", "uint16"},
+                                                                   {"int", "int32"},
+                                                                   {"uint", "uint32"},
+                                                                   {"float", "float32"},
+                                                                   {"double", "float64"}}};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<PlyNumber>(i);
+  }
+  return {};
+}
+
+struct PlyProperty {
+  std::string_view name;
+  PlyNumber number{};
+  std::optional<PlyNumber> list;  // the type of the number of its values
+};
+
+struct PlyElement {
+  std::string_view name;
+  std::uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  [[nodiscard]] std::optional<std::size_t> property(std::span<const std::string_view> names) const {
+    for (const std::string_view wanted : names) {
+      for (std::size_t i = 0; i < properties.size(); ++i) {
+        if (properties[i].name == wanted) return i;
+      }
+    }
+    return {};
+  }
+  // The fewest bytes of one of its rows: in text a digit and what follows it.
+  [[nodiscard]] std::size_t row_bytes(PlyForm form) const {
+    std::size_t bytes = 0;
+    for (const PlyProperty& property : properties)
+      bytes += form == PlyForm::text ? 2 : kPlyBytes[static_cast<std::size_t>(property.list.value_or(property.number))];
+    return std::max<std::size_t>(bytes, 1);
+  }
+};
+
+struct PlyHeader {
+  PlyForm form{};
+  std::vector<PlyElement> elements;
+};
+
+Result<PlyHeader> read_header(std::string_view& text) {
+  constexpr std::size_t kPropertiesMax = 1000;  // of all elements
+  std::string_view line = take_line(text);
+  if (take_word(line) != "ply") return Refusal("not a .ply file: it does not begin with ply");
+  PlyHeader header;
+  bool has_form = false;
+  std::size_t property_count = 0;
+  for (std::size_t number = 2; !text.empty(); ++number) {
+    line = take_line(text);
+    const std::string_view shown_line = line, keyword = take_word(line);
+    bool is_good = true;
+    if (keyword == "end_header") {
+      if (!has_form) return Refusal("the header has no format");
+      return header;
+    }
+    if (keyword == "format") {
+      const std::string_view form = take_word(line);
+      if (form == "binary_little_endian") header.form = PlyForm::little_endian;
+      if (form == "binary_big_endian") header.form = PlyForm::big_endian;
+      is_good = has_form = header.form != PlyForm::text || form == "ascii";
+    } else if (keyword == "element") {
+      PlyElement& element = header.elements.emplace_back();
+      element.name = take_word(line);
+      const std::optional<std::uint64_t> count = parse_number<std::uint64_t>(take_word(line));
+      element.count = count.value_or(0);
+      is_good = count.has_value() && ++property_count <= kPropertiesMax;
+    } else if (keyword == "property") {
+      std::string_view type = take_word(line);
+      PlyProperty property;
+      if (type == "list") {
+        property.list = ply_number(take_word(line));
+        is_good = property.list && *property.list < PlyNumber::f32;
+        type = take_word(line);
+      }
+      const std::optional<PlyNumber> value = ply_number(type);
+      property.number = value.value_or(PlyNumber::f32);
+      property.name = take_word(line);
+      is_good = is_good && value && !header.elements.empty() && ++property_count <= kPropertiesMax;
+      if (is_good) header.elements.back().properties.push_back(property);
+    } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
+      is_good = false;
+    }
+    if (!is_good)
+      return Refusal("line " + std::to_string(number) + " of the header is not understood: " + shown(shown_line));
+  }
+  return Refusal("truncated: the header has no end_header");
+}
+
+// Reads number after number. After the end of the file, or a word that is no number, there are none.
+class PlyValues {
+ public:
+  PlyValues(PlyForm form, std::string_view data) : form_(form), data_(data) {}
+
+  [[nodiscard]] std::size_t remaining() const { return data_.size(); }
+
+  std::optional<double> next(PlyNumber number) {
+    if (form_ == PlyForm::text) return next_word();
+    const std::size_t size = kPlyBytes[static_cast<std::size_t>(number)];
+    if (data_.size() < size) return {};
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::size_t byte = form_ == PlyForm::little_endian ? size - 1 - i : i;
+      bits = bits << 8 | static_cast<unsigned char>(data_[byte]);
+    }
+    data_.remove_prefix(size);
+    switch (number) {
+      case PlyNumber::i8:
+        return static_cast<std::int8_t>(bits);
+      case PlyNumber::i16:
+        return static_cast<std::int16_t>(bits);
+      case PlyNumber::i32:
+        return static_cast<std::int32_t>(bits);
+      case PlyNumber::f32:
+        return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+      case PlyNumber::f64:
+        return std::bit_cast<double>(bits);
+      default:
+        return static_cast<double>(bits);
+    }
+  }
+
+ private:
+  std::optional<double> next_word() {
+    constexpr std::string_view kBetween = " \t\r\n";
+    const std::size_t begin = std::min(data_.find_first_not_of(kBetween), data_.size());
+    const std::size_t end = std::min(data_.find_first_of(kBetween, begin), data_.size());
+    const std::string_view word = data_.substr(begin, end - begin);
+    data_.remove_prefix(end);
+    if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf") return HUGE_VAL;
+    return parse_decimal(word);
+  }
+
+  PlyForm form_;
+  std::string_view data_;
+};
+
+// What of a file makes strands.
+struct PlyParts {
+  std::vector<Vec3f> points;
+  std::vector<Vec3f> colours;     // of each point, or none
+  std::vector<double> strand_of;  // of each point, or none
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  std::vector<std::uint32_t> counts;    // of points of each strand, in their order
+  std::vector<std::uint32_t> vertices;  // of strands by lists, whose ends are in `list_end`
+  std::vector<std::size_t> list_end;
+  std::size_t face_count = 0;
+};
+
+constexpr std::array<std::string_view, 6> kStrandNames{"strand_id", "strand_idx", "strand_index",
+                                                       "strand",    "hair_id",    "curve_id"};
+constexpr std::array<std::string_view, 7> kCountNames{"num_points", "point_count", "vertex_count", "num_vertices",
+                                                      "count",      "length",      "n_points"};
+constexpr std::array<std::string_view, 5> kListNames{"vertex_indices", "vertex_index", "indices", "points", "vertices"};
+
+std::optional<std::uint32_t> vertex_of(double number, std::size_t vertex_count) {
+  if (!(number >= 0 && number < static_cast<double>(vertex_count) && number == std::floor(number))) return {};
+  return static_cast<std::uint32_t>(number);
+}
+
+// Reads the rows of one element. Returns what is wrong with them.
+class PlyRows {
+ public:
+  PlyRows(const PlyElement& element, PlyValues& in, PlyParts& parts) : element_(element), in_(in), parts_(parts) {}
+
+  std::string read() {
+    const bool is_points = element_.name == "vertex" || element_.name == "point";
+    const bool is_edges = element_.name == "edge";
+    const bool is_strands = element_.name == "strand" || element_.name == "strands" || element_.name == "curve" ||
+                            element_.name == "polyline" || element_.name == "line" || element_.name == "fiber";
+    if (element_.name == "face") parts_.face_count += element_.count;
+    if (is_points && !has({"x", "y", "z"})) return "its vertices have no x, y and z";
+    if (is_edges && !has({"vertex1", "vertex2"})) return "its edges have no vertex1 and vertex2";
+    for (std::uint64_t row = 0; row < element_.count; ++row) {
+      if (!read_row()) return "truncated, or no number, in " + shown(element_.name) + ' ' + std::to_string(row);
+      std::string fault;
+      if (is_points) take_point();
+      if (is_edges) fault = take_edge();
+      if (is_strands) fault = take_strand();
+      if (!fault.empty()) return shown(element_.name) + ' ' + std::to_string(row) + ": " + fault;
+    }
+    return {};
+  }
+
+ private:
+  template <std::size_t N>
+  bool has(const std::string_view (&names)[N]) {
+    for (std::size_t i = 0; i < N; ++i) {
+      const auto at = element_.property({&names[i], 1});
+      if (!at || element_.properties[*at].list) return false;
+      columns_[i] = *at;
+    }
+    return true;
+  }
+
+  bool read_row() {
+    values_.clear();
+    list_.clear();
+    for (const PlyProperty& property : element_.properties) {
+      const std::optional<double> value = in_.next(property.list.value_or(property.number));
+      if (!value) return false;
+      values_.push_back(*value);
+      if (!property.list) continue;
+      const bool is_taken = std::ranges::find(kListNames, property.name) != kListNames.end() && element_.name != "face";
+      if (!(*value >= 0 && *value <= static_cast<double>(in_.remaining()))) return false;
+      for (auto left = static_cast<std::size_t>(*value); left > 0; --left) {
+        const std::optional<double> item = in_.next(property.number);
+        if (!item) return false;
+        if (is_taken) list_.push_back(*item);
+      }
+    }
+    return true;
+  }
+
+  void take_point() {
+    Vec3f& point = parts_.points.emplace_back();
+    for (int axis = 0; axis < 3; ++axis)
+      point[axis] = static_cast<float>(values_[columns_[static_cast<std::size_t>(axis)]]);
+    if (const auto strand = element_.property(kStrandNames)) parts_.strand_of.push_back(values_[*strand]);
+    constexpr std::array<std::array<std::string_view, 2>, 3> kColours{{{"red", "r"}, {"green", "g"}, {"blue", "b"}}};
+    Vec3f colour;
+    for (int i = 0; i < 3; ++i) {
+      const auto at = element_.property(kColours[static_cast<std::size_t>(i)]);
+      if (!at) return;
+      const double scale = element_.properties[*at].number < PlyNumber::f32 ? 255 : 1;
+      colour[i] = static_cast<float>(values_[*at] / scale);
+    }
+    parts_.colours.push_back(colour);
+  }
+
+  std::string take_edge() {
+    const auto a = vertex_of(values_[columns_[0]], parts_.points.size()),
+               b = vertex_of(values_[columns_[1]], parts_.points.size());
+    if (!a || !b) return "no such vertex among the " + std::to_string(parts_.points.size()) + " before it";
+    parts_.edges.push_back({*a, *b});
+    return {};
+  }
+
+  std::string take_strand() {
+    if (!list_.empty()) {
+      for (const double index : list_) {
+        const auto vertex = vertex_of(index, parts_.points.size());
+        if (!vertex) return "no such vertex among the " + std::to_string(parts_.points.size()) + " before it";
+        parts_.vertices.push_back(*vertex);
+      }
+      parts_.list_end.push_back(parts_.vertices.size());
+    } else if (const auto at = element_.property(kCountNames); at && !element_.properties[*at].list) {
+      const auto count = vertex_of(values_[*at], std::size_t{UINT32_MAX});
+      if (!count) return "its number of points is no whole number";
+      parts_.counts.push_back(*count);
+    }
+    return {};
+  }
+
+  const PlyElement& element_;
+  PlyValues& in_;
+  PlyParts& parts_;
+  std::array<std::size_t, 3> columns_{};
+  std::vector<double> values_, list_;
+};
+
+Result<PlyParts> read_parts(const PlyHeader& header, PlyValues in) {
+  PlyParts parts;
+  for (const PlyElement& element : header.elements) {
+    // The last row of a text may end without a blank.
+    if (element.count > (in.remaining() + 1) / element.row_bytes(header.form))
+      return Refusal("truncated: " + std::to_string(element.count) + " of " + shown(element.name) + " do not fit in " +
+                     std::to_string(in.remaining()) + " bytes");
+    if (std::string fault = PlyRows(element, in, parts).read(); !fault.empty()) return Refusal(std::move(fault));
+  }
+  return parts;
+}
+
+// How many points each strand has where all follow each other: as many as make the steps from one strand to the next
+// longest beside those within. 0 where none stand out.
+std::size_t points_of_each(std::span<const Vec3f> points) {
+  constexpr std::size_t kMin = 3, kMax = 1024;
+  constexpr double kStandsOut = 5;
+  std::vector<double> steps;
+  double all = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double step = (points[i] - points[i - 1]).cast<double>().norm();
+    steps.push_back(std::isfinite(step) ? step : 0);
+    all += steps.back();
+  }
+  std::size_t best = 0;
+  double best_ratio = kStandsOut;
+  for (std::size_t count = kMin; count <= std::min(kMax, points.size() / 2); ++count) {
+    if (points.size() % count != 0) continue;
+    double between = 0;
+    std::size_t jumps = 0;
+    for (std::size_t i = count - 1; i < steps.size(); i += count, ++jumps) between += steps[i];
+    const double within = (all - between) / static_cast<double>(steps.size() - jumps);
+    const double ratio = between / static_cast<double>(jumps) / std::max(within, 1e-30);
+    if (ratio <= best_ratio) continue;
+    best = count;
+    best_ratio = ratio;
+  }
+  return best;
+}
+
+// The strands as lists of vertices, one behind the other.
+struct PlyStrands {
+  std::vector<std::uint32_t> vertices;
+  std::vector<std::size_t> end;
+  std::string note;
+};
+
+Result<PlyStrands> find_strands(const PlyParts& parts) {
+  const std::size_t count = parts.points.size();
+  PlyStrands strands;
+  const auto all_in_order = [&] {
+    strands.vertices.resize(count);
+    std::iota(strands.vertices.begin(), strands.vertices.end(), 0U);
+  };
+  if (!parts.edges.empty()) {
+    Chains chains = chain_edges(parts.edges, count);
+    strands.vertices = std::move(chains.vertices);
+    strands.end.assign(chains.begin.begin() + 1, chains.begin.end());
+  } else if (!parts.strand_of.empty() && parts.strand_of.size() == count) {
+    all_in_order();
+    std::ranges::stable_sort(strands.vertices, {}, [&](std::uint32_t v) { return parts.strand_of[v]; });
+    for (std::size_t i = 1; i <= count; ++i) {
+      if (i == count || parts.strand_of[strands.vertices[i]] != parts.strand_of[strands.vertices[i - 1]])
+        strands.end.push_back(i);
+    }
+  } else if (!parts.list_end.empty()) {
+    strands.vertices = parts.vertices;
+    strands.end = parts.list_end;
+  } else if (!parts.counts.empty()) {
+    all_in_order();
+    std::size_t end = 0;
+    for (const std::uint32_t points : parts.counts) strands.end.push_back(end += points);
+    if (end != count)
+      return Refusal("its strands have " + std::to_string(end) + " points, and there are " + std::to_string(count));
+  } else if (parts.face_count > 0) {
+    return Refusal("no strands: it has a mesh of " + counted(parts.face_count, "face"));
+  } else {
+    const std::size_t each = points_of_each(parts.points);
+    if (each == 0)
+      return Refusal("no strands: it has " + counted(count, "point") +
+                     ", without edges, strand_id, or a number of points after which each strand ends");
+    all_in_order();
+    for (std::size_t end = each; end <= count; end += each) strands.end.push_back(end);
+    strands.note = "nothing says where strands end: they are taken as of " + std::to_string(each) + " points each";
+  }
+  return strands;
+}
+
+}  // namespace
+
+Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const Result<PlyHeader> header = read_header(text);
+  if (!header) return Refusal(header.error());
+  const Result<PlyParts> parts = read_parts(*header, PlyValues(header->form, text));
+  if (!parts) return Refusal(parts.error());
+  const Result<PlyStrands> strands = find_strands(*parts);
+  if (!strands) return Refusal(strands.error());
+  CurveSet set;
+  const bool has_colours = parts->colours.size() == parts->points.size();
+  for (const std::size_t end : strands->end) {
+    const std::size_t begin = set.begin.back();
+    for (std::size_t i = begin; i < end; ++i) {
+      set.controls.push_back(parts->points[strands->vertices[i]]);
+      if (has_colours) set.colours.push_back(parts->colours[strands->vertices[i]]);
+    }
+    set.begin.push_back(static_cast<std::uint32_t>(end));
+  }
+  Result<ImportedStrands> made = strands_of({&set, 1});
+  if (made && !strands->note.empty()) made->doubts.push_back(strands->note);
+  return made;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+
+namespace hairnet::usda {
+
+inline constexpr std::string_view kCrateMagic = "PXR-USDC";
+
+// The text form of what a binary USD file, a crate of version 0.4 to 0.10, says of curves: its prims, their types,
+// transforms, visibility and variants, and the attributes of curves. Everything else is left out. References are named.
+Result<std::string> text_of_crate(std::span<const std::byte> bytes);
+
+}  // namespace hairnet::usda

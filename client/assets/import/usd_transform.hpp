@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "client/assets/import/usda.hpp"
+
+namespace hairnet::usda {
+
+// What a prim's xformOps do with the points below it, as a matrix for columns.
+struct LocalTransform {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  bool resets = false;  // the transforms of the prims above do not count
+  bool is_animated = false;
+  std::vector<std::string> unread;  // names of operations that cannot be read
+};
+LocalTransform local_transform(const Prim& prim);
+
+// A matrix4d as it is written, for rows; none when the value is none.
+std::optional<Eigen::Matrix4d> matrix_of(std::string_view value);
+
+}  // namespace hairnet::usda

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/geometry/vec.hpp"
+#include "core/result.hpp"
+
+// The text form of USD, .usda: which prims there are, and where the text of their values is. Values are read when they
+// are asked for, so that what nobody needs costs a look at its brackets. All texts are views of the file's.
+namespace hairnet::usda {
+
+inline constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+struct Sample {
+  double time = 0;
+  std::string_view value;
+};
+
+// One statement about an attribute or a relationship. An attribute may have several: a value, samples, metadata.
+struct Statement {
+  std::string_view type;  // "point3f[]", or "rel"
+  std::string_view name;
+  std::string_view value;  // empty: none
+  std::vector<Sample> samples;
+  std::string_view metadata;  // between its parentheses
+};
+
+struct Prim {
+  std::size_t parent = kNone;
+  std::string_view specifier, type, name;  // "def", "BasisCurves", "hair"
+  std::string_view metadata;
+  std::vector<Statement> statements;
+};
+
+// The prims, each behind its parent; the first is the file itself. The prims and statements of a variant are those of
+// the prim if it selects that variant.
+struct Layer {
+  std::vector<Prim> prims;
+  std::vector<std::string> skipped_variants;  // those with curves that are not selected
+};
+
+Result<Layer> parse(std::string_view text);
+
+// The text of a value in metadata such as `upAxis = "Z"`; empty: none.
+std::string_view field(std::string_view metadata, std::string_view key);
+
+// An attribute of a prim: its value, or those at the times of its samples.
+struct Attribute {
+  std::string_view value, metadata;
+  std::vector<Sample> samples;  // by time
+
+  [[nodiscard]] bool exists() const { return !value.empty() || !samples.empty(); }
+  // The sample that holds at this time, or the first; the value where there are no samples.
+  [[nodiscard]] std::string_view at(double time) const;
+};
+Attribute attribute(const Prim& prim, std::string_view name);
+
+// A string, token, path or asset without its quotes. Anything else as it stands.
+std::string unquoted(std::string_view value);
+// All strings of an array, or the one.
+std::vector<std::string> strings(std::string_view value);
+// All numbers of a value, without its brackets; inf and nan are numbers. None when it holds anything else.
+std::optional<std::vector<double>> numbers(std::string_view value);
+std::optional<std::vector<std::int64_t>> integers(std::string_view value);
+// An array of triples of numbers.
+std::optional<std::vector<Vec3f>> triples(std::string_view value);
+
+}  // namespace hairnet::usda

@@ -1,0 +1,219 @@
+#include "server/session/entry.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "core/assert.hpp"
+#include "schema/lobby.hpp"
+#include "server/session/moderation.hpp"
+#include "server/session/room_route.hpp"
+#include "server/session/verify_token.hpp"
+#include "server/telemetry/log_text.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using wire::ErrorReason;
+using wire::GoodbyeReason;
+
+// A link follows at most this many in a row.
+constexpr unsigned kRedirectsMax = 4;
+
+KeptOut refused(GoodbyeReason reason, Refused error) {
+  HAIRNET_ASSERT(error);
+  std::string detail = error.detail;
+  return {reason, std::move(detail), std::move(error)};
+}
+
+// One hello. Each check returns what keeps the client out.
+class Entry {
+ public:
+  using Claims = std::optional<channel::TokenClaims>;
+  using Obstacle = std::optional<KeptOut>;
+
+  Entry(const wire::Hello& hello, SessionIdentity& identity, SessionContext& context, const Connection& connection,
+        std::int64_t now_ns)
+      : hello_(hello),
+        identity_(identity),
+        context_(context),
+        counters_(context.counters),
+        connection_(connection),
+        now_ns_(now_ns) {}
+
+  EntryOutcome decide() {
+    if (Session* const former = find_former()) return resume(*former);
+    if (auto other = find_other_place()) return std::move(*other);
+    return join();
+  }
+
+ private:
+  // Null when there is nothing to resume: the client gets a new session.
+  Session* find_former() const {
+    if (hello_.session == 0 || !context_.directory) return nullptr;
+    Session* const former = hello_.session <= std::numeric_limits<SessionId>::max()
+                                ? context_.directory->find_joined(static_cast<SessionId>(hello_.session), hello_.secret)
+                                : nullptr;
+    if (!former) counters_.sessions_not_resumed.add();
+    return former;
+  }
+
+  EntryOutcome resume(Session& former) {
+    const SessionIdentity& found = former.identity();
+    if (found.resumed_ns && now_ns_ - *found.resumed_ns < context_.limits.resume_interval_ns) {
+      counters_.sessions_refused_early.add();
+      return KeptOut{GoodbyeReason::over_rate, "the session was resumed a moment ago; try again later"};
+    }
+    HAIRNET_ASSERT(found.claims.has_value() == context_.token_key.has_value());
+    Claims claims;
+    Refused error = verify_token(context_, hello_.token, found.room, found.role, claims);
+    if (!error && claims && subject_name(*claims) != subject_name(*found.claims))
+      error = {ErrorReason::token_invalid, "the token is not of the session's subject"};
+    if (error) return refuse_token(std::move(error));
+    if (Obstacle ban = check_ban(found.room, found.subject, claims)) return std::move(*ban);
+    if (Obstacle queue = check_queue(found.room)) return std::move(*queue);
+    return Resumes{&former, std::move(claims)};
+  }
+
+  // None when the room is this server's. A hello that will be refused need not know whose the room is.
+  std::optional<EntryOutcome> find_other_place() {
+    const std::string room(wire::room_of(hello_.room));
+    Claims claims;
+    if (!context_.fleet || !wire::is_room_name(room) || verify_token(context_, hello_.token, room, hello_.role, claims))
+      return std::nullopt;
+    RoomRoute route = route_to_room(*context_.fleet, room, hello_.redirects, now_ns_);
+    switch (route.kind) {
+      case RoomRoute::Kind::here:
+        return std::nullopt;
+      case RoomRoute::Kind::elsewhere:
+        if (hello_.redirects >= kRedirectsMax) note_redirect_loop(room, route.address);
+        return BelongsElsewhere{std::move(route.address)};
+      case RoomRoute::Kind::wait:
+        return WaitsForRoom{};
+      case RoomRoute::Kind::unavailable:
+        break;
+    }
+    counters_.sessions_refused_fleet.add();
+    return KeptOut{GoodbyeReason::server_full, std::move(route.reason)};
+  }
+  // Links do not follow it, but wait and begin again at the server that they know.
+  void note_redirect_loop(const std::string& room, const ServerAddress& to) {
+    counters_.redirect_loops.add();
+    spdlog::info("event=redirect_loop session={} room={} to={}:{}", identity_.id, log_text(room), to.host, to.port);
+  }
+
+  EntryOutcome join() {
+    identity_.name = hello_.client_name;
+    identity_.room = wire::room_of(hello_.room);
+    identity_.role = hello_.role;
+    if (Obstacle full = check_server()) return std::move(*full);
+    if (Obstacle room = check_room()) return std::move(*room);
+    Claims claims;
+    if (Refused error = verify_token(context_, hello_.token, identity_.room, hello_.role, claims))
+      return refuse_token(std::move(error));
+    identity_.subject = subject_of(claims, hello_.token, connection_.network());
+    if (Obstacle ban = check_ban(identity_.room, identity_.subject, claims)) return std::move(*ban);
+    if (Obstacle lock = check_lock(claims)) return std::move(*lock);
+    // In this order: a detached session that gives way puts a command into the queue.
+    if (Obstacle subject = check_subject()) return std::move(*subject);
+    if (Obstacle queue = check_queue(identity_.room)) return std::move(*queue);
+    return Joins{std::move(claims)};
+  }
+
+  Obstacle check_server() {
+    const SessionLimits& limits = context_.limits;
+    if (context_.session_count >= limits.session_count_max &&
+        !(context_.directory && context_.directory->end_empty(now_ns_))) {
+      counters_.sessions_refused_full.add();
+      return KeptOut{GoodbyeReason::server_full,
+                     "the server is full: at most " + std::to_string(limits.session_count_max) + " clients"};
+    }
+    if (!context_.is_memory_full()) return std::nullopt;
+    counters_.sessions_refused_memory.add();
+    return KeptOut{GoodbyeReason::server_full, kMemoryFull};
+  }
+
+  Obstacle check_room() {
+    const SessionLimits& limits = context_.limits;
+    Refused error;
+    const Census::Count room = context_.rooms.count(identity_.room);
+    if (!wire::is_room_name(identity_.room))
+      error = {ErrorReason::room_invalid, wire::kRoomNameRule};
+    else if (room.sessions == 0 && context_.rooms.size() >= limits.room_count_max)
+      error = {ErrorReason::limit_exceeded,
+               "the server is full: at most " + std::to_string(limits.room_count_max) + " rooms"};
+    else if (room.sessions >= limits.sessions_per_room_max)
+      error = {ErrorReason::limit_exceeded,
+               "the room is full: at most " + std::to_string(limits.sessions_per_room_max) + " clients"};
+    if (!error) return std::nullopt;
+    counters_.sessions_refused_room.add();
+    return refused(GoodbyeReason::room_refused, std::move(error));
+  }
+
+  Obstacle check_ban(const std::string& room, const Subject& subject, const Claims& claims) {
+    if (is_moderator(claims) || !context_.rules.is_banned(room, subject.name, now_ns_)) return std::nullopt;
+    counters_.sessions_refused_banned.add();
+    return KeptOut{GoodbyeReason::removed, "a moderator has removed this user from the room for some time"};
+  }
+
+  Obstacle check_lock(const Claims& claims) {
+    if (context_.rules.is_locked(identity_.room) && !is_moderator(claims) &&
+        !context_.rules.may_return(identity_.room, identity_.subject.name, now_ns_)) {
+      counters_.sessions_refused_locked.add();
+      return refused(GoodbyeReason::room_refused, {ErrorReason::not_allowed, "a moderator has locked the room"});
+    }
+    if (identity_.room != context_.outgrown_room) return std::nullopt;
+    counters_.sessions_refused_outgrown.add();
+    return refused(GoodbyeReason::room_refused, {ErrorReason::limit_exceeded, kRoomOutgrown});
+  }
+
+  // A detached session of the same token's subject ends first: its client has probably come back without the secret.
+  Obstacle check_subject() {
+    const Subject& subject = identity_.subject;
+    if (subject.kind == Subject::Kind::exempt) return std::nullopt;
+    const bool is_token = subject.kind == Subject::Kind::token;
+    const SessionLimits& limits = context_.limits;
+    const std::size_t most = is_token ? limits.sessions_per_subject_max : limits.sessions_per_address_max;
+    while (context_.subjects.count(subject.name).sessions >= most) {
+      if (is_token && context_.directory && context_.directory->end_detached(subject.bearer, now_ns_)) continue;
+      (is_token ? counters_.sessions_refused_subject : counters_.sessions_refused_address).add();
+      return KeptOut{GoodbyeReason::server_full, "at most " + std::to_string(most) +
+                                                     (is_token ? " clients of one user" : " clients of one address")};
+    }
+    return std::nullopt;
+  }
+
+  Obstacle check_queue(const std::string& room) {
+    if (context_.commands.fits(entry_weight(context_, room))) return std::nullopt;
+    counters_.sessions_refused_busy.add();
+    return KeptOut{GoodbyeReason::server_full, "the server is busy; try again"};
+  }
+
+  KeptOut refuse_token(Refused error) {
+    counters_.sessions_refused_token.add();
+    return refused(GoodbyeReason::token_refused, std::move(error));
+  }
+
+  const wire::Hello& hello_;
+  SessionIdentity& identity_;
+  SessionContext& context_;
+  SessionCounters& counters_;
+  const Connection& connection_;
+  std::int64_t now_ns_;
+};
+
+}  // namespace
+
+std::size_t entry_weight(const SessionContext& context, const std::string& room) {
+  constexpr std::size_t kCountedMax = 512;
+  return 1 + std::min(context.rooms.count(room).characters, kCountedMax);
+}
+
+EntryOutcome decide_entry(const wire::Hello& hello, SessionIdentity& identity, SessionContext& context,
+                          const Connection& connection, std::int64_t now_ns) {
+  return Entry(hello, identity, context, connection, now_ns).decide();
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,175 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// A writer of binary USD files of any version, for tests.
+namespace hairnet::test {
+
+inline std::string in_bytes(std::uint64_t value, int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i) text.push_back(static_cast<char>(value >> (8 * i)));
+  return text;
+}
+
+// One LZ4 block of literals alone.
+inline std::string lz4_literals(const std::string& text) {
+  std::string block(1, static_cast<char>(std::min<std::size_t>(text.size(), 15) << 4));
+  if (text.size() >= 15) {
+    std::size_t more = text.size() - 15;
+    for (; more >= 255; more -= 255) block.push_back('\xff');
+    block.push_back(static_cast<char>(more));
+  }
+  return block + text;
+}
+
+inline std::string with_size(const std::string& text) {
+  return in_bytes(text.size(), 8) + text;
+}
+
+inline std::string packed_table(const std::string& text) {
+  return with_size(std::string(1, '\0') + lz4_literals(text));
+}
+
+// Differences of 0 to 4 bytes (or 0 to 8); the commonest is taken to be 1.
+inline std::string packed_integers(const std::vector<std::int64_t>& values, int bytes_of_each = 4) {
+  std::string codes((values.size() + 3) / 4, '\0'), rest;
+  std::int64_t last = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::int64_t step = values[i] - last;
+    last = values[i];
+    const int unit = bytes_of_each / 4;
+    int code = 3;
+    if (step == std::int64_t{static_cast<std::int16_t>(step)}) code = unit == 2 ? 1 : 2;
+    if (unit == 1 && step == std::int64_t{static_cast<std::int8_t>(step)}) code = 1;
+    if (unit == 2 && code == 3 && step == std::int64_t{static_cast<std::int32_t>(step)}) code = 2;
+    if (step == 1) code = 0;
+    codes[i / 4] = static_cast<char>(codes[i / 4] | code << (2 * (i % 4)));
+    if (code > 0) rest += in_bytes(static_cast<std::uint64_t>(step), unit << (code - 1));
+  }
+  return packed_table(in_bytes(1, bytes_of_each) + codes + rest);
+}
+
+class CrateWriter {
+ public:
+  explicit CrateWriter(int minor) : minor_(minor), data_(88, '\0') {}
+
+  std::uint64_t token(std::string_view text) { return index_in(tokens_, std::string(text)); }
+  std::uint64_t string(std::string_view text) { return index_in(strings_, static_cast<std::uint32_t>(token(text))); }
+
+  // Values: a type and what is inlined, or the bytes that lie in the file.
+  static std::uint64_t inlined(std::uint64_t type, std::uint64_t payload) { return 1ULL << 62 | type << 48 | payload; }
+  std::uint64_t token_value(std::string_view text) { return inlined(11, token(text)); }
+  std::uint64_t stored(std::uint64_t type, const std::string& bytes) {
+    const std::uint64_t at = data_.size();
+    data_ += bytes;
+    return type << 48 | at;
+  }
+  std::uint64_t array(std::uint64_t type, std::uint64_t count, const std::string& bytes, bool is_packed = false) {
+    const std::string rank = minor_ < 5 ? in_bytes(1, 4) : "";
+    return 1ULL << 63 | (is_packed ? 1ULL << 61 : 0) | stored(type, rank + in_bytes(count, minor_ < 7 ? 4 : 8) + bytes);
+  }
+  std::uint64_t integers(const std::vector<std::int64_t>& values) {
+    if (minor_ >= 5 && values.size() >= 16) return array(3, values.size(), packed_integers(values), true);
+    std::string bytes;
+    for (const std::int64_t value : values) bytes += in_bytes(static_cast<std::uint64_t>(value), 4);
+    return array(3, values.size(), bytes);
+  }
+  static std::string floats(const std::vector<float>& values) {
+    std::string bytes;
+    for (const float value : values) bytes += in_bytes(std::bit_cast<std::uint32_t>(value), 4);
+    return bytes;
+  }
+  std::uint64_t tokens(const std::vector<std::string>& words) {
+    std::string bytes;
+    for (const std::string& word : words) bytes += in_bytes(token(word), 4);
+    return array(11, words.size(), bytes);
+  }
+  std::uint64_t samples(const std::vector<std::pair<double, std::uint64_t>>& samples) {
+    std::string times = in_bytes(samples.size(), 8), values = in_bytes(samples.size(), 8);
+    for (const auto& [time, value] : samples) {
+      times += in_bytes(std::bit_cast<std::uint64_t>(time), 8);
+      values += in_bytes(value, 8);
+    }
+    const std::uint64_t at = data_.size();
+    data_ += in_bytes(8 + times.size(), 8) + times + in_bytes(48ULL << 48 | (at + 8), 8) + in_bytes(8, 8) + values;
+    return 46ULL << 48 | at;
+  }
+
+  using Fields = std::vector<std::pair<std::string, std::uint64_t>>;
+  // Paths in depth-first order; the root first, of depth 0.
+  void add(int depth, std::string_view name, bool is_property, const Fields& fields) {
+    nodes_.push_back({depth, static_cast<std::int64_t>(token(name)) * (is_property ? -1 : 1), sets_.size()});
+    for (const auto& [field, value] : fields) {
+      sets_.push_back(static_cast<std::int64_t>(fields_.size()));
+      fields_.emplace_back(static_cast<std::int64_t>(token(field)), value);
+    }
+    sets_.push_back(-1);
+  }
+
+  [[nodiscard]] std::string file() {
+    std::string all_tokens, values, strings = in_bytes(strings_.size(), 8);
+    for (const std::string& word : tokens_) all_tokens += word + '\0';
+    for (const std::uint32_t index : strings_) strings += in_bytes(index, 4);
+    std::vector<std::int64_t> names, indices, elements, jumps, sets, kinds;
+    for (const auto& [name, value] : fields_) {
+      names.push_back(name);
+      values += in_bytes(value, 8);
+    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      indices.push_back(static_cast<std::int64_t>(i));
+      elements.push_back(nodes_[i].name);
+      sets.push_back(static_cast<std::int64_t>(nodes_[i].set));
+      kinds.push_back(6);
+      std::size_t next = i + 1;
+      while (next < nodes_.size() && nodes_[next].depth > nodes_[i].depth) ++next;
+      const bool has_child = next > i + 1, has_sibling = next < nodes_.size() && nodes_[next].depth == nodes_[i].depth;
+      jumps.push_back(has_child ? (has_sibling ? static_cast<std::int64_t>(next - i) : -1) : (has_sibling ? 0 : -2));
+    }
+    const std::string count = in_bytes(nodes_.size(), 8);
+    std::string out = data_, contents = in_bytes(6, 8);
+    const auto add_section = [&](const std::string& name, const std::string& bytes) {
+      contents += name + std::string(16 - name.size(), '\0') + in_bytes(out.size(), 8) + in_bytes(bytes.size(), 8);
+      out += bytes;
+    };
+    add_section("TOKENS", in_bytes(tokens_.size(), 8) + in_bytes(all_tokens.size(), 8) + packed_table(all_tokens));
+    add_section("STRINGS", strings);
+    add_section("FIELDS", in_bytes(fields_.size(), 8) + packed_integers(names) + packed_table(values));
+    add_section("FIELDSETS", in_bytes(sets_.size(), 8) + packed_integers(sets_));
+    add_section("PATHS", count + count + packed_integers(indices) + packed_integers(elements) + packed_integers(jumps));
+    add_section("SPECS", count + packed_integers(indices) + packed_integers(sets) + packed_integers(kinds));
+    const std::string header = "PXR-USDC" + std::string{'\0', static_cast<char>(minor_)} + std::string(6, '\0');
+    out.replace(0, 24, header + in_bytes(out.size(), 8));
+    return out + contents;
+  }
+
+ private:
+  struct Node {
+    int depth;
+    std::int64_t name;
+    std::size_t set;
+  };
+
+  template <class Value>
+  static std::uint64_t index_in(std::vector<Value>& values, Value value) {
+    const auto known = std::ranges::find(values, value);
+    if (known != values.end()) return static_cast<std::uint64_t>(known - values.begin());
+    values.push_back(std::move(value));
+    return values.size() - 1;
+  }
+
+  int minor_;
+  std::string data_;
+  std::vector<std::string> tokens_{"root"};  // the number 0 has no sign
+  std::vector<std::uint32_t> strings_;
+  std::vector<std::pair<std::int64_t, std::uint64_t>> fields_;
+  std::vector<std::int64_t> sets_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace hairnet::test
