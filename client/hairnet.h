@@ -567,7 +567,7 @@ HAIRNET_API void hairnet_world_free(hairnet_world* world);
  */
 HAIRNET_API hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom,
                                             const hairnet_levels* levels, const hairnet_character_options* options,
-                                            const double* pose, uint32_t* own);
+                                            const double* pose, uint32_t* own, char* why, size_t why_size);
 HAIRNET_API hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels);
 HAIRNET_API hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own);
 /* The next five are as those of a room. */

@@ -197,12 +197,14 @@ void hairnet_world_free(hairnet_world* world) {
 
 hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom, const hairnet_levels* levels,
                                 const hairnet_character_options* options, const double pose[HAIRNET_POSE_NUMBERS],
-                                uint32_t* own) {
-  return c::guarded([&] {
+                                uint32_t* own, char* why, size_t why_size) {
+  const auto add = [&] {
+    const auto refuse = [&](std::string_view line) { return c::refuse(HAIRNET_INVALID, line, why, why_size); };
     const Result<room::CharacterOptions> wanted = c::character_options_of(options);
+    if (!wanted) return refuse(wanted.error());
     const Pose start = pose != nullptr ? rounded_to_wire(c::pose_of(pose)) : Pose{};
-    const bool is_other = levels != nullptr && levels->groom != groom->hash;
-    if (!wanted || is_other || !is_pose(start)) return hairnet_error{HAIRNET_INVALID};
+    if (levels != nullptr && levels->groom != groom->hash) return refuse("the levels are of another groom");
+    if (!is_pose(start)) return refuse("the pose is not finite, not made of rotations, or too far away");
     auto character = std::make_unique<hairnet_world::Character>();
     character->before = character->pose = start;
     character->is_placed = pose != nullptr;
@@ -215,7 +217,7 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
     member.appearance = wanted->appearance;
     const std::uint32_t number = world->world.add(
         [world, at = character.get()](double from_s, double to_s) { return world->pose_at(*at, from_s, to_s); });
-    if (number == 0) return hairnet_error{HAIRNET_INVALID};
+    if (number == 0) return refuse("the world has as many characters as it can have");
     member.number = member.own = member.owners_character = number;
     world->characters[number] = std::move(character);
     world->world.set_level(number, wanted->level);
@@ -223,7 +225,8 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
     world->show();
     if (own != nullptr) *own = number;
     return hairnet_error{HAIRNET_OK};
-  });
+  };
+  return c::guarded(add, why, why_size);
 }
 
 hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels) {

@@ -41,7 +41,7 @@ async function movingHair(): Promise<{ hair: HairNow; placed: Map<string, Vector
   const levels = module.make("hairnet_build_finish", module.make("hairnet_build_begin", groom));
   const world = module.make("hairnet_world_make", 60);
   const bytesAt = (s: number) => new Uint8Array(poseAt(s).buffer);
-  const own = module.with(bytesAt(0), (at) => module.make("hairnet_world_add", world, groom, levels, 0, at));
+  const own = module.with(bytesAt(0), (at) => module.made("", "hairnet_world_add", world, groom, levels, 0, at));
   const endS = 1 / 3;
   for (let s = 0; s < endS; s += 1 / 60) {
     module.with(bytesAt(s), (at) => module.call("hairnet_world_push_pose", world, own, at, 0));

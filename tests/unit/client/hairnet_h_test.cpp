@@ -297,7 +297,14 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   EXPECT_EQ(hairnet_world_make(5, &world), HAIRNET_INVALID);
   ASSERT_EQ(hairnet_world_make(60, &world), HAIRNET_OK);
   std::uint32_t me = 0;
-  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, pose_at(0).data(), &me), HAIRNET_OK);
+  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, pose_at(0).data(), &me, nullptr, 0), HAIRNET_OK);
+  hairnet_groom* other_groom = nullptr;
+  ASSERT_EQ(hairnet_groom_make("bob", 50, &other_groom, nullptr, 0), HAIRNET_OK);
+  std::array<char, 100> why{};
+  EXPECT_EQ(hairnet_world_add(world, other_groom, levels, nullptr, nullptr, nullptr, why.data(), why.size()),
+            HAIRNET_INVALID);
+  EXPECT_STREQ(why.data(), "the levels are of another groom");
+  hairnet_groom_free(other_groom);
   const std::size_t count = hairnet_groom_point_count(groom);
   std::vector<float> points(3 * count), rest(3 * count);
   const hairnet_scene* scene = hairnet_world_scene(world);
@@ -328,7 +335,7 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
 
   // Without a pose it is not drawn; the first one is no jump.
   std::uint32_t later = 0;
-  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, nullptr, &later), HAIRNET_OK);
+  ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, nullptr, &later, nullptr, 0), HAIRNET_OK);
   hairnet_shown shown;
   const auto look = [&] { return hairnet_get_shown(scene, 0, &shown, 1); };
   ASSERT_EQ(hairnet_world_advance(world, 0.05), HAIRNET_OK);
@@ -347,7 +354,7 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   const auto swung = [&](const std::vector<double>& pictures_s) {
     hairnet_world* other = nullptr;
     EXPECT_EQ(hairnet_world_make(60, &other), HAIRNET_OK);
-    EXPECT_EQ(hairnet_world_add(other, groom, levels, nullptr, pose_at(0).data(), nullptr), HAIRNET_OK);
+    EXPECT_EQ(hairnet_world_add(other, groom, levels, nullptr, pose_at(0).data(), nullptr, nullptr, 0), HAIRNET_OK);
     double time_s = 0;
     for (int i = 0; i < 60; ++i) {
       const double step_s = pictures_s[static_cast<std::size_t>(i) % pictures_s.size()];

@@ -134,7 +134,7 @@ export class LocalRoom extends People {
 
   protected addToModule(groom: Groom, options: number): number {
     if (this.#state === "closed") throw new HairnetError("invalid", "addCharacter: the room is closed");
-    const own = this.module.make("hairnet_world_add", this.handle, groom.handle, 0, options, 0);
+    const own = this.module.made("addCharacter: ", "hairnet_world_add", this.handle, groom.handle, 0, options, 0);
     this.#happened.push({ kind: "joined", member: own });
     return own;
   }

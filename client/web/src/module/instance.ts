@@ -98,12 +98,15 @@ export class Instance {
     if (error !== 0) throw new HairnetError(kCodes[error - 1], this.text(this.call("hairnet_error_text", error)));
   }
 
-  /** The same of one that says in a line what is wrong with a file's bytes. `values`: its arguments before those. */
+  /** The same of one that says in a line what is wrong; throws it behind `prefix`. */
+  made(prefix: string, name: string, ...values: (number | bigint)[]): number {
+    this.check(prefix, name, ...values, this.#results);
+    return this.u32(this.#results);
+  }
+
+  /** The same of one that reads a file's bytes. `values`: its arguments before those. */
   makeOf(name: string, file: Uint8Array, ...values: (number | bigint)[]): number {
-    return this.with(file, (at) => {
-      this.check("", name, ...values, at, file.length, this.#results);
-      return this.u32(this.#results);
-    });
+    return this.with(file, (at) => this.made("", name, ...values, at, file.length));
   }
 
   /** What a function writes that takes a buffer of floats, and the place of their number. */

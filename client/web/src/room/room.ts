@@ -187,12 +187,7 @@ export class Room extends People {
   }
 
   protected addToModule(groom: Groom, options: number): number {
-    let own = 0;
-    this.module.struct(4, (at) => {
-      this.module.check("addCharacter: ", "hairnet_add_character", this.handle, groom.handle, options, at);
-      own = this.module.u32(at);
-    });
-    return own;
+    return this.module.made("addCharacter: ", "hairnet_add_character", this.handle, groom.handle, options);
   }
 
   #take(event: LinkEvent): void {

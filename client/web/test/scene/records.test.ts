@@ -132,7 +132,7 @@ describe("lattices", () => {
     const levels = module.make("hairnet_build_finish", module.make("hairnet_build_begin", groom));
     const world = module.make("hairnet_world_make", 60);
     const poseAt = (s: number) => new Uint8Array(rigidPose([0, Math.sin(s), 0, Math.cos(s)]).buffer);
-    const own = module.with(poseAt(0), (at) => module.make("hairnet_world_add", world, groom, levels, 0, at));
+    const own = module.with(poseAt(0), (at) => module.made("", "hairnet_world_add", world, groom, levels, 0, at));
     for (let s = 0; s < 0.3; s += 1 / 60) {
       module.with(poseAt(s), (at) => module.call("hairnet_world_push_pose", world, own, at, 0));
       module.call("hairnet_world_advance", world, 1 / 60);
