@@ -21,7 +21,6 @@ class AbcExamples {
   std::size_t count_ = 0;
 };
 
-
 // The place of an object in the archive, and what the objects above it say of it.
 struct AbcPlace {
   std::string path;

@@ -395,7 +395,11 @@ class Reader {
   [[nodiscard]] std::string nothing_to_read() const {
     std::string line = "no curves: ";
     if (!out_.doubts.empty()) return line + out_.doubts.front();
-    for (const auto& [why, names] : hidden_) return line + "those that there are, are " + why + ": " + names.text();
+    if (!hidden_.empty()) {
+      const auto& [why, names] = *hidden_.begin();
+      line.append("those that there are, are ").append(why).append(": ").append(names.text());
+      return line;
+    }
     std::string has;
     for (const auto& [type, what] : {std::pair<std::string_view, const char*>{"Mesh", "mesh"},
                                      {"NurbsCurves", "NurbsCurves prim"},

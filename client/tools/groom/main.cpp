@@ -79,7 +79,8 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
              parse_axis);
   import.add_option("--body-unit", o.import.body.unit_m, "metres a unit of the body's file (guessed)")
       ->check(in_range(1e-6, 1e3));
-  import.add_option("--group", o.files.groups, "name of each file's group, in order (what the files say, or their names)");
+  import.add_option("--group", o.files.groups,
+                    "name of each file's group, in order (what the files say, or their names)");
   import.add_option("--hairs", o.import.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
   import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (the material's)")
       ->check(in_range(0, 10));
