@@ -131,16 +131,16 @@ typedef struct hairnet_options {
   const char* server;       /* "HOST:PORT", "tcp://", "tls://", "ws://HOST:PORT/PATH" or "wss://"; NULL: 127.0.0.1:7420 */
   const char* room;         /* NULL: the lobby */
   const char* token;        /* NULL: none */
-  const char* name;         /* of this program, for the server's log; NULL: "hairnet" */
+  const char* name;         /* this program's, for the server's log; NULL: "hairnet" */
   const char* ca_file;      /* PEM, to check the server's certificate; NULL: the system's */
   uint32_t is_observer;     /* 1: has no characters of its own */
   uint32_t address_only;    /* 1: does not try WebTransport */
   uint32_t no_reconnect;    /* 1: a lost connection closes the room */
   uint32_t own_only;        /* 1: shows its own characters, and nobody else */
-  double connect_timeout_s; /* of an attempt until the welcome; 3 more where WebTransport is tried first */
-  double give_up_after_s;   /* of reconnecting; 0: never */
-  float error_m;            /* of hair, wanted where a head fills the screen; 0: the least there is */
-  uint32_t bytes_per_s;     /* of frames, at most; 0: any number */
+  double connect_timeout_s; /* ends an attempt without a welcome; 3 more where WebTransport is tried first */
+  double give_up_after_s;   /* ends reconnecting; 0: never */
+  float error_m;            /* the wanted error of hair where a head fills the screen; 0: the least there is */
+  uint32_t bytes_per_s;     /* the most that frames take; 0: any number */
   uint64_t trace;           /* any number, which the logs of all its servers name; 0: hairnet_connect() draws one */
 } hairnet_options;
 #define HAIRNET_OPTIONS {sizeof(hairnet_options), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 5, 0, 0.001f, 0, 0}
@@ -179,12 +179,12 @@ typedef enum hairnet_event_kind {
   HAIRNET_EVENT_JOINED,  /* `member` is here */
   HAIRNET_EVENT_LEFT,    /* `member` is no longer */
   HAIRNET_EVENT_CHANGED, /* its tag or its appearance */
-  HAIRNET_EVENT_WIND,    /* of the room, which `session` has set: see hairnet_get_wind() */
+  HAIRNET_EVENT_WIND,    /* the room's, which `session` has set: see hairnet_get_wind() */
   HAIRNET_EVENT_FAULT    /* the server refused something, or a hairstyle cannot be shown: `text` says what */
 } hairnet_event_kind;
 typedef struct hairnet_event {
   hairnet_event_kind kind;
-  hairnet_room_state state; /* of HAIRNET_EVENT_STATE */
+  hairnet_room_state state; /* for HAIRNET_EVENT_STATE */
   uint32_t member;          /* its number in the room, then: an own one leaves and joins with another when its room moves */
   uint32_t character;  /* the caller's own; 0: none */
   uint32_t is_refused; /* closed, and the same request would be refused again */
@@ -200,7 +200,7 @@ typedef struct hairnet_counters {
   uint64_t bytes_sent, bytes_received, frames_received, frames_dropped, frames_undecodable, poses_dropped;
   uint64_t inputs_dropped; /* poses, winds, materials and tags of this program that were refused */
   uint64_t reconnects, resumes, redirects, silent_servers;
-  /* Of hairstyles that are on their way, and of those that have arrived since none was: what is here, and the files' sizes. */
+  /* Hairstyles that are on their way, and those that have arrived since none was: what is here, and the files' sizes. */
   uint64_t downloaded_bytes, download_byte_count;
 } hairnet_counters;
 #define HAIRNET_COUNTERS {sizeof(hairnet_counters), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
@@ -249,7 +249,7 @@ typedef enum hairnet_level {
 
 typedef struct hairnet_appearance {
   uint32_t hair_root, hair_tip, skin;
-  float roughness; /* of the hair, 0 to 1: highlights are wider */
+  float roughness; /* the hair's, 0 to 1: highlights are wider */
 } hairnet_appearance;
 
 typedef struct hairnet_character_options {
@@ -294,21 +294,21 @@ HAIRNET_API hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own,
 typedef struct hairnet_wind {
   double mean_m_per_s[3];        /* world */
   double gust_ratio;             /* gusts vary the speed between (1 - ratio) and (1 + ratio) times its mean; 0 to 1 */
-  double gust_period_s;          /* of the slowest gust */
-  double turbulence_rms_m_per_s; /* of each component */
+  double gust_period_s;          /* the slowest gust's */
+  double turbulence_rms_m_per_s; /* each component's */
   double turbulence_scale_m;     /* the smallest length over which turbulence changes; at least 0.3 */
   uint64_t seed;
   uint32_t carried; /* 1: the air goes along with each head, as in a vehicle; 0: it stands in the room */
 } hairnet_wind;
 #define HAIRNET_STILL_AIR {{0, 0, 0}, 0, 4, 0, 0.6, 1, 0}
-/* Of the whole room, until another client sets one or this one leaves. A server may refuse it: HAIRNET_EVENT_FAULT. */
+/* Sets it for the whole room, until another client sets one or this one leaves. A server may refuse it: HAIRNET_EVENT_FAULT. */
 HAIRNET_API hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* why, size_t why_size);
 HAIRNET_API void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind); /* Reads. */
 
 /* How large a member's head is on this screen, for the server's choice of detail and the order of downloads. */
 typedef struct hairnet_importance {
   uint32_t member;
-  float screen_height; /* of the head, as a share of the screen's */
+  float screen_height; /* the head's, as a share of the screen's */
   uint32_t in_view;
 } hairnet_importance;
 HAIRNET_API void hairnet_report_importance(hairnet_room* room, const hairnet_importance* members, size_t count);
@@ -342,8 +342,8 @@ HAIRNET_API const hairnet_scene* hairnet_room_scene(const hairnet_room* room);
 typedef struct hairnet_lattice {
   float origin[3], spacing[3];
   uint32_t counts[3];
-  uint32_t basis;      /* that the nodes are the sum of: a number that characters of one groom share; 0: none */
-  uint32_t mode_count; /* of that basis */
+  uint32_t basis;      /* number of the basis that sums up to the nodes, which characters of one groom share; 0: none */
+  uint32_t mode_count; /* how many modes the basis has */
 } hairnet_lattice;
 
 /* A character as it is shown now. */
@@ -352,24 +352,24 @@ typedef struct hairnet_shown {
   uint32_t own;              /* the caller's own number for it; 0: another's */
   uint64_t session;          /* its owner's; 0 in a world */
   uint32_t owners_character; /* the owner's own number: with `session` the same for all clients */
-  hairnet_level level;       /* that is stepped */
+  hairnet_level level;       /* the one that is stepped */
   uint32_t has_pose;         /* 0: nothing is known of where it is: do not draw it */
   uint32_t has_hair;         /* 0: its groom is not here, or `error` says why it cannot be shown */
   uint32_t moves;            /* 0: its hair is at rest */
   hairnet_appearance appearance;
   double pose[HAIRNET_POSE_NUMBERS];
-  const uint8_t* hash; /* of its groom's file, HAIRNET_HASH_BYTES */
+  const uint8_t* hash; /* its groom file's, HAIRNET_HASH_BYTES */
   const char* tag;     /* tag_size bytes, then 0 */
   size_t tag_size;
   const char* error;         /* one line; "" without one */
-  double delay_s;            /* from sampling its poses to showing them here */
-  const float* coefficients; /* of its groom's modes, m, the largest first; none at rest and in a world */
+  double delay_s;            /* the time from sampling its poses to showing them here */
+  const float* coefficients; /* amounts of its groom's modes, m, the largest first; none at rest and in a world */
   size_t coefficient_count;
   hairnet_lattice lattice; /* if its hair `moves` */
 } hairnet_shown;
 /* Reads, as do all functions of a scene. Numbers are those of the last hairnet_advance(). */
 HAIRNET_API size_t hairnet_shown_count(const hairnet_scene* scene);
-/* Of `count` characters, from `first` on. HAIRNET_NOT_THERE: there are not that many. */
+/* Writes `count` characters, from `first` on. HAIRNET_NOT_THERE: there are not that many. */
 HAIRNET_API hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t first, hairnet_shown* shown,
                                             size_t count);
 /* Its groom, to be freed by the caller. */
@@ -393,17 +393,17 @@ HAIRNET_API hairnet_error hairnet_shown_nodes(const hairnet_scene* scene, size_t
 HAIRNET_API hairnet_error hairnet_shown_modes(const hairnet_scene* scene, size_t index, float* texels, size_t* count);
 /* The skin that its hair is kept out of, as grids of distances and ways out of it (core/ffd/skin_push.hpp). */
 typedef struct hairnet_skin_grid {
-  uint32_t bone;     /* that it follows, in the order of a pose */
-  float origin[3];   /* of its first node, head space at rest, m */
+  uint32_t bone;     /* the one it follows, in the order of a pose */
+  float origin[3];   /* place of its first node, head space at rest, m */
   float cell_m;      /* between two nodes */
-  uint32_t counts[3]; /* of nodes; x fastest, then y */
+  uint32_t counts[3]; /* nodes on each axis; x fastest, then y */
   uint32_t first;    /* number of its first node among all nodes */
 } hairnet_skin_grid;
 typedef struct hairnet_skin {
   const hairnet_skin_grid* grids;
   const uint8_t* nodes; /* 4 bytes each: distance; way out, 128 + 89 way */
   size_t grid_count, node_count;
-  float thickness_m;    /* of the hair */
+  float thickness_m;    /* the hair's */
 } hairnet_skin;
 /* HAIRNET_NOT_THERE: none is known, or not yet. */
 HAIRNET_API hairnet_error hairnet_shown_skin(const hairnet_scene* scene, size_t index, hairnet_skin* skin);
@@ -433,9 +433,9 @@ typedef enum hairnet_part {
 HAIRNET_API hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_part part, uint32_t list,
                                                 const void** bytes, size_t* size);
 typedef struct hairnet_geometry_numbers {
-  uint32_t strand_count;  /* of drawn strands, with the copies of clumps */
+  uint32_t strand_count;  /* drawn strands, with the copies of clumps */
   float strand_width_m;   /* at the root, when all strands are drawn with two follow hairs each */
-  float radius_m;         /* of a ball about the head joint that contains body and hair at rest; swinging: 1.3 of it and 0.1 m */
+  float radius_m;         /* a ball of it about the head joint contains body and hair at rest; swinging: 1.3 of it and 0.1 m */
 } hairnet_geometry_numbers;
 HAIRNET_API void hairnet_get_geometry_numbers(const hairnet_geometry* geometry, hairnet_geometry_numbers* numbers);
 /* The number of lists of indices, and how far from its points each draws a strand, m (NULL: not asked). */
@@ -443,7 +443,7 @@ HAIRNET_API size_t hairnet_geometry_lists(const hairnet_geometry* geometry, floa
 
 /* How finely a character's hair is drawn, whatever its level. */
 typedef struct hairnet_detail {
-  float strand_share;      /* of the groom's strands, 0 to 1; the drawn ones are wider in turn */
+  float strand_share;      /* the share of the groom's strands that is drawn, 0 to 1; the drawn ones are wider in turn */
   float follow_hair_count; /* made beside every strand, 0 to 15; a fraction is the opacity of the last one */
   float tolerance_m;       /* largest distance between a strand's drawn line and its points: chooses the list of indices */
   float quadratic;         /* 1: quadratic FFD; 0: linear; between: a blend */
@@ -457,19 +457,19 @@ typedef struct hairnet_drawn {
   const float* nodes;         /* displacements of `lattice`'s, head space, m: x y z; NULL: at rest, if `scene` is, too */
   uint32_t index;
   uint32_t record;            /* the number of its record, from 0; HAIRNET_NOT_DRAWN: its nodes stay, for other pictures */
-  hairnet_lattice lattice;    /* of `nodes`, 2 to 64 on an axis; `basis` is not read */
-  float scale;                /* of its groom; negative: mirrored in x y z of each bone, before the pose */
+  hairnet_lattice lattice;    /* the one of `nodes`, 2 to 64 on an axis; `basis` is not read */
+  float scale;                /* its groom's; negative: mirrored in x y z of each bone, before the pose */
   float hair[3], hair_tip[3], skin[3]; /* linear RGB */
-  float roughness;            /* of the hair, 0 to 1 */
+  float roughness;            /* the hair's, 0 to 1 */
   uint32_t hides_body;        /* 1: the groom's own body is not drawn */
   uint32_t strand_count;      /* this and the next: numbers of its geometry */
   float strand_width_m;
   hairnet_detail detail;
-  uint32_t first_row, row_count; /* of the textures of points that shaders place its strands in */
+  uint32_t first_row, row_count; /* its rows in the textures of points that shaders place its strands in */
   float box[6], root_box[6];  /* least and largest x y z of its strands' points and of their roots, head space, at rest */
   uint32_t has_light;         /* 1: light follows its moving hair, if it is among the first 16 and large */
   float head_px;              /* the height of its head (0.24 m, and as it is scaled) on the screen, pixels */
-  float ball_radius_m;        /* of a ball about its head that contains its hair, head space, for its motion */
+  float ball_radius_m;        /* a ball of it about its head contains its hair, head space, for its motion */
 } hairnet_drawn;
 #define HAIRNET_NOT_DRAWN UINT32_MAX
 
@@ -493,12 +493,12 @@ typedef struct hairnet_source {
 typedef struct hairnet_picture_data {
   const float* records; /* in rows of HAIRNET_RECORD_TEXELS */
   size_t record_count;
-  const float* nodes; /* that are new and come from the processor, in rows of HAIRNET_NODE_TEXELS */
+  const float* nodes; /* new ones that come from the processor, in rows of HAIRNET_NODE_TEXELS */
   size_t nodes_rows;
-  size_t node_rows; /* of all lattices: of the texture that sources are summed up into; of another height it is empty */
-  const hairnet_source* sources; /* that of `nodes`, then one for each basis, by which records number them */
+  size_t node_rows; /* height of the texture of all lattices, which sources are summed up into; of another height it is empty */
+  const hairnet_source* sources; /* the one of `nodes`, then one for each basis, by which records number them */
   size_t source_count;
-  size_t light_grids; /* of characters whose light follows their hair */
+  size_t light_grids; /* how many characters have light that follows their hair */
 } hairnet_picture_data;
 #define HAIRNET_RECORD_TEXELS 85
 #define HAIRNET_NODE_TEXELS 1024
@@ -521,7 +521,7 @@ typedef struct hairnet_motion {
   double now[16], before[16];
   float ball_radius_m;
 } hairnet_motion;
-/* Of the up to 8 largest characters with an `id` that were there before, too. */
+/* The up to 8 largest characters with an `id` that were there before, too. */
 typedef struct hairnet_motions {
   const hairnet_motion* motions;
   size_t count;

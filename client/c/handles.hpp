@@ -73,9 +73,10 @@ struct hairnet_levels {
 };
 
 struct hairnet_room {
-  // Of a room whose sockets are the caller's; null when they are the library's.
+  // Is there for a room whose sockets are the caller's; null when they are the library's.
   std::unique_ptr<hairnet::link::LinkCore> core;
-  hairnet::link::CoreConversation* conversation = nullptr;  // of the core; the room owns it
+  // The room owns this conversation of the core.
+  hairnet::link::CoreConversation* conversation = nullptr;
   std::unique_ptr<hairnet::room::Room> room;
   hairnet_scene scene;
   std::vector<hairnet::room::Event> events;

@@ -11,10 +11,11 @@ struct hairnet_picture {
   hairnet::draw::CharacterRecords records;
   hairnet::draw::HairMotion motion;
   hairnet::c::BasisNumbers bases;
-  // Of the lattices of the program itself, by the place of their characters.
+  // The program's own lattices have these, by the place of their characters.
   std::vector<hairnet::LevelGeometry> geometries;
   std::vector<hairnet::draw::ShownCharacter> characters;
-  std::vector<std::size_t> order;  // places of the characters that are drawn, by their records
+  // The places of the characters that are drawn, by their records.
+  std::vector<std::size_t> order;
   std::vector<hairnet_source> sources;
   std::vector<hairnet_motion> motions;
   std::vector<std::uint16_t> swing;

@@ -13,7 +13,7 @@
 using namespace hairnet;
 
 #if defined(__wasm__)
-// Of the module's host: whoever builds there waits for it, and nobody else could ask.
+// Belongs to the module's host: whoever builds there waits for it, and nobody else could ask.
 __attribute__((import_module("hairnet"), import_name("on_progress"))) void hairnet_on_progress(double fraction);
 #endif
 
@@ -71,7 +71,8 @@ struct hairnet_world {
     std::shared_ptr<room::Member> member;
     Pose before, pose;
     bool is_placed = false;
-    bool teleport = false;  // of the next tick
+    // The next tick jumps to the pose.
+    bool teleport = false;
   };
   explicit hairnet_world(double tick_rate_hz) : world(def(tick_rate_hz)) {}
   static local::PlayedWorld::Def def(double tick_rate_hz) {
@@ -111,8 +112,10 @@ struct hairnet_world {
 
   // One tick behind, so that all poses that a tick asks for are known.
   local::PlayedWorld world;
-  double before_s = 0, now_s = 0;                                  // of the last advance
-  std::map<std::uint32_t, std::unique_ptr<Character>> characters;  // by own number, which the world gives
+  // The last advance went from one to the other.
+  double before_s = 0, now_s = 0;
+  // By own number, which the world gives.
+  std::map<std::uint32_t, std::unique_ptr<Character>> characters;
   hairnet_scene scene;
 };
 

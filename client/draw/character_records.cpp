@@ -10,11 +10,15 @@ namespace {
 
 using Vec4f = Eigen::Vector4f;
 
-constexpr std::size_t kNodeRowsMin = 8;  // so few are never too many
+// So few are never too many.
+constexpr std::size_t kNodeRowsMin = 8;
 constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20, kCoefficientTexel = 21;
-constexpr float kCoefficientMax_m = 1e3f;  // larger ones are none of hair
-constexpr float kStray_m = 2.5e-3f;        // of follow hairs from their strand
-constexpr float kNodesAreThere = -1;       // from the picture before
+// Larger ones are none of hair.
+constexpr float kCoefficientMax_m = 1e3f;
+// Follow hairs stray so far from their strand.
+constexpr float kStray_m = 2.5e-3f;
+// Stands for a source where the picture before has brought the nodes.
+constexpr float kNodesAreThere = -1;
 
 Vec4f with(const Vec3f& v, float w) {
   return {v.x(), v.y(), v.z(), w};

@@ -54,7 +54,7 @@ class CharacterRecords {
   // that a character of begin() has and the GPU sums up, also where nothing of it is new.
   [[nodiscard]] const std::vector<Source>& sources() const { return sources_; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& uploaded_nodes() const { return uploaded_nodes_; }
-  // Of the texture of nodes. When it changes, no nodes are there.
+  // The rows of the texture of nodes. When their number changes, no nodes are there.
   [[nodiscard]] std::size_t node_rows() const { return node_rows_; }
 
  private:
@@ -72,7 +72,7 @@ class CharacterRecords {
   std::size_t source_of(std::size_t character);
 
   std::span<const ShownCharacter> characters_;
-  std::vector<Nodes> nodes_;  // of all of them
+  std::vector<Nodes> nodes_;
   std::vector<Eigen::Vector4f> records_, uploaded_nodes_;
   std::vector<Source> sources_{1};
   std::vector<Vec3f> scratch_;

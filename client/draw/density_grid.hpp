@@ -10,13 +10,16 @@ namespace hairnet::draw {
 
 // Where a character's grid of density lies (client/shaders/density.glsl). Head space, m.
 struct DensityGrid {
-  static constexpr std::size_t kDensitySide = 32;          // cells an axis
-  static constexpr std::size_t kDensityGridsMax = 16;      // of a picture; further characters keep the resting light
-  static constexpr std::size_t kDensityStrandsMax = 1500;  // of a character, counted for all its strands
+  static constexpr std::size_t kDensitySide = 32;  // cells an axis
+  // A picture has no more grids; further characters keep the resting light.
+  static constexpr std::size_t kDensityGridsMax = 16;
+  // No more strands of a character are counted, for all it has.
+  static constexpr std::size_t kDensityStrandsMax = 1500;
 
   std::size_t number = 0;
   Vec3f origin, cell;
-  float weight = 0;  // optical depth in a metre of a cell that contains a metre of strand
+  // The optical depth in a metre of a cell that contains a metre of strand.
+  float weight = 0;
 };
 
 // The box that contains the hair as the lattice moves it: `rest` contains the resting hair, `roots` what does not move.
@@ -28,8 +31,10 @@ DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, flo
 
 // A groom's strands at rest.
 struct RestingStrands {
-  Eigen::AlignedBox3f box, roots;  // contain all their points, and their roots
-  float width_m = 0;               // of a strand
+  // They contain all points, and the roots.
+  Eigen::AlignedBox3f box, roots;
+  // Each strand is so wide.
+  float width_m = 0;
   std::size_t count = 0;
 };
 // The next grid of a picture, `number`. None for characters that are too small, too many, or whose hair has no strands.

@@ -9,11 +9,14 @@ inline constexpr float kFollowHairsMax = 15;
 
 // The drawing detail of one character's hair; independent of its mechanical level.
 struct DrawDetail {
-  float strand_share = 1;  // of the groom's strands, 0 ... 1; the drawn ones are wider in turn
-  // made beside every strand on the GPU, 0 ... kFollowHairsMax; a fraction is the opacity of the last one
+  // So much of the groom's strands is drawn, 0 ... 1; the drawn ones are wider in turn.
+  float strand_share = 1;
+  // They are made beside every strand on the GPU, 0 ... kFollowHairsMax; a fraction is the opacity of the last one.
   float follow_hair_count = 2;
-  float tolerance_m = 0;  // largest distance between a strand's drawn line and its points
-  float quadratic = 1;    // 1: quadratic FFD; 0: linear; between: a blend
+  // The largest distance between a strand's drawn line and its points.
+  float tolerance_m = 0;
+  // 1 is quadratic FFD, 0 linear; between, the two are blended.
+  float quadratic = 1;
 };
 
 // `head_px`: a head's height on the screen, in pixels. `quality` multiplies it. The result is continuous in both.

@@ -10,7 +10,8 @@
 namespace hairnet::draw {
 namespace {
 
-constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;  // of a strand, when so many are drawn
+// A strand has this width when so many are drawn.
+constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;
 
 // Fewer strands are drawn wider, so that a head looks covered at any density.
 float strand_width_m(std::size_t strand_count) {

@@ -51,7 +51,7 @@ struct BodyVertex {
   std::array<float, 3> rest;
   Half4 normal;       // share of scalp at the vertex
   Byte4 sides, ends;  // +z -z, share of the fifth bone, 0
-  Byte4 shares;       // of the first four bones
+  Byte4 shares;       // the first four bones'
 };
 template <class Vertex>
 struct Mesh {
@@ -61,14 +61,19 @@ struct Mesh {
 
 struct GroomGeometry {
   StrandPoints strand_points;
-  std::vector<StrandVertex> strand_vertices;          // every point twice: for the left and the right of its ribbon
-  std::vector<SimplifiedStrands> simplified_strands;  // from all points to few
-  std::size_t strand_count = 0;                       // of drawn strands, including the copies of clumps
-  float strand_width_m = 0;  // at the root, when all strands and two follow hairs each are drawn
+  // Every point is here twice: for the left and the right of its ribbon.
+  std::vector<StrandVertex> strand_vertices;
+  // The first has all points, and the last few.
+  std::vector<SimplifiedStrands> simplified_strands;
+  // Counts drawn strands, including the copies of clumps.
+  std::size_t strand_count = 0;
+  // Is the width at the root when all strands and two follow hairs each are drawn.
+  float strand_width_m = 0;
   Mesh<CardVertex> cards;
   Mesh<FabricVertex> fabric;
   Mesh<BodyVertex> body;
-  float radius_m = 0;  // of a ball about the head joint that contains body and hair at rest
+  // A ball of this radius about the head joint contains body and hair at rest.
+  float radius_m = 0;
 };
 
 // The radius of a ball about a head's place that contains hair and body however they swing, m. `radius_m`: of

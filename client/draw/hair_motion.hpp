@@ -13,12 +13,14 @@ namespace hairnet::draw {
 
 // A character that was drawn.
 struct MovingCharacter {
-  std::uint64_t id = 0;  // the same in every picture; 0: nothing is known of its motion
-  RigidTransform head;   // world
+  // The same in every picture; zero means that nothing is known of its motion.
+  std::uint64_t id = 0;
+  RigidTransform head;  // world
   MovedLattice lattice;
-  float ball_radius_m = 0;  // of a ball about its head that contains its hair, head space
-  float head_px = 0;        // on the screen
-  float scale = 1;          // as that of a ShownCharacter
+  // A ball of this radius about its head contains its hair, head space.
+  float ball_radius_m = 0;
+  float head_px = 0;  // on the screen
+  float scale = 1;    // as that of a ShownCharacter
 };
 
 // Where hair was in the last picture, for every place where it is now (client/shaders/accumulate.frag).

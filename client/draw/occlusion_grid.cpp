@@ -11,9 +11,12 @@ constexpr float kCellMin_m = 0.004f;
 constexpr int kMargin = 2;  // empty cells about the hair
 // Points of groom files are multiples of 0.05 mm. No side of a cell lies on one: rounding would decide its cell.
 constexpr float kBetweenPoints_m = 1.9e-5f;
-constexpr float kFade = 5;               // cells beyond the grid over which its shade fades out
-constexpr float kHairShare = 0.22f;      // share of blocked light that is lost; the rest is scattered
-constexpr float kBodyExtinction = 1.6f;  // of a cell with skin
+// The grid's shade fades out over so many cells beyond it.
+constexpr float kFade = 5;
+// This share of blocked light is lost; the rest is scattered.
+constexpr float kHairShare = 0.22f;
+// Skin in a cell adds so much.
+constexpr float kBodyExtinction = 1.6f;
 constexpr std::array<std::array<int, 3>, 14> kRays{{{1, 0, 0},
                                                     {-1, 0, 0},
                                                     {0, 1, 0},

@@ -10,7 +10,8 @@ namespace {
 
 constexpr float kReachMin_m = 0.014f;  // wider than a parting
 constexpr float kSkull_m2 = 0.06f;     // where hair usually grows
-constexpr float kSpacings = 1.5f;      // of sparse roots within reach
+// The reach is so many spacings of sparse roots.
+constexpr float kSpacings = 1.5f;
 constexpr std::size_t kSamples = 256;
 constexpr int kCardRoots = 4;                 // points across a card's root
 constexpr float kBare = 0.08f, kFull = 0.4f;  // shares of the usual density; at a straight hairline the density is half

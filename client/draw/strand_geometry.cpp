@@ -9,8 +9,10 @@
 namespace hairnet::draw {
 namespace {
 
-constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, if kPiecesMax allows
-constexpr float kPiece_m = 0.012f;  // longer pieces would show corners where a lattice bends straight hair
+// A smooth line sags no further from its pieces, if kPiecesMax allows.
+constexpr float kSag_m = 5e-4f;
+// Longer pieces would show corners where a lattice bends straight hair.
+constexpr float kPiece_m = 0.012f;
 constexpr int kPiecesMax = 2;
 constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
 constexpr std::size_t kPlacedMax = 256;  // points of a strand: the cost of placing grows with their square

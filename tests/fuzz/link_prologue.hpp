@@ -40,7 +40,7 @@ inline std::vector<std::uint8_t> link_learnt() {
   return wire::encode_learnt(support::random_learnt_hair(9, 4, 4));
 }
 
-// Of both members.
+// The frames of a tick, one for each of both members.
 inline wire::Message link_frames(std::uint64_t tick) {
   const codec::CoefficientCode code(link_basis().basis.deviation_m);
   const std::vector<float> coefficients{0.1f, -0.03f, 0.02f, 0, 0.01f, 0.001f * static_cast<float>(tick % 10)};

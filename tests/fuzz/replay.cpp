@@ -12,7 +12,8 @@
 namespace {
 
 constexpr int kMutations = 200'000;
-constexpr std::chrono::seconds kMutating_max{3};  // of a target whose inputs take long, fewer
+// Mutating ends after this time: a target whose inputs take long gets fewer.
+constexpr std::chrono::seconds kMutating_max{3};
 
 void feed(const std::vector<std::uint8_t>& bytes) {
   LLVMFuzzerTestOneInput(bytes.data(), bytes.size());

@@ -13,7 +13,8 @@
 namespace hairnet::fuzz {
 
 struct StreamStep {
-  unsigned kind = 0;        // of the target's kinds, which begin with the common ones
+  // One of the target's kinds, which begin with the common ones.
+  unsigned kind = 0;
   std::int64_t stream = 0;  // QUIC's number
   std::span<const std::uint8_t> bytes;
 };

@@ -51,7 +51,8 @@ void append(Bytes& stream, const Bytes& packet) {
 }
 
 void add_packet_seeds(Folder& packets, Folder& streams) {
-  constexpr std::size_t kPacketsEach = 2, kTries = 12;  // of which the shortest
+  // The shortest of the tries are kept.
+  constexpr std::size_t kPacketsEach = 2, kTries = 12;
   wire::RandomMessages random(1);
   Bytes stream{13};
   for (std::size_t kind = 0; kind < wire::kMessageKinds; ++kind) {

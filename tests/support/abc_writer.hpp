@@ -154,8 +154,10 @@ struct AbcObj {
 struct AbcFile {
   std::uint32_t file_version = 0, library_version = 10805;
   std::string metadata = "_ai_Application=hairnet test";
-  std::vector<std::string> metadata_table;  // the words of properties of index 1, 2, ...
-  std::vector<double> stored_times_s{0};    // of the samples of properties that change
+  // The words of properties of index 1, 2, ...
+  std::vector<std::string> metadata_table;
+  // The samples of properties that change have these times.
+  std::vector<double> stored_times_s{0};
   double cycle_s = 0.5;
   AbcObj top;
 };

@@ -7,7 +7,8 @@
 #include <string_view>
 #include <vector>
 
-// Rules for the source tree itself: who includes whom, and that pages name files that exist.
+// Rules for the source tree itself: who includes whom, that pages name files that exist, and that comments are
+// sentences.
 namespace hairnet::tree {
 
 // Which folder may include which: one line a folder, `FOLDER: FOLDER ... <library> ...`; `any` allows everything.
@@ -21,5 +22,8 @@ std::vector<std::string> wrong_includes(const std::filesystem::path& root, const
 // Looks through every *.md for relative links and anchors that lead nowhere, and `paths` in backquotes that name no
 // file. `words` are names that look like files of the tree but are others' (demo/sheet.png, model.onnx).
 std::vector<std::string> broken_links(const std::filesystem::path& root, const std::set<std::string>& words = {});
+// Looks through the C and C++ files of core, schema, server, client and tests for comments that begin with a lower-case
+// of, that, from or to. Such a comment is a fragment that leans on the line it stands in.
+std::vector<std::string> comments_that_begin_with_a_preposition(const std::filesystem::path& root);
 
 }  // namespace hairnet::tree

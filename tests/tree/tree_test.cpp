@@ -80,5 +80,19 @@ TEST_F(Planted, broken_link_is_found) {
               ElementsAre(HasSubstr("no b.md"), HasSubstr("no heading #nothing"), HasSubstr("no file core/none.hpp")));
 }
 
+TEST(Comments, a_comment_does_not_begin_with_a_preposition) {
+  EXPECT_THAT(comments_that_begin_with_a_preposition(kRoot), IsEmpty());
+}
+TEST_F(Planted, comment_that_begins_with_a_preposition_is_found) {
+  write("core/pose/pose.hpp", "int size = 1'000;  // of a pose\n// of the head\n/* to the end */\n");
+  EXPECT_THAT(comments_that_begin_with_a_preposition(root_),
+              ElementsAre(HasSubstr("core/pose/pose.hpp:1: the comment begins with \"of\""),
+                          HasSubstr("core/pose/pose.hpp:2: "), HasSubstr("core/pose/pose.hpp:3: ")));
+}
+TEST_F(Planted, comment_that_goes_on_with_a_preposition_is_not_found) {
+  write("client/hairnet.h", "// Says the size\n// of a pose.\nchar c = '\"';  // off\nauto s = \"// of it\";\n");
+  EXPECT_THAT(comments_that_begin_with_a_preposition(root_), IsEmpty());
+}
+
 }  // namespace
 }  // namespace hairnet::tree

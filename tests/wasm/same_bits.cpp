@@ -231,7 +231,8 @@ void of_world(std::span<const std::uint8_t> file, const wire::GroomHash& groom, 
 
 std::string results_of(std::span<const std::uint8_t> cases) {
   Results out;
-  wire::GroomHash groom{};  // of the last groom, whose levels follow
+  // Names the last groom, whose levels follow.
+  wire::GroomHash groom{};
   for (Reader from(cases); !from.is_at_end();) {
     const Case one = take_case(from);
     out.begin_case(one.kind, one.name);

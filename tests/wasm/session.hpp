@@ -17,7 +17,7 @@ enum class StepKind : std::uint8_t {
   pass,    // nothing but time
   packet,  // arrives
   add,     // an own character with this groom file
-  pose,    // of the first own character: kPoseNumbers doubles
+  pose,    // the first own character has it: kPoseNumbers doubles
   lose     // the connection breaks
 };
 struct Step {

@@ -152,7 +152,7 @@ class Recorder {
   bool is_welcomed_ = false, is_added_ = false;
 };
 
-// Of three members who join, leave the line and come back.
+// Three members join, leave the line and come back.
 Bytes session_case() {
   const Groom bob = make_hairstyle("bob", {.strand_count = 300}).value();
   return written(Recorder(wire::encode_groom(bob)).record());

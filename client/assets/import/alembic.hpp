@@ -9,7 +9,7 @@ namespace hairnet {
 
 // The curves of an Alembic archive (.abc, Ogawa), each as a strand in the space of the archive: linear, Bezier,
 // B-spline (also with knots) and Catmull-Rom curves of all objects that are not hidden, with the transforms above them.
-// Of what changes, this is how it begins. Alembic says neither units nor axes. A bad curve is left out, with a doubt;
+// What changes is taken as it begins. Alembic says neither units nor axes. A bad curve is left out, with a doubt;
 // an archive without any good one is refused, and so is one with damaged structure. Groups of strands are named by
 // groom_group_name or groom_group_id, which are Epic's names, or by the object.
 Result<ImportedStrands> decode_alembic(std::span<const std::byte> bytes);

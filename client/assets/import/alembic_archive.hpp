@@ -27,8 +27,10 @@ class AbcNumbers {
   AbcNumbers(std::span<const std::byte> bytes, unsigned type);
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] double operator[](std::size_t i) const;
-  [[nodiscard]] unsigned small(std::size_t i) const;  // from 0 to 255; 256 for what is none of these
-  [[nodiscard]] float single(std::size_t i) const;    // the same, at once for 32-bit floats, which points are
+  // Returns a number of 0 to 255, or 256 for what is none of these.
+  [[nodiscard]] unsigned small(std::size_t i) const;
+  // The same as the operator, at once for 32-bit floats, which points are.
+  [[nodiscard]] float single(std::size_t i) const;
 
  private:
   std::span<const std::byte> bytes_;
@@ -48,7 +50,7 @@ struct AbcProperty {
 
   [[nodiscard]] bool is_text() const;
   [[nodiscard]] bool is_constant() const { return sample_count <= 1 || last_changed == 0; }
-  // Of a sample that the property does not have, its last one. Empty without samples, and for text.
+  // A sample that the property does not have is its last one. Empty without samples, and for text.
   [[nodiscard]] AbcNumbers numbers(std::size_t sample) const;
   [[nodiscard]] std::size_t stored_samples() const { return sample_count == 0 ? 0 : stored_at(last_changed) + 1; }
 

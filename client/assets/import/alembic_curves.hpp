@@ -26,9 +26,12 @@ struct AbcAttribute {
 // One sample of a Curves object, its structure checked; a curve of it may still be bad.
 struct AbcCurves {
   struct Curve {
-    std::size_t first = 0, count = 0;          // of its control points
-    std::size_t first_knot = 0, order = 4;     // where it has knots
-    std::size_t first_end = 0, end_count = 0;  // of its segments' ends, in attributes given there
+    // Its control points.
+    std::size_t first = 0, count = 0;
+    // They matter only where it has knots.
+    std::size_t first_knot = 0, order = 4;
+    // Its segments' ends, in attributes given there.
+    std::size_t first_end = 0, end_count = 0;
   };
   AbcNumbers positions, weights;
   std::vector<Curve> curves;

@@ -22,8 +22,8 @@ void add_sample_times(const AbcProperty& property, const AbcTimes& times, std::v
 // The transform of an object, as operations with values that may change.
 class AbcXform {
  public:
-  // From the properties of its `.xform`; the archive must outlive it. Returns an error for operations that are none, or
-  // have too few values.
+  // Reads the properties of its `.xform`; the archive must outlive it. Returns an error for operations that are none,
+  // or have too few values.
   static Result<AbcXform> read(const AbcArchive& archive, const std::vector<AbcProperty>& properties);
 
   [[nodiscard]] Eigen::Affine3d matrix(double time_s) const;
@@ -45,7 +45,7 @@ class AbcXform {
 class AbcXforms {
  public:
   [[nodiscard]] std::size_t add(AbcXform xform, std::size_t parent);
-  // To the world: up to the last transform that does not inherit.
+  // Leads to the world: up to the last transform that does not inherit.
   [[nodiscard]] Eigen::Affine3d world(std::size_t xform, double time_s) const;
   [[nodiscard]] bool changes(std::size_t xform) const;  // it, or one above it
 

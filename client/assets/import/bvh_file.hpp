@@ -16,10 +16,13 @@ struct BvhFile {
   enum class Channel : std::uint8_t { x_position, y_position, z_position, x_rotation, y_rotation, z_rotation };
   struct Joint {
     std::string name;
-    int parent = -1;  // index of an earlier joint; -1 for a root
+    // The index of an earlier joint; -1 for a root.
+    int parent = -1;
     Vec3 offset = Vec3::Zero();
-    std::vector<Channel> channels;  // in the file's order, which is the order of the rotations' product
-    std::size_t first_value = 0;    // of its channels in a row
+    // They are in the file's order, which is the order of the rotations' product.
+    std::vector<Channel> channels;
+    // Its channels begin here in a row.
+    std::size_t first_value = 0;
   };
   std::vector<Joint> joints;
   std::size_t values_per_frame = 0;

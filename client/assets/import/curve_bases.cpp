@@ -7,7 +7,8 @@
 namespace hairnet {
 namespace {
 
-constexpr int kPiecesMax = 64;  // of a segment
+// A segment has no more pieces.
+constexpr int kPiecesMax = 64;
 
 // Weights of a segment's four control points: row k holds the coefficients of t to the power k.
 using BasisMatrix = std::array<std::array<double, 4>, 4>;

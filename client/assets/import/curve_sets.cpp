@@ -41,8 +41,10 @@ struct Faults {
 // How closely curves are followed. 1: as closely as can be seen.
 struct Detail {
   float coarseness = 1;
-  std::size_t point_step = 1;  // of curves that are lines between their points, every so many points
-  std::size_t curve_step = 1;  // every so many curves
+  // Curves that are lines between their points keep one of so many points.
+  std::size_t point_step = 1;
+  // One of so many curves is taken.
+  std::size_t curve_step = 1;
 };
 
 void add_points(const CurveSet& set, std::size_t curve, std::span<const CurvePoint> points, std::size_t step,

@@ -17,12 +17,14 @@ struct CurveSet {
   CurveBasis basis = CurveBasis::linear;
   CurveWrap wrap = CurveWrap::open;
   std::vector<Vec3f> controls;
-  std::vector<std::uint32_t> begin{0};  // the control points of curve c are [begin[c], begin[c + 1])
+  // The control points of curve c are [begin[c], begin[c + 1]).
+  std::vector<std::uint32_t> begin{0};
 
-  // Of each control point, or none.
+  // Each control point has one, or none has.
   std::vector<float> widths;
   std::vector<Vec3f> colours;
-  std::vector<std::string> groups;  // of each curve, or none
+  // Each curve has one, or none has.
+  std::vector<std::string> groups;
 
   [[nodiscard]] std::size_t curve_count() const { return begin.size() - 1; }
   [[nodiscard]] std::span<const Vec3f> curve(std::size_t c) const {

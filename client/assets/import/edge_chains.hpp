@@ -11,8 +11,10 @@ namespace hairnet {
 // Polylines of vertices.
 struct Chains {
   std::vector<std::uint32_t> vertices;
-  std::vector<std::size_t> begin{0};      // those of chain c are [begin[c], begin[c + 1])
-  std::vector<std::uint32_t> first_edge;  // of each chain, the one by which its group is known
+  // Chain c has those from begin[c] to before begin[c + 1].
+  std::vector<std::size_t> begin{0};
+  // The group of each chain is known by this edge.
+  std::vector<std::uint32_t> first_edge;
   [[nodiscard]] std::size_t count() const { return begin.size() - 1; }
 };
 

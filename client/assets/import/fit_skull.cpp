@@ -9,14 +9,20 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kSampleMax = 4000;  // points in the sample: more of them do not refine the shape of a head
+// More points in the sample do not refine the shape of a head.
+constexpr std::size_t kSampleMax = 4000;
 constexpr int kTrialCount = 200;
-constexpr double kAxisRatioMax = 1.3;      // of an ellipsoid's axis to the sphere's radius
-constexpr double kRadiusRatioMax = 1.7;    // of a sphere's radius to the usual one, in both directions
-constexpr double kRadiusDeviation = 0.04;  // of the radius's logarithm: how much heads differ
-constexpr double kPointError = 0.011;      // in usual radii, at least: uncertainty of a root's place on the skin
-constexpr double kBandDeviation = 0.05;    // in usual radii: how far a band may deviate from its middle
-// a head is not a sphere: errors of neighbouring points are correlated, however many there are
+// An ellipsoid's axis differs from the sphere's radius by this factor at most.
+constexpr double kAxisRatioMax = 1.3;
+// A sphere's radius differs from the usual one by this factor at most, in both directions.
+constexpr double kRadiusRatioMax = 1.7;
+// Heads differ so much, in the logarithm of the radius.
+constexpr double kRadiusDeviation = 0.04;
+// A root's place on the skin is at least so uncertain, in usual radii.
+constexpr double kPointError = 0.011;
+// A band may deviate so far from its middle, in usual radii.
+constexpr double kBandDeviation = 0.05;
+// A head is not a sphere: errors of neighbouring points are correlated, however many there are.
 constexpr double kIndependentPoints = 5;
 
 struct Sphere {
@@ -114,7 +120,8 @@ std::optional<RootBand> band_of(std::span<const Vec3> points, const Vec3& centre
   Mat3 covariance = Mat3::Zero();
   for (const Vec3& x : points) covariance += (x - mean) * (x - mean).transpose();
   const SymmetricEigen<3> axes = symmetric_eigen(covariance);
-  constexpr double kNarrow = 1.0 / 3;  // of the arc's height
+  // A narrow band is thinner than this share of the arc's height.
+  constexpr double kNarrow = 1.0 / 3;
   if (!(axes.values[0] < kNarrow * kNarrow * axes.values[1])) return {};
   const Vec3 across = axes.vectors.col(0);
   double inwards = 0;

@@ -13,7 +13,8 @@
 namespace hairnet {
 namespace {
 
-constexpr double kUnitSlack = 0.5;  // of its logarithm, for hair over a body
+// The logarithm of the unit may differ so much for hair over a body.
+constexpr double kUnitSlack = 0.5;
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
 constexpr double kUpMargin = 0.03;  // by which a direction must be likelier than the next

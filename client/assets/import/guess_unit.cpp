@@ -9,9 +9,10 @@
 namespace hairnet {
 namespace {
 
-// length from the forehead to the nape, of a scalp and of a part of one
+// The length from the forehead to the nape, of a scalp and of a part of one.
 constexpr double kScalp_m = 0.175, kPart_m = 0.16;
-constexpr double kScalpSlack = 0.24;  // of its logarithm: heads and hairstyles differ
+// The logarithms of these lengths may differ so much, as heads and hairstyles do.
+constexpr double kScalpSlack = 0.24;
 constexpr double kPartSlack = 0.9;
 constexpr double kSureConditioning = 0.025;
 

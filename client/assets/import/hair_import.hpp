@@ -20,13 +20,16 @@ struct HairImport {
   KnownPlacement strands, body;
   RootEnd roots = RootEnd::guess;
   double hairs_in_all = 100'000;
-  bool strict = false;             // refuses hair of which something would be cut, or taken in spite of a doubt
-  std::string flag_prefix = "--";  // of a program's flags --up, --face, --unit and --roots, for messages
+  // Refuses hair of which something would be cut, or taken in spite of a doubt.
+  bool strict = false;
+  // The program's flags up, face, unit and roots begin with it in messages.
+  std::string flag_prefix = "--";
 };
 
 // The decoded files of one head.
 struct HairParts {
-  std::string name;  // of the groom
+  // The groom's name.
+  std::string name;
   std::vector<StrandFile> strands;
   std::optional<TriangleMesh> body;
   std::string body_file;

@@ -55,9 +55,11 @@ std::string read_face(std::string_view corners, TriangleMesh& mesh) {
 // The lines of a file, as vertices of polylines. A line that begins where the one before ended continues it.
 struct ObjLines {
   std::vector<std::uint32_t> vertices;
-  std::vector<std::size_t> end;                     // of each polyline in `vertices`
-  std::vector<std::string_view> groups;             // of each polyline
-  std::vector<std::array<std::uint32_t, 2>> edges;  // all lines, as long as they have two vertices each
+  // Each polyline ends here in `vertices`, and has this group.
+  std::vector<std::size_t> end;
+  std::vector<std::string_view> groups;
+  // All lines, as long as they have two vertices each.
+  std::vector<std::array<std::uint32_t, 2>> edges;
   std::vector<std::string_view> edge_groups;
   bool has_longer = false;
 

@@ -9,14 +9,20 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kSamplesOfStrand = 16;     // points that speak for a strand, however densely it is sampled
-constexpr std::size_t kMeasuredStrandsMin = 8;   // fewer have no usual size
-constexpr double kUsualShare = 0.98;             // of the strands are within the usual size
+// So many points speak for a strand, however densely it is sampled.
+constexpr std::size_t kSamplesOfStrand = 16;
+// Fewer strands have no usual size.
+constexpr std::size_t kMeasuredStrandsMin = 8;
+// This share of the strands is within the usual size.
+constexpr double kUsualShare = 0.98;
 constexpr double kFar = 3, kFarInAllCases = 12;  // in usual sizes
-constexpr double kAlike = 1.25;                  // ratio of sizes within which strands are alike
-constexpr std::size_t kAlikeMin = 3;             // strands that make a style
-constexpr double kJump = 8;                      // in the strand's own median segment
-constexpr double kShort = 1e-5;                  // of the usual length: nothing
+// Strands whose sizes have a smaller ratio are alike.
+constexpr double kAlike = 1.25;
+// So many strands that are alike make a style.
+constexpr std::size_t kAlikeMin = 3;
+constexpr double kJump = 8;  // in the strand's own median segment
+// A strand that is no longer than this share of the usual length is nothing.
+constexpr double kShort = 1e-5;
 
 struct MeasuredStrand {
   std::size_t file = 0, number = 0;

@@ -52,18 +52,24 @@ struct StrandFile {
 struct GroomDef {
   std::string name;
   std::vector<StrandFile> files;
-  std::optional<TriangleMesh> body;         // same file coordinates as the strands
-  Placement placement;                      // of strands
-  std::optional<Placement> body_placement;  // if the mesh has other axes or units
-  double hairs_in_all = 100'000;            // real hairs on the head, shared evenly over the strands
+  // It has the same file coordinates as the strands, unless `body_placement` says which others.
+  std::optional<TriangleMesh> body;
+  // Places the strands.
+  Placement placement;
+  std::optional<Placement> body_placement;
+  // Real hairs on the head, which are shared evenly over the strands.
+  double hairs_in_all = 100'000;
   double root_length_m = 0.02;
-  double rooted_distance_m = 0.015;  // a first point within this distance of the skin is on the skull
+  // A first point within this distance of the skin is on the skull.
+  double rooted_distance_m = 0.015;
 };
 
 struct ImportedGroom {
   Groom groom;
-  Placement placement;                // of the strands
-  std::vector<std::string> warnings;  // plain sentences: not the size of a head, …
+  // Has placed the strands.
+  Placement placement;
+  // They are plain sentences: not the size of a head, …
+  std::vector<std::string> warnings;
 };
 
 // Converts strands and body to a groom in head space. Computes bone weights, fits a skull to the roots when there is no

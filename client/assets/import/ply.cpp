@@ -73,7 +73,8 @@ struct PlyHeader {
 };
 
 Result<PlyHeader> read_header(std::string_view& text) {
-  constexpr std::size_t kPropertiesMax = 1000;  // of all elements
+  // All elements together have no more properties.
+  constexpr std::size_t kPropertiesMax = 1000;
   std::string_view line = take_line(text);
   if (take_word(line) != "ply") return Refusal("not a .ply file: it does not begin with ply");
   PlyHeader header;
@@ -171,11 +172,14 @@ class PlyValues {
 // What of a file makes strands.
 struct PlyParts {
   std::vector<Vec3f> points;
-  std::vector<Vec3f> colours;     // of each point, or none
-  std::vector<double> strand_of;  // of each point, or none
+  // Each point has one, or none has.
+  std::vector<Vec3f> colours;
+  std::vector<double> strand_of;
   std::vector<std::array<std::uint32_t, 2>> edges;
-  std::vector<std::uint32_t> counts;    // of points of each strand, in their order
-  std::vector<std::uint32_t> vertices;  // of strands by lists, whose ends are in `list_end`
+  // The number of points of each strand, in their order.
+  std::vector<std::uint32_t> counts;
+  // Strands by lists have these, and end at `list_end`.
+  std::vector<std::uint32_t> vertices;
   std::vector<std::size_t> list_end;
   std::size_t face_count = 0;
 };

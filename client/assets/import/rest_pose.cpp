@@ -9,10 +9,13 @@
 namespace hairnet {
 namespace {
 
-constexpr double kUprightCosine = 0.8;   // cosine of the angle between hips-to-head and up
-constexpr double kPointsUpCosine = 0.9;  // of an upper arm or a thigh
-constexpr double kSnapCosine = 0.966;    // 15 degrees: no skeleton is exactly symmetric
-constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;  // from the feet to the head joint
+// The least cosine of the angle between hips-to-head and up.
+constexpr double kUprightCosine = 0.8;
+// An upper arm or a thigh points up if its angle to up has a larger cosine.
+constexpr double kPointsUpCosine = 0.9;
+constexpr double kSnapCosine = 0.966;  // 15 degrees: no skeleton is exactly symmetric
+// Heights are measured from the feet to the head joint.
+constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;
 
 struct Unit {
   double m;
@@ -152,7 +155,8 @@ Vec3 usual_face(const Vec3& up) {
 
 // The unit that gives a person for that many file units; none when no usual unit does.
 const Unit* usual_unit(double tall) {
-  constexpr double kSlack = 0.7;  // of the logarithm: people of 0.72 to 2.9 m
+  // The logarithm of the height may differ so much: people have 0.72 to 2.9 m.
+  constexpr double kSlack = 0.7;
   const Unit* best = nullptr;
   double best_misfit = 0;
   for (const Unit& unit : kUnits) {

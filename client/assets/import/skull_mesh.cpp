@@ -11,7 +11,8 @@
 namespace hairnet {
 namespace {
 
-constexpr double kCap_m = 0.10;  // of a head, from its top: above brows and ears there is only the skull
+// The top of a head is only skull down to here, above brows and ears.
+constexpr double kCap_m = 0.10;
 constexpr std::size_t kSampleCount = 3000;
 constexpr double kRadiusMin_m = 0.06, kRadiusMax_m = 0.14;
 

@@ -22,8 +22,10 @@ namespace {
 using CrateBytes = std::span<const std::byte>;
 
 constexpr std::size_t kCrateDepthMax = 256;
-constexpr std::uint64_t kCrateEntriesMax = 4'000'000;  // of a table
-constexpr std::size_t kCrateFieldsMax = 256;           // of one spec
+// A table has no more entries.
+constexpr std::uint64_t kCrateEntriesMax = 4'000'000;
+// No more fields of one spec are read.
+constexpr std::size_t kCrateFieldsMax = 256;
 constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
 // Unpacks one LZ4 block to the end of `out`, which gets no more than `bytes_max` bytes. Returns whether it is sound.
@@ -578,7 +580,7 @@ class Crate {
     if (node.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_:") !=
         std::string_view::npos)
       return true;
-    // Of a skeleton's weights it matters only that there are some.
+    // A skeleton's weights matter only in that there are some.
     if (node.name.starts_with("primvars:skel:") && node.name != "primvars:skel:geomBindTransform") {
       text_.append("any ").append(node.name).append(" = []\n");
       return true;

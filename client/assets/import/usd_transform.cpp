@@ -11,7 +11,8 @@ namespace {
 
 using Mat4 = Eigen::Matrix4d;
 
-constexpr std::size_t kOperationsMax = 256;  // of one prim
+// A prim that has more operations has none of them read.
+constexpr std::size_t kOperationsMax = 256;
 constexpr double kFirst = -std::numeric_limits<double>::infinity();
 
 std::size_t axis_of(char letter) {

@@ -12,8 +12,10 @@
 namespace hairnet::usda {
 namespace {
 
-constexpr std::size_t kDepthMax = 256;           // of prims in prims, and of brackets in brackets
-constexpr std::size_t kStatementsMax = 500'000;  // of all prims, which are also no more
+// Prims in prims, and brackets in brackets, are nested no deeper.
+constexpr std::size_t kDepthMax = 256;
+// All prims and their statements are no more.
+constexpr std::size_t kStatementsMax = 500'000;
 
 bool is_word(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':' ||
@@ -254,7 +256,8 @@ class Parser {
   struct Frame {
     enum class Kind : std::uint8_t { prim, variants } kind;
     std::size_t prim;
-    std::string selected;  // of the variants
+    // The chosen one of the variants.
+    std::string selected;
   };
 
   void expect(char c) {

@@ -192,7 +192,7 @@ TEST(Alembic, widths_have_any_scope_and_grow_with_the_transform) {
   EXPECT_THAT(widths({attribute<float>("width", "uni", {1, -2})}), ElementsAre(1, 1, 1, 0, 0, 0));
   EXPECT_THAT(decoded({row("hair", 2, {attribute<float>("width", "uni", {1, 2, 3})})}).notes,
               Contains("attributes that are not used: width"));
-  // Of cubic curves, at control points and at the ends of segments.
+  // Cubic curves have widths at control points and at the ends of segments.
   const std::vector<float> five{0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0};
   for (const bool at_ends : {true, false}) {
     const std::vector<float> values = at_ends ? std::vector<float>{1, 2, 3} : std::vector<float>{0, 1, 2, 3, 4};
@@ -348,7 +348,7 @@ TEST(Alembic, curves_that_move_give_their_points_at_each_time) {
 TEST(Alembic, samples_that_repeat_are_stored_once) {
   AbcObj hair = curves("hair", {3}, {row_of_strands(1), std::vector<float>(9, 1.f), row_of_strands(1)});
   test::AbcProp& positions = hair.properties[0].children[0];
-  // Of 10 samples, the first four are alike, and those from the sixth on.
+  // The first four of 10 samples are alike, and those from the sixth on.
   positions.sample_count = 10;
   positions.first_changed = 4;
   positions.last_changed = 5;

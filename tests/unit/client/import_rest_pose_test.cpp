@@ -21,7 +21,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 struct Joint {
   const char* name;
   int parent;
-  Vec3 at;  // of an upright person who faces +z, m
+  // Its place in an upright person who faces +z, m.
+  Vec3 at;
 };
 
 const std::vector<Joint>& person() {
@@ -52,9 +53,11 @@ Quat turn(double degrees, const Vec3& axis) {
 // How a file describes that person. Zero poses differ by the axes that each joint has when the person is upright.
 struct TestMotion {
   std::function<Quat(std::size_t)> axes = [](std::size_t) { return Quat::Identity(); };
-  Quat file = Quat::Identity();  // from the person's axes to the file's
+  // Turns the person's axes to the file's.
+  Quat file = Quat::Identity();
   double unit_m = 1;
-  std::vector<std::function<Quat(std::size_t)>> frames;  // how each joint's bone is turned from upright, person's axes
+  // Each joint's bone is turned so from upright, in the person's axes.
+  std::vector<std::function<Quat(std::size_t)>> frames;
 };
 
 // Each joint's x axis points along the bone to its first child, as in files of 3D programs: the zero pose is one line.

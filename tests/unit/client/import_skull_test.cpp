@@ -21,7 +21,8 @@ using testing::Not;
 struct Cut {
   const char* name;
   std::function<bool(const Vec3&)> has;
-  double noise_m = 0;  // of each root, along the radius
+  // Noise of this size moves each root along the radius.
+  double noise_m = 0;
 };
 
 bool whole(const Vec3& d) {
@@ -66,7 +67,7 @@ ImportedStrands strands_of(const Cut& cut, double radius) {
   return strands;
 }
 
-// From the forehead over the top to the nape, a single line of roots.
+// A single line of roots goes from the forehead over the top to the nape.
 ImportedStrands one_root_wide(double radius, double noise_m) {
   ImportedStrands strands;
   for (std::size_t i = 0; i < 60; ++i) {
