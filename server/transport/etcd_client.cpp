@@ -1,5 +1,6 @@
 #include "server/transport/etcd_client.hpp"
 
+#include <fmt/format.h>
 #include <openssl/ssl.h>
 #include <spdlog/spdlog.h>
 
@@ -40,7 +41,7 @@ Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOption
   if (!made || options.certificate.empty()) return made;
   for (const auto& [what, file] : {std::pair("certificate", options.certificate), std::pair("key", options.key)}) {
     if (std::string why = unreadable_pem(file); !why.empty())
-      return Refusal(std::string("the ") + what + " for etcd, " + file + ", cannot be read: " + why);
+      return Refusal(fmt::format("the {} for etcd, {}, cannot be read: {}", what, file, why));
   }
   SSL_CTX* native = (*made)->native_handle();
   if (SSL_CTX_use_certificate_chain_file(native, options.certificate.c_str()) != 1)

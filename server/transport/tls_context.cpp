@@ -1,5 +1,6 @@
 #include "server/transport/tls_context.hpp"
 
+#include <fmt/format.h>
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
@@ -57,7 +58,7 @@ std::string openssl_reason() {
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files) {
   for (const auto& [what, file] : {std::pair("certificate", files.certificate), std::pair("key", files.key)}) {
     if (std::string why = unreadable_pem(file); !why.empty())
-      return Refusal(std::string("cannot read the ") + what + " " + file + ": " + why);
+      return Refusal(fmt::format("cannot read the {} {}: {}", what, file, why));
   }
   ERR_clear_error();
   auto made = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
