@@ -23,11 +23,11 @@ inline constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 // A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
 // Bytes that were read to detect the protocol can be put back. Reads and writes fail once the time of expires_after()
 // has passed. Lives in a shared_ptr, on the loop's serial executor.
-class ByteStream final : public AnyStream, public std::enable_shared_from_this<ByteStream> {
+class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStream> {
  public:
   ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer, Admission::Ticket ticket,
              TransportCounters& counters);
-  ~ByteStream();
+  virtual ~ByteStream();
 
   executor_type get_executor() override { return socket_.get_executor(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
