@@ -9,7 +9,7 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::uint64_t kSeeds = HAIRNET_SANITIZED ? 12 : 60, kSeedsTwice = HAIRNET_SANITIZED ? 2 : 8;
+constexpr std::uint64_t kSeeds = HAIRNET_SANITIZED ? 12 : 60;
 
 void run_seeds(std::uint64_t first, std::uint64_t count) {
   spdlog::set_level(spdlog::level::off);
@@ -26,7 +26,7 @@ TEST(FleetSeeds, a_room_never_has_two_owners_and_has_one_again_after_all_faults)
 
 TEST(FleetSeeds, the_same_seed_comes_to_the_same_outcome) {
   spdlog::set_level(spdlog::level::off);
-  for (std::uint64_t seed = 1; seed <= kSeedsTwice; ++seed)
+  for (std::uint64_t seed = 1; seed <= 8; ++seed)
     EXPECT_EQ(run_fleet_scenario(seed).hash, run_fleet_scenario(seed).hash) << "seed " << seed;
 }
 

@@ -374,7 +374,7 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
 
 TEST(HairnetHWorld, a_build_that_is_not_wanted_any_more_is_cancelled) {
   hairnet_groom* groom = nullptr;
-  ASSERT_EQ(hairnet_groom_make("long_curly", 300, &groom, nullptr, 0), HAIRNET_OK);
+  ASSERT_EQ(hairnet_groom_make("long_curly", 2000, &groom, nullptr, 0), HAIRNET_OK);
   hairnet_build* build = nullptr;
   ASSERT_EQ(hairnet_build_begin(groom, &build), HAIRNET_OK);
   hairnet_groom_free(groom);
