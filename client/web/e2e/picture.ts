@@ -1,4 +1,5 @@
 import type { Page } from "playwright-core";
+import type { People } from "../src/index";
 import type { HairCharacter, HairScene } from "../src/scene/index";
 import type { Stage } from "../page/stage";
 
@@ -6,6 +7,7 @@ import type { Stage } from "../page/stage";
 export interface PageGlobals {
   stage: Stage;
   hair: HairScene | null;
+  room: People | null;
 }
 
 /** Rows of RGBA pixels. */

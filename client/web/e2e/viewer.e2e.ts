@@ -1,7 +1,7 @@
 import { mkdirSync } from "node:fs";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import type { Page } from "playwright-core";
-import { materials } from "../src/index";
+import { LevelIndex } from "../src/index";
 import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
@@ -66,10 +66,17 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   await page.evaluate(() => {
     (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
   });
-  // Far, and with soft hair, which swings for long: a slow machine draws few pictures meanwhile.
-  actor.own.setMaterial(materials.soft);
-  await actor.turnTo(-0.9, 2);
-  await actor.turnTo(0.9, 0.4);
+  // Until the server has its levels, it is rigid.
+  const hairOf = () =>
+    page.evaluate(() => {
+      const [member] = (window as unknown as { hairnet: PageGlobals }).hairnet.room!.members.values();
+      let farthestM = 0;
+      for (const x of member.lattice?.grid ?? []) farthestM = Math.max(farthestM, Math.abs(x));
+      return { level: member.level, farthestM };
+    });
+  await until("its hair is simulated", async () => (await hairOf()).level === LevelIndex.high);
+  await actor.turnTo(0, 2);
+  await actor.turnTo(0.9, 0.25);
   const headYaw = () =>
     page.evaluate(() => {
       const { hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
@@ -77,6 +84,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
       return 2 * Math.asin(one.quaternion.y);
     });
   await until("the head has turned in the page", async () => Math.abs((await headYaw()) - 0.9) < 1e-3, 10_000);
+  const { farthestM } = await hairOf();
   const swinging = [await takePicture(page)];
   for (let n = 0; n < 4; ++n) {
     await settle(120);
@@ -94,6 +102,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   });
   const moved = Math.max(...swinging.map((picture) => shareChanged(picture, rest)));
   console.log(`changed while swinging ${(100 * moved).toFixed(2)} %, at rest ${(100 * still).toFixed(2)} %`);
+  expect(farthestM).toBeGreaterThan(0.02);
   expect(moved).toBeGreaterThan(0.004);
   expect(still).toBeLessThan(0.25 * moved);
 });
