@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/assets/import/byte_reader.hpp"
+#include "client/assets/import/usd_packing.hpp"
 
 // A crate has tables of tokens, strings, fields (a name and a value), sets of fields, paths, and specs: a path and its
 // set of fields. A value is 64 bits: flags, a type, and the value itself or where it is in the file. Tables and arrays
@@ -19,100 +20,12 @@
 namespace hairnet::usda {
 namespace {
 
-using CrateBytes = std::span<const std::byte>;
-
 constexpr std::size_t kCrateDepthMax = 256;
 // A table has no more entries.
 constexpr std::uint64_t kCrateEntriesMax = 4'000'000;
 // No more fields of one spec are read.
 constexpr std::size_t kCrateFieldsMax = 256;
 constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
-
-// Unpacks one LZ4 block to the end of `out`, which gets no more than `bytes_max` bytes. Returns whether it is sound.
-bool unpack_lz4(CrateBytes packed, std::size_t bytes_max, std::vector<std::byte>& out) {
-  constexpr std::size_t kShortest = 4, kMore = 15;
-  std::size_t at = 0;
-  const auto length = [&](std::size_t begin) {
-    if (begin < kMore) return begin;
-    std::size_t more = 255;
-    for (; more == 255 && at < packed.size(); begin += more) more = std::to_integer<std::size_t>(packed[at++]);
-    return begin;
-  };
-  while (at < packed.size()) {
-    const auto token = std::to_integer<std::size_t>(packed[at++]);
-    const std::size_t literals = length(token >> 4);
-    if (literals > packed.size() - at || literals > bytes_max - out.size()) return false;
-    out.insert(out.end(), packed.begin() + static_cast<std::ptrdiff_t>(at),
-               packed.begin() + static_cast<std::ptrdiff_t>(at + literals));
-    at += literals;
-    if (at == packed.size()) return true;
-    if (packed.size() - at < 2) return false;
-    const std::size_t back = std::to_integer<std::size_t>(packed[at]) | std::to_integer<std::size_t>(packed[at + 1])
-                                                                            << 8;
-    at += 2;
-    const std::size_t copied = length(token & 15) + kShortest;
-    if (back == 0 || back > out.size() || copied > bytes_max - out.size()) return false;
-    for (std::size_t i = 0; i < copied; ++i) out.push_back(out[out.size() - back]);
-  }
-  return true;
-}
-
-// Unpacks one block, or several with their sizes.
-std::optional<std::vector<std::byte>> unpack(CrateBytes packed, std::size_t bytes_max) {
-  std::vector<std::byte> out;
-  ByteReader in(packed);
-  if (!in.has(1)) return {};
-  const auto blocks = std::to_integer<std::size_t>(packed[0]);
-  in.skip(1);
-  if (blocks == 0) return unpack_lz4(packed.subspan(1), bytes_max, out) ? std::optional(std::move(out)) : std::nullopt;
-  for (std::size_t i = 0; i < blocks; ++i) {
-    if (!in.has(4)) return {};
-    const std::size_t size = in.u32();
-    if (!in.has(size) || !unpack_lz4(packed.subspan(in.at(), size), bytes_max, out)) return {};
-    in.skip(size);
-  }
-  return out;
-}
-
-// Whether so many packed bytes can hold so many whole numbers: of a byte LZ4 makes at most 255, and a number takes 2
-// bits. More than any groom has are refused too, since few bytes can hold a great many.
-bool can_hold(std::size_t packed_bytes, std::uint64_t count) {
-  constexpr std::uint64_t kNumbersMax = 16'000'000;
-  return count / 1020 <= packed_bytes && count <= kNumbersMax;
-}
-
-// Whole numbers of 4 or 8 bytes that begin with the size of their packed bytes.
-std::optional<std::vector<std::int64_t>> unpack_integers(ByteReader& in, std::uint64_t count, std::size_t bytes_of_each,
-                                                         CrateBytes file) {
-  if (!in.has(8)) return {};
-  const std::uint64_t packed_bytes = in.u64();
-  if (!in.has(packed_bytes, 1) || !can_hold(packed_bytes, count)) return {};
-  const CrateBytes packed = file.subspan(in.at(), packed_bytes);
-  in.skip(packed_bytes);
-  const std::size_t code_bytes = (count + 3) / 4;
-  const auto encoded = unpack(packed, bytes_of_each + code_bytes + count * bytes_of_each);
-  if (!encoded || encoded->size() < bytes_of_each + code_bytes) return {};
-  const auto read = [&](std::size_t at, std::size_t size) {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < size; ++i) bits |= std::to_integer<std::uint64_t>((*encoded)[at + i]) << (8 * i);
-    const std::size_t unused = 64 - 8 * size;
-    return static_cast<std::int64_t>(bits << unused) >> unused;
-  };
-  const std::int64_t common = read(0, bytes_of_each);
-  std::size_t at = bytes_of_each + code_bytes;
-  std::vector<std::int64_t> values;
-  values.reserve(count);
-  std::uint64_t last = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const unsigned code = (std::to_integer<unsigned>((*encoded)[bytes_of_each + i / 4]) >> (2 * (i % 4))) & 3U;
-    const std::size_t size = code == 0 ? 0 : (bytes_of_each / 4) << (code - 1);
-    if (size > encoded->size() - at) return {};
-    last += static_cast<std::uint64_t>(size == 0 ? common : read(at, size));
-    at += size;
-    values.push_back(bytes_of_each == 4 ? static_cast<std::int32_t>(last) : static_cast<std::int64_t>(last));
-  }
-  return values;
-}
 
 // A value: what it is, and itself or its place.
 struct CrateValue {

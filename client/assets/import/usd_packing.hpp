@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "client/assets/import/byte_reader.hpp"
+
+namespace hairnet::usda {
+
+using CrateBytes = std::span<const std::byte>;
+
+// How the tables and arrays of a crate are packed. Both give none for what is damaged, and reserve no more memory than
+// the packed bytes can fill.
+
+// Unpacks one block of LZ4, or several with their sizes, to at most `bytes_max` bytes.
+std::optional<std::vector<std::byte>> unpack(CrateBytes packed, std::size_t bytes_max);
+
+// Unpacks whole numbers of 4 or 8 bytes that begin with the size of their packed bytes: differences of 0 to 4 bytes, in
+// LZ4. `file` is what `in` reads.
+std::optional<std::vector<std::int64_t>> unpack_integers(ByteReader& in, std::uint64_t count, std::size_t bytes_of_each,
+                                                         CrateBytes file);
+
+}  // namespace hairnet::usda
