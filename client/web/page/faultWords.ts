@@ -31,11 +31,11 @@ export function refusedWords(detail: string, hasToken: boolean): string {
 export function foreignFileWords(fileName: string): string {
   const name = isolated(fileName);
   const stem = isolated(fileName.replace(/\.[^.]*$/, ""));
-  if (/\.(hair|tfx|data|abc)$/i.test(fileName))
-    return `${name} holds strands. This command makes a hairstyle of it: hairnet-groom import ${name} --out ${stem}.groom`;
-  if (/\.(ass|usd[acz]?|fbx|obj|blend|glb|gltf)$/i.test(fileName))
+  if (/\.(hair|tfx|data|abc|usd[acz]?|ply|np[yz]|obj)$/i.test(fileName))
+    return `If ${name} holds strands, this command makes a hairstyle of it: hairnet-groom import ${name} --out ${stem}.groom`;
+  if (/\.(ass|fbx|blend|glb|gltf)$/i.test(fileName))
     return (
-      `The page does not read ${name}. Export its hair as .abc, .hair, .tfx or .data; ` +
+      `The page does not read ${name}. Export its hair as .abc or .usd; ` +
       `then hairnet-groom import FILE --out ${stem}.groom makes a hairstyle of it.`
     );
   return `The page does not read ${name}: give it a hairstyle (.groom) or an avatar (.vrm).`;

@@ -41,7 +41,7 @@ test("other refusals are the server's own line", () => {
 });
 
 test("a file of another program leads to the command that makes a groom of it", async () => {
-  for (const name of ["braid.hair", "braid.TFX", "braid.data"])
+  for (const name of ["braid.hair", "braid.TFX", "braid.data", "braid.abc", "braid.usdz", "braid.npz"])
     expect(foreignFileWords(name)).toContain(`hairnet-groom import ${name} --out braid.groom`);
   expect(foreignFileWords("scene.fbx")).toContain("hairnet-groom import FILE --out scene.groom");
   expect(foreignFileWords("photo.png")).toContain("give it a hairstyle (.groom) or an avatar (.vrm)");
