@@ -34,7 +34,7 @@ test("a name that goes the page's way is as it is, and one of nothing but direct
 test("so it is with hairstyles, files and what a moderator writes", () => {
   expect(outside(`${hairstyleName(`a${kOverride}b`)} (in the room)`)).toBe("NAME (in the room)");
   expect(outside(foreignFileWords(`a${kOverride}riah.hair`))).toMatch(
-    /^NAME holds strands\..* import NAME --out NAME\.groom$/,
+    /^If NAME holds strands, .*: hairnet-groom import NAME --out NAME\.groom$/,
   );
   expect(outside(refusedWords(`the server says goodbye: removed: ${kOverride}spam`, true))).toBe("NAME.");
 });
