@@ -1,13 +1,14 @@
 #include "client/assets/import_hair.hpp"
 
+#include <glob.h>
+
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
 
 #include "client/assets/fitted_hair.hpp"
 #include "client/assets/import/guess_placement.hpp"
-#include "client/assets/import/obj.hpp"
-#include "client/assets/print_warnings.hpp"
 #include "client/assets/strand_file.hpp"
 #include "client/files/read_file.hpp"
 
@@ -34,42 +35,48 @@ void add_strands(ImportedStrands strands, const std::string& file, const std::st
 }
 
 Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
-  if (strand_format_of(file)) {
-    auto strands = read_strands(file);
-    if (!strands) return Refusal(strands.error());
-    add_strands(std::move(*strands), file, group, parts);
-    return {};
-  }
-  const auto bytes = read_file(file);
-  if (!bytes) return Refusal(file + ": " + bytes.error());
-  if (extension_of(file) != ".obj")
-    return Refusal(file + ": strands are read from " + std::string(kHairFiles) + " files");
-  auto lines = decode_obj_strands(as_text(*bytes));
-  if (!lines) return Refusal(file + ": " + lines.error());
-  if (lines->strand_count() == 0) return take_body(file, read_mesh(file), parts);
-  add_strands(std::move(*lines), file, group, parts);
+  auto strands = read_strands(file);
+  if (!strands) return Refusal(strands.error());
+  if (strands->strand_count() == 0) return take_body(file, read_mesh(file), parts);
+  add_strands(std::move(*strands), file, group, parts);
   return {};
 }
 
-Result<Groom> groom_of_body(const HairParts& parts, const HairImport& import) {
+Result<ImportedGroom> groom_of_body(const HairParts& parts, const HairImport& import) {
   const Result<Placement> placement = guess_mesh_placement(*parts.body, import.body);
   if (!placement) return Refusal(parts.body_file + ": " + placement.error());
-  print_warnings(parts.body_file, std::vector{"taken for a head, " + to_string(*placement) + "; with made hair"});
   TriangleMesh mesh;
   mesh.triangles = parts.body->triangles;
   for (const Vec3f& v : parts.body->vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
   Result<Groom> groom = fitted_hair(mesh);
   if (!groom) return Refusal(parts.body_file + ": " + groom.error());
-  return groom;
+  return ImportedGroom{std::move(*groom),
+                       *placement,
+                       {parts.body_file + ": taken for a head, " + to_string(*placement) + "; with made hair"}};
+}
+
+std::vector<std::string> files_in(const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string file = entry.path().string();
+    if (strand_decoder_of(file) != nullptr && extension_of(file) != ".txt") files.push_back(file);
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+std::vector<std::string> files_like(const std::string& pattern) {
+  std::vector<std::string> files;
+  glob_t found{};
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  globfree(&found);
+  return files;
 }
 
 }  // namespace
 
-bool is_foreign_hair(std::string_view path) {
-  return strand_format_of(path).has_value() || extension_of(path) == ".obj";
-}
-
-Result<Groom> import_hair(const HairFiles& files, const HairImport& import) {
+Result<ImportedGroom> import_hair(const HairFiles& files, const HairImport& import) {
   HairParts parts;
   for (std::size_t i = 0; i < files.files.size(); ++i) {
     const std::string& file = files.files[i];
@@ -83,10 +90,31 @@ Result<Groom> import_hair(const HairFiles& files, const HairImport& import) {
   if (parts.strands.empty() && !parts.body) return Refusal("there are no files of hair");
   if (parts.strands.empty()) return groom_of_body(parts, import);
   parts.name = files.name.empty() ? parts.strands.front().group : files.name;
-  Result<ImportedGroom> imported = import_hair_parts(std::move(parts), import);
+  return import_hair_parts(std::move(parts), import);
+}
+
+Result<Groom> load_hair(const HairFiles& files, const HairImport& import) {
+  Result<ImportedGroom> imported = import_hair(files, import);
   if (!imported) return Refusal(imported.error());
   for (const std::string& line : imported->warnings) std::fprintf(stderr, "%s\n", line.c_str());
   return std::move(imported->groom);
+}
+
+Result<std::vector<std::string>> hair_files_of(std::span<const std::string> names) {
+  std::vector<std::string> files;
+  for (const std::string& name : names) {
+    std::error_code error;
+    std::vector<std::string> more{name};
+    if (std::filesystem::is_directory(name, error)) {
+      more = files_in(name);
+      if (more.empty()) return Refusal(name + ": a folder without files of " + strand_extensions());
+    } else if (name.find_first_of("*?") != std::string::npos && !std::filesystem::exists(name, error)) {
+      more = files_like(name);
+      if (more.empty()) return Refusal(name + ": no file has such a name");
+    }
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  return files;
 }
 
 }  // namespace hairnet

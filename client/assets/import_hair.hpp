@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,9 +11,6 @@
 
 namespace hairnet {
 
-// Whether the name is that of a strand file of another program: one of kHairFiles.
-bool is_foreign_hair(std::string_view path);
-
 // The files of one head. An .obj without lines among `files` is the body that they were made on.
 struct HairFiles {
   std::vector<std::string> files;
@@ -22,8 +20,15 @@ struct HairFiles {
 };
 
 // Makes a groom of the strands in files of other programs; each file becomes a group, or several if it names them.
-// Without strands the body gets made hair, fitted to it. Prints what was guessed and cut as lines on stderr. The error
+// Without strands the body gets made hair, fitted to it. What was guessed and cut stands in the warnings. The error
 // begins with a file's name.
-Result<Groom> import_hair(const HairFiles& files, const HairImport& import = {});
+Result<ImportedGroom> import_hair(const HairFiles& files, const HairImport& import = {});
+// Does the same and prints the warnings as lines on stderr.
+Result<Groom> load_hair(const HairFiles& files, const HairImport& import = {});
+
+// Replaces each folder by the strand files and bodies in it, but not .txt, and each pattern with * or ? that is no
+// file's name by the files that match it, all in the order of their names. Returns an error for a folder or a pattern
+// with none.
+Result<std::vector<std::string>> hair_files_of(std::span<const std::string> names);
 
 }  // namespace hairnet

@@ -1,5 +1,7 @@
 #include "client/assets/strand_file.hpp"
 
+#include <algorithm>
+
 #include "client/assets/import/obj.hpp"
 #include "client/files/read_file.hpp"
 
@@ -12,25 +14,23 @@ Refusal of_file(const std::string& path, const std::string& reason) {
 
 }  // namespace
 
-std::optional<StrandFormat> strand_format_of(std::string_view path) {
-  const std::string extension = extension_of(path);
-  if (extension == ".hair") return StrandFormat::yuksel_hair;
-  if (extension == ".tfx" || extension == ".txt") return StrandFormat::tressfx;
-  if (extension == ".data") return StrandFormat::usc_data;
-  if (extension == ".abc") return StrandFormat::alembic;
-  if (extension == ".usda" || extension == ".usd" || extension == ".usdc" || extension == ".usdz")
-    return StrandFormat::usd;
-  if (extension == ".ply") return StrandFormat::ply;
-  if (extension == ".npy" || extension == ".npz") return StrandFormat::npy;
-  return {};
+std::string strand_extensions() {
+  std::string text;
+  for (const StrandReader& reader : strand_readers()) (text += text.empty() ? "" : " ") += reader.extension;
+  return text;
+}
+
+StrandDecoder* strand_decoder_of(std::string_view path) {
+  const auto found = std::ranges::find(strand_readers(), extension_of(path), &StrandReader::extension);
+  return found == strand_readers().end() ? nullptr : found->decode;
 }
 
 Result<ImportedStrands> read_strands(const std::string& path) {
-  const std::optional<StrandFormat> format = strand_format_of(path);
-  if (!format) return of_file(path, "strands are read from " + std::string(kHairFiles) + " files");
+  StrandDecoder* const decode = strand_decoder_of(path);
+  if (decode == nullptr) return of_file(path, "strands are read from " + strand_extensions() + " files");
   const auto bytes = read_file(path);
   if (!bytes) return of_file(path, bytes.error());
-  auto strands = decode_strands(*format, *bytes);
+  auto strands = decode(*bytes);
   if (!strands) return of_file(path, strands.error());
   return strands;
 }

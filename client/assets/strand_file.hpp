@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -10,12 +9,11 @@
 
 namespace hairnet {
 
-// The extensions of strand files, for messages.
-inline constexpr std::string_view kHairFiles = ".hair .tfx .txt .data .abc .usd .usda .usdc .usdz .ply .npy .npz .obj";
+// The extensions of strand files, for messages: ".hair .tfx …".
+std::string strand_extensions();
 
-// The format that a file's extension names, also in capitals: one of kHairFiles but .obj, which may be a body; none for
-// any other.
-std::optional<StrandFormat> strand_format_of(std::string_view path);
+// Reads what a file's extension names, also in capitals; null for a file that holds no strands by its name.
+StrandDecoder* strand_decoder_of(std::string_view path);
 
 // Read strands and bodies from their files. An error begins with the file's name.
 Result<ImportedStrands> read_strands(const std::string& path);

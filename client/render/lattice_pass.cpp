@@ -28,6 +28,7 @@ void LatticePass::reserve(std::size_t rows) {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
   if (rows == rows_) return;
   rows_ = rows;
+  // The bits of floats: every device can draw into this format.
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(draw::kLatticeRow), static_cast<GLsizei>(rows_), 0,
                GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
   set_nearest();

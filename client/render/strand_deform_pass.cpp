@@ -14,6 +14,7 @@ Result<StrandDeformPass> StrandDeformPass::build() {
 void StrandDeformPass::Points::allocate(GLint unit, std::size_t rows) const {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_2D, texture.name());
+  // The bits of floats: every device can draw into this format.
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(kPointRow), static_cast<GLsizei>(rows), 0,
                GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
   for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})

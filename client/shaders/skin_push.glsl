@@ -11,6 +11,7 @@ const float kSkinWaySteps = 89.0;
 const float kSkinSlack = 1e-5;
 const float kSkinFullBlend = 0.25;
 
+// Nodes are fetched and weighed here: devices interpolate filtered texels in 256 steps, so hair at rest would move.
 vec4 skin_node(int node) {
   return texelFetch(skin_nodes, ivec2(node & (kSkinRow - 1), node / kSkinRow), 0);
 }

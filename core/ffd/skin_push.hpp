@@ -43,7 +43,8 @@ struct SkinGrid {
 // Hair at rest keeps its bits.
 class SkinPush {
  public:
-  static constexpr int kTurns = 2;  // over the bones
+  // A push goes over the bones so often. With one turn two to four times as many points stay too deep.
+  static constexpr int kTurns = 2;
   // In the design a point is this much farther away than its limit, so that rounding does not move it.
   static constexpr float kSlack_m = 1e-5f;
   // The push of other bones than the head is complete from this root blend on.

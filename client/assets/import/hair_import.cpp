@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "client/assets/import/fill_strands.hpp"
 #include "client/assets/import/guess_placement.hpp"
 #include "client/assets/import/guess_roots.hpp"
 #include "client/assets/import/outliers.hpp"
@@ -203,6 +204,13 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   def.files = std::move(parts.strands);
   Result<ImportedGroom> imported = assemble_groom(def);
   if (!imported) return Refusal(first + imported.error());
+  if (import.fill) {
+    const std::size_t guide_count = imported->groom.strand_count();
+    const Result<void> filled = fill_strands(*import.fill, imported->groom);
+    if (!filled) return Refusal(first + filled.error());
+    remarks.notes.push_back(first + "its " + std::to_string(guide_count) + " strands are guides, between which " +
+                            std::to_string(*import.fill - guide_count) + " are filled in");
+  }
   for (std::string& warning : imported->warnings) remarks.doubts.push_back(first + warning);
   imported->warnings = std::move(remarks.notes);
   std::ranges::move(remarks.doubts, std::back_inserter(imported->warnings));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,8 @@ struct HairImport {
   KnownPlacement strands, body;
   RootEnd roots = RootEnd::guess;
   double hairs_in_all = 100'000;
+  // The strands are guides between which others are filled in, up to this number; none for as many as there are.
+  std::optional<std::size_t> fill;
   // Refuses hair of which something would be cut, or taken in spite of a doubt.
   bool strict = false;
   // The program's flags up, face, unit and roots begin with it in messages.

@@ -1,9 +1,11 @@
 #include "client/assets/import/strands.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "client/assets/import/alembic.hpp"
+#include "client/assets/import/obj.hpp"
 #include "client/assets/import/strand_points.hpp"
 
 namespace hairnet {
@@ -18,6 +20,10 @@ std::string append_points(ByteReader& in, std::size_t strand, std::size_t count,
     in.skip(gap_bytes);
   }
   return {};
+}
+
+Result<ImportedStrands> decode_obj_file(std::span<const std::byte> bytes) {
+  return decode_obj_strands({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
@@ -38,24 +44,21 @@ std::string read_strand(ByteReader& in, std::size_t count, std::size_t gap_bytes
   return append_points(in, strand, count, gap_bytes, strands.points);
 }
 
-Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes) {
-  switch (format) {
-    case StrandFormat::yuksel_hair:
-      return decode_yuksel_hair(bytes);
-    case StrandFormat::tressfx:
-      return decode_tressfx(bytes);
-    case StrandFormat::usc_data:
-      return decode_usc_data(bytes);
-    case StrandFormat::alembic:
-      return decode_alembic(bytes);
-    case StrandFormat::usd:
-      return decode_usd_curves(bytes);
-    case StrandFormat::ply:
-      return decode_ply(bytes);
-    case StrandFormat::npy:
-      return decode_npy(bytes);
-  }
-  return Refusal("no such strand format");
+std::span<const StrandReader> strand_readers() {
+  static constexpr std::array<StrandReader, 13> kReaders{{{".hair", decode_yuksel_hair},
+                                                          {".tfx", decode_tressfx},
+                                                          {".txt", decode_tressfx},
+                                                          {".data", decode_usc_data},
+                                                          {".abc", decode_alembic},
+                                                          {".usd", decode_usd_curves},
+                                                          {".usda", decode_usd_curves},
+                                                          {".usdc", decode_usd_curves},
+                                                          {".usdz", decode_usd_curves},
+                                                          {".ply", decode_ply},
+                                                          {".npy", decode_npy},
+                                                          {".npz", decode_npy},
+                                                          {".obj", decode_obj_file}}};
+  return kReaders;
 }
 
 std::vector<StrandGroup> divide_groups(ImportedStrands strands) {

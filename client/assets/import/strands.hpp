@@ -56,8 +56,6 @@ struct StrandGroup {
 };
 std::vector<StrandGroup> divide_groups(ImportedStrands strands);
 
-enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data, alembic, usd, ply, npy };
-
 // Every count is compared with the size of `bytes` before memory is reserved. Returns an error for non-finite points,
 // truncation at any byte, and wrong magic or version.
 Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes);
@@ -67,6 +65,14 @@ Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes);         // .npy and .npz
 Result<ImportedStrands> decode_usd_curves(std::span<const std::byte> bytes);  // text, binary, or in an archive
-Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes);
+
+// Decodes the strands of a file. An .obj without lines has none.
+using StrandDecoder = Result<ImportedStrands>(std::span<const std::byte> bytes);
+struct StrandReader {
+  std::string_view extension;
+  StrandDecoder* decode;
+};
+// Every format of strand files, in the order of messages.
+std::span<const StrandReader> strand_readers();
 
 }  // namespace hairnet

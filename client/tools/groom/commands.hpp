@@ -29,7 +29,10 @@ struct ImportOptions {
   double root_spread = 0;               // random share by which each strand's own root length differs
   MaterialOptions materials;
   std::string out;
+  // Prints one object of JSON on stdout instead of lines.
+  bool json = false;
 };
+// The files may be folders and patterns.
 Result<void> import_groom(const ImportOptions& options);
 
 struct MakeOptions {

@@ -1,4 +1,6 @@
+#include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "client/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
@@ -19,21 +21,52 @@ void spread_root_lengths(const ImportOptions& options, Groom& groom) {
   }
 }
 
+nlohmann::ordered_json json_of(const ImportedGroom& imported, const std::string& file) {
+  const Groom& groom = imported.groom;
+  const Placement& placement = imported.placement;
+  std::vector<std::size_t> strands(groom.group_names.size());
+  for (const StrandProperties& strand : groom.strands) ++strands[strand.group];
+  nlohmann::ordered_json groups = nlohmann::ordered_json::array();
+  for (std::size_t g = 0; g < strands.size(); ++g)
+    groups.push_back({{"name", groom.group_names[g]}, {"strands", strands[g]}});
+  return {{"file", file},
+          {"name", groom.name},
+          {"strands", groom.strand_count()},
+          {"points", groom.points.size()},
+          {"groups", groups},
+          {"up", name_of(placement.up)},
+          {"face", name_of(placement.face)},
+          {"unit_m", placement.unit_m},
+          {"remarks", imported.warnings}};
+}
+
 }  // namespace
 
 Result<void> import_groom(const ImportOptions& options) {
   if (const Result<void> possible = check_can_write({options.out}); !possible) return possible;
   HairFiles files = options.files;
+  Result<std::vector<std::string>> all = hair_files_of(files.files);
+  if (!all) return Refusal(all.error());
+  files.files = std::move(*all);
+  if (!files.groups.empty() && files.groups.size() != files.files.size())
+    return Refusal("--group: " + std::to_string(files.groups.size()) + " names for " +
+                   std::to_string(files.files.size()) + " files; give as many, or none");
   if (files.name.empty()) files.name = std::filesystem::path(options.out).stem().string();
-  Result<Groom> imported = import_hair(files, options.import);
+  Result<ImportedGroom> imported = import_hair(files, options.import);
   if (!imported) return Refusal(imported.error());
-  Groom& groom = *imported;
+  Groom& groom = imported->groom;
+  if (!options.json) {
+    for (const std::string& line : imported->warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  }
   if (const Result<void> applied = apply_materials(options.materials, groom); !applied) return applied;
   if (options.root_length_m) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
   }
   if (options.root_spread > 0) spread_root_lengths(options, groom);
-  return save_groom(groom, options.out);
+  if (!options.json) return save_groom(groom, options.out);
+  if (const Result<void> written = write_groom(groom, options.out); !written) return written;
+  std::printf("%s\n", json_of(*imported, options.out).dump(2).c_str());
+  return {};
 }
 
 }  // namespace hairnet::groom

@@ -20,6 +20,8 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-groom make short --out short.groom
   hairnet-groom import straight.hair --out straight.groom
   hairnet-groom import back.tfx side.tfx tail.tfx --body head.obj --out tail.groom
+  hairnet-groom import guides.abc --fill 20000 --json --out filled.groom
+  hairnet-groom import 'hair/*.ply' --out parts.groom
   hairnet-groom import short.data --face -y --roots last --strict --out short.groom
   hairnet-groom inspect curls.groom --levels
   hairnet-groom levels curls.groom --out curls.levels
@@ -64,8 +66,11 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
 
 void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
   CLI::App& import =
-      *app.add_subcommand("import", "strands that people have (" + std::string(kHairFiles) + "), to a groom file");
-  import.add_option("files", o.files.files, "strand files; each becomes a group, or several if it names them")
+      *app.add_subcommand("import", "strands that people have (" + strand_extensions() + "), to a groom file");
+  import
+      .add_option("files", o.files.files,
+                  "strand files of one head, folders of them, patterns; each becomes a group, or several if it names "
+                  "them")
       ->required();
   import.add_option("--out,-o", o.out, "groom file to write")->required();
   add_hair_flags(import, "--", o.import);
@@ -81,6 +86,10 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
       ->check(in_range(1e-6, 1e3));
   import.add_option("--group", o.files.groups,
                     "name of each file's group, in order (what the files say, or their names)");
+  import
+      .add_option("--fill", o.import.fill,
+                  "strands in all: the files hold guides, between which others are filled in over the scalp (none)")
+      ->check(CLI::Range(std::size_t{4}, GroomLimits{}.strand_count_max));
   import.add_option("--hairs", o.import.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
   import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (the material's)")
       ->check(in_range(0, 10));
@@ -88,6 +97,7 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
       ->check(in_range(0, 0.95));
   add_material_flags(import, o.materials);
   import.add_option("--name", o.files.name, "the groom's name (the out file's)");
+  import.add_flag("--json", o.json, "print what was made, taken and left out as JSON");
 }
 
 CLI::App& add_learn(CLI::App& app, groom::LearnOptions& o) {
@@ -134,11 +144,7 @@ int run(int argc, char** argv) {
   groom::LearnOptions learn;
   const CLI::App& learn_app = add_learn(app, learn);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
-  const auto check_flags = [&] {
-    if (!import.files.groups.empty() && import.files.groups.size() != import.files.files.size())
-      throw CLI::ValidationError("--group", "as many names as files, or none");
-  };
-  if (const auto exit_status = parse_command_line(app, argc, argv, check_flags)) return *exit_status;
+  if (const auto exit_status = parse_command_line(app, argc, argv)) return *exit_status;
   if (origin.size() == 3) import.import.strands.origin = Vec3(origin[0], origin[1], origin[2]);
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (make_app.parsed()) return report(groom::make_groom(make));

@@ -7,7 +7,9 @@
 
 namespace hairnet::groom {
 
-// Writes the groom's file and prints its name and size on stdout.
+// Writes the groom's file.
+Result<void> write_groom(const Groom& groom, const std::string& path);
+// Does the same and prints its name and size on stdout.
 Result<void> save_groom(const Groom& groom, const std::string& path);
 
 }  // namespace hairnet::groom

@@ -15,7 +15,7 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
   std::vector<std::string> motions;
   std::vector<std::shared_ptr<const Groom>> grooms;
   for (const std::string& file : files) {
-    if (is_foreign_hair(file)) {
+    if (strand_decoder_of(file) != nullptr) {
       foreign.files.push_back(file);
     } else if (extension_of(file) == ".bvh") {
       motions.push_back(file);
@@ -24,12 +24,12 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
       if (!groom) return Refusal(groom.error());
       grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
     } else {
-      return Refusal(file + ": not one of " + std::string(kHairFiles) + " .groom .bvh");
+      return Refusal(file + ": not one of " + strand_extensions() + " .groom .bvh");
     }
   }
   if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);
   if (!foreign.files.empty()) {
-    Result<Groom> groom = import_hair(foreign, import);
+    Result<Groom> groom = load_hair(foreign, import);
     if (!groom) return Refusal(groom.error());
     grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
   }

@@ -20,7 +20,7 @@ double ServerCosts::cpu_s(HairLevel level, double observed) const {
     case HairLevel::low:
       return low_ms / 1e3;
     case HairLevel::half_learnt:
-      return std::max(crowd_half_cpu_ms, low_ms - crowd_low_cpu_ms + crowd_half_cpu_ms) / 1e3;
+      return (cpu_s(HairLevel::low, observed) + cpu_s(HairLevel::learnt, observed)) / 2;
     case HairLevel::learnt:
       return std::max(crowd_learnt_cpu_ms, low_ms - crowd_low_cpu_ms + crowd_learnt_cpu_ms) / 1e3;
     case HairLevel::high:
@@ -56,7 +56,6 @@ const std::vector<CostFigure>& cost_figures() {
       {"--high-cpu-32", &ServerCosts::high_cpu_32_ms, "ms", "the same, high, in a room of 32", kRooms32},
       {"--crowd-low-cpu", &ServerCosts::crowd_low_cpu_ms, "ms",
        "processor time, low, in a crowd that one client observes", kCrowd},
-      {"--crowd-half-cpu", &ServerCosts::crowd_half_cpu_ms, "ms", "the same, half learnt and half low", kCrowd},
       {"--crowd-learnt-cpu", &ServerCosts::crowd_learnt_cpu_ms, "ms", "the same, learnt", kCrowd},
       {"--low-kb-8", &ServerCosts::low_8_kb, "kB", "bytes from the server, low, a character and second in a room of 8",
        kRooms8},

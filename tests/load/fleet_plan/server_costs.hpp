@@ -15,7 +15,7 @@ struct ServerCosts {
   // Processor time, ms a character and second.
   double low_cpu_8_ms = 1.11, low_cpu_32_ms = 1.33;
   double high_cpu_8_ms = 3.6, high_cpu_32_ms = 3.6;
-  double crowd_low_cpu_ms = 0.48, crowd_half_cpu_ms = 0.31, crowd_learnt_cpu_ms = 0.085;
+  double crowd_low_cpu_ms = 0.48, crowd_learnt_cpu_ms = 0.085;
   // Bytes from the server, kB a character and second.
   double low_8_kb = 23.2, low_32_kb = 84.6;
   double high_8_kb = 29.4, high_32_kb = 109;

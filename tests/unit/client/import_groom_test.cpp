@@ -252,7 +252,7 @@ TEST(AssembleGroom, few_strands_or_roots_in_a_plane_still_make_a_valid_groom) {
 struct RealGroom {
   const char* name;
   std::vector<const char*> files;
-  StrandFormat format;
+  StrandDecoder* decode;
   Placement placement;
   const char* body;  // nullptr: none
   std::optional<Placement> body_placement;
@@ -263,26 +263,26 @@ std::vector<RealGroom> real_grooms() {
   return {
       {"yuksel_straight",
        {"straight.hair"},
-       StrandFormat::yuksel_hair,
+       decode_yuksel_hair,
        {Axis::plus_z, Axis::plus_y, 0.0033, {}},
        nullptr,
        {},
        10'000},
       {"amd_ponytail",
        {"back.tfx", "front_top.tfx", "side.tfx", "tail.tfx"},
-       StrandFormat::tressfx,
+       decode_tressfx,
        {Axis::plus_y, Axis::minus_z, 0.00254, {}},
        "amd_ponytail_head_max4.obj",
        Placement{Axis::plus_y, Axis::plus_z, 0.00254, {}},
        4'933},
       {"harolongo",
        {"harolongo.data"},
-       StrandFormat::usc_data,
+       decode_usc_data,
        {Axis::plus_y, Axis::plus_z, 0.01, {}},
        "digitalsalon_female_body_scaled.obj",
        {},
        7'905},
-      {"sintel", {"SintelHairOriginal-sintel_hair.16points.tfx"}, StrandFormat::tressfx, {}, "sintel.obj", {}, 11'400},
+      {"sintel", {"SintelHairOriginal-sintel_hair.16points.tfx"}, decode_tressfx, {}, "sintel.obj", {}, 11'400},
   };
 }
 
@@ -292,7 +292,7 @@ Result<GroomDef> read_real(const RealGroom& real) {
   def.placement = real.placement;
   for (const char* file : real.files) {
     const auto path = test::shared_data() / "hair" / real.name / file;
-    auto strands = decode_strands(real.format, test::file_bytes(path));
+    auto strands = real.decode(test::file_bytes(path));
     if (!strands) return Refusal(path.string() + ": " + strands.error());
     def.files.push_back({std::move(*strands), path.stem().string()});
   }

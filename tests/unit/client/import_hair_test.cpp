@@ -277,7 +277,7 @@ TEST(HairImport, places_real_hair_as_people_do_and_takes_nothing_off_it) {
     }
     std::size_t strand_count = 0;
     for (const auto& file : files) {
-      auto strands = decode_strands(real.format, test::file_bytes(file));
+      auto strands = real.decode(test::file_bytes(file));
       ASSERT_TRUE(strands) << strands.error();
       strand_count += strands->strand_count();
       parts.strands.push_back({std::move(*strands), file.stem().string(), file.string()});

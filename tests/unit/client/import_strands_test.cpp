@@ -18,7 +18,7 @@ constexpr std::uint32_t kHuge = std::numeric_limits<std::uint32_t>::max();
 
 struct Made {
   const char* name;
-  StrandFormat format;
+  StrandDecoder* decode;
   std::vector<std::byte> (*file)();
   std::vector<std::uint32_t> strand_begin;
   std::size_t needed_bytes;  // a file cut before this is refused
@@ -28,10 +28,10 @@ struct Made {
 
 const std::vector<Made>& all_formats() {
   static const std::vector<Made> kMade{
-      {"yuksel", StrandFormat::yuksel_hair, test::yuksel_file, {0, 2, 3, 6}, test::yuksel_file().size()},
-      {"tressfx3", StrandFormat::tressfx, test::tressfx3_file, {0, 3, 6}, test::tressfx3_file().size()},
-      {"tressfx4", StrandFormat::tressfx, test::tressfx4_file, {0, 3, 6}, test::tressfx4_file().size() - 16},
-      {"usc", StrandFormat::usc_data, test::usc_file, {0, 2, 3, 6}, test::usc_file().size()},
+      {"yuksel", decode_yuksel_hair, test::yuksel_file, {0, 2, 3, 6}, test::yuksel_file().size()},
+      {"tressfx3", decode_tressfx, test::tressfx3_file, {0, 3, 6}, test::tressfx3_file().size()},
+      {"tressfx4", decode_tressfx, test::tressfx4_file, {0, 3, 6}, test::tressfx4_file().size() - 16},
+      {"usc", decode_usc_data, test::usc_file, {0, 2, 3, 6}, test::usc_file().size()},
   };
   return kMade;
 }
@@ -45,15 +45,15 @@ void expect_sound(const ImportedStrands& strands, std::size_t file_bytes) {
   EXPECT_LE(12 * strands.points.size(), file_bytes);
 }
 
-std::string refusal(StrandFormat format, const std::vector<std::byte>& bytes) {
-  const auto strands = decode_strands(format, bytes);
+std::string refusal(StrandDecoder* decode, const std::vector<std::byte>& bytes) {
+  const auto strands = decode(bytes);
   return strands ? std::string() : strands.error();
 }
 
 class ImportStrands : public testing::TestWithParam<Made> {};
 
 TEST_P(ImportStrands, reads_strands_root_first) {
-  const auto strands = decode_strands(GetParam().format, GetParam().file());
+  const auto strands = GetParam().decode(GetParam().file());
   ASSERT_TRUE(strands) << strands.error();
   EXPECT_EQ(strands->strand_begin, GetParam().strand_begin);
   ASSERT_EQ(strands->points.size(), 6u);
@@ -68,7 +68,7 @@ TEST_P(ImportStrands, refuses_every_truncation_with_a_reason) {
   for (std::size_t length = 0; length < GetParam().needed_bytes; ++length) {
     // A vector of exactly this size, so that reading past it shows under the sanitizer.
     const std::vector<std::byte> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
-    EXPECT_NE(refusal(GetParam().format, cut), "") << length << " bytes";
+    EXPECT_NE(refusal(GetParam().decode, cut), "") << length << " bytes";
   }
 }
 
@@ -78,7 +78,7 @@ TEST_P(ImportStrands, any_corrupt_byte_is_refused_or_gives_finite_points) {
     for (const int flip : {0x01, 0x02, 0x10, 0x40, 0x7f, 0x80, 0xff}) {
       std::vector<std::byte> bytes = whole;
       bytes[at] ^= static_cast<std::byte>(flip);
-      const auto strands = decode_strands(GetParam().format, bytes);
+      const auto strands = GetParam().decode(bytes);
       if (strands) {
         expect_sound(*strands, bytes.size());
       } else {
@@ -103,15 +103,15 @@ TEST_P(ImportStrands, refuses_a_coordinate_that_is_not_finite_and_names_its_plac
     while (at + 8 <= bytes.size() && !is_one(at)) ++at;
     ASSERT_LE(at + 8, bytes.size());
     std::memcpy(&bytes[at], &bad, 4);
-    EXPECT_THAT(refusal(GetParam().format, bytes), HasSubstr("strand 0, point 1"));
+    EXPECT_THAT(refusal(GetParam().decode, bytes), HasSubstr("strand 0, point 1"));
   }
 }
 
 TEST_P(ImportStrands, refuses_empty_input_and_other_formats) {
-  EXPECT_NE(refusal(GetParam().format, {}), "");
+  EXPECT_NE(refusal(GetParam().decode, {}), "");
   for (const Made& other : all_formats()) {
-    if (other.format == GetParam().format) continue;
-    EXPECT_NE(refusal(GetParam().format, other.file()), "") << other.name;
+    if (other.decode == GetParam().decode) continue;
+    EXPECT_NE(refusal(GetParam().decode, other.file()), "") << other.name;
   }
 }
 
@@ -123,28 +123,27 @@ TEST(ImportStrandsCounts, absurd_counts_are_refused_in_every_field) {
                                         std::pair{0x10000u, 0x10000u}, std::pair{0x80000000u, 2u}}) {
     for (std::uint32_t arrays = 2; arrays < 32; ++arrays) {
       for (const std::uint32_t segments : {0u, 1u, kHuge}) {
-        EXPECT_NE(
-            refusal(StrandFormat::yuksel_hair, test::yuksel_header(strands, points, arrays, segments).zeros(64).take()),
-            "");
+        EXPECT_NE(refusal(decode_yuksel_hair, test::yuksel_header(strands, points, arrays, segments).zeros(64).take()),
+                  "");
       }
     }
-    EXPECT_NE(refusal(StrandFormat::tressfx, test::tressfx3_header(strands, points, 148).zeros(64).take()), "");
-    EXPECT_NE(refusal(StrandFormat::tressfx, test::tressfx4_header(strands, points, 160).zeros(64).take()), "");
-    EXPECT_NE(refusal(StrandFormat::usc_data, Bytes().u32(strands).u32(points).zeros(64).take()), "");
-    EXPECT_NE(refusal(StrandFormat::usc_data, Bytes().u32(1).u32(points | 1u << 31).zeros(64).take()), "");
+    EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(strands, points, 148).zeros(64).take()), "");
+    EXPECT_NE(refusal(decode_tressfx, test::tressfx4_header(strands, points, 160).zeros(64).take()), "");
+    EXPECT_NE(refusal(decode_usc_data, Bytes().u32(strands).u32(points).zeros(64).take()), "");
+    EXPECT_NE(refusal(decode_usc_data, Bytes().u32(1).u32(points | 1u << 31).zeros(64).take()), "");
   }
   for (const std::uint32_t offset : {0u, 100u, 250u, kHuge, kHuge - 3}) {
-    EXPECT_NE(refusal(StrandFormat::tressfx, test::tressfx3_header(1, 1, offset).zeros(64).take()), "") << offset;
-    EXPECT_NE(refusal(StrandFormat::tressfx, test::tressfx4_header(1, 1, offset).zeros(64).take()), "") << offset;
+    EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(1, 1, offset).zeros(64).take()), "") << offset;
+    EXPECT_NE(refusal(decode_tressfx, test::tressfx4_header(1, 1, offset).zeros(64).take()), "") << offset;
   }
 }
 
 TEST(ImportStrandsCounts, refuses_files_without_strands_or_points) {
-  EXPECT_NE(refusal(StrandFormat::yuksel_hair, test::yuksel_header(0, 0, 2, 0).take()), "");
-  EXPECT_NE(refusal(StrandFormat::yuksel_hair, test::yuksel_header(1, 1, 1, 0).u16(0).take()), "");
-  EXPECT_NE(refusal(StrandFormat::tressfx, test::tressfx3_header(0, 3, 148).take()), "");
-  EXPECT_NE(refusal(StrandFormat::tressfx, test::tressfx3_header(3, 0, 148).take()), "");
-  EXPECT_NE(refusal(StrandFormat::usc_data, Bytes().u32(0).take()), "");
+  EXPECT_NE(refusal(decode_yuksel_hair, test::yuksel_header(0, 0, 2, 0).take()), "");
+  EXPECT_NE(refusal(decode_yuksel_hair, test::yuksel_header(1, 1, 1, 0).u16(0).take()), "");
+  EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(0, 3, 148).take()), "");
+  EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(3, 0, 148).take()), "");
+  EXPECT_NE(refusal(decode_usc_data, Bytes().u32(0).take()), "");
 }
 
 TEST(ImportYuksel, takes_the_default_segments_where_there_is_no_array) {
@@ -158,7 +157,7 @@ TEST(ImportYuksel, takes_the_default_segments_where_there_is_no_array) {
 TEST(ImportYuksel, refuses_segments_that_do_not_make_the_points) {
   for (const int segments : {0, 2, 0xffff}) {
     const std::string reason =
-        refusal(StrandFormat::yuksel_hair,
+        refusal(decode_yuksel_hair,
                 test::yuksel_header(1, 2, 3, 0).u16(static_cast<std::uint16_t>(segments)).point(0).point(1).take());
     EXPECT_THAT(reason, HasSubstr("header says 2"));
   }
@@ -168,7 +167,7 @@ TEST(ImportTressfx, refuses_other_versions) {
   for (const float version : {0.0f, 2.0f, 3.5f, 5.0f, std::numeric_limits<float>::quiet_NaN()}) {
     std::vector<std::byte> bytes = test::tressfx4_file();
     std::memcpy(bytes.data(), &version, 4);
-    EXPECT_THAT(refusal(StrandFormat::tressfx, bytes), HasSubstr("version"));
+    EXPECT_THAT(refusal(decode_tressfx, bytes), HasSubstr("version"));
   }
 }
 
@@ -178,12 +177,12 @@ TEST(ImportUsc, keeps_strands_without_points_and_refuses_what_follows_the_last) 
   EXPECT_EQ(strands->strand_begin, (std::vector<std::uint32_t>{0, 0, 1}));
   std::vector<std::byte> longer = test::usc_file();
   longer.push_back(std::byte{0});
-  EXPECT_THAT(refusal(StrandFormat::usc_data, longer), HasSubstr("too long"));
+  EXPECT_THAT(refusal(decode_usc_data, longer), HasSubstr("too long"));
 }
 
 struct Real {
   const char* file;
-  StrandFormat format;
+  StrandDecoder* decode;
   std::size_t strand_count, point_count;
   std::array<float, 3> low, high;  // as the data's own list has them, to its digits; equal where it gives none
 };
@@ -193,23 +192,18 @@ TEST(ImportRealStrands, counts_and_bounds_are_those_the_data_set_lists) {
     GTEST_SKIP() << "no real hairstyles at " << test::shared_data();
   const std::vector<Real> files{
       {"yuksel_straight/straight.hair",
-       StrandFormat::yuksel_hair,
+       decode_yuksel_hair,
        10'000,
        160'000,
        {-32.5f, -33.9f, -22.7f},
        {30.9f, 24.1f, 63.7f}},
-      {"amd_ponytail/back.tfx", StrandFormat::tressfx, 517, 8'272, {}, {}},
-      {"amd_ponytail/front_top.tfx", StrandFormat::tressfx, 876, 14'016, {}, {}},
-      {"amd_ponytail/side.tfx", StrandFormat::tressfx, 3'066, 49'056, {}, {}},
-      {"amd_ponytail/tail.tfx", StrandFormat::tressfx, 474, 7'584, {}, {}},
-      {"harolongo/harolongo.data",
-       StrandFormat::usc_data,
-       7'905,
-       166'005,
-       {-11.8f, -14.3f, -18.6f},
-       {10.5f, 14.2f, 4.6f}},
+      {"amd_ponytail/back.tfx", decode_tressfx, 517, 8'272, {}, {}},
+      {"amd_ponytail/front_top.tfx", decode_tressfx, 876, 14'016, {}, {}},
+      {"amd_ponytail/side.tfx", decode_tressfx, 3'066, 49'056, {}, {}},
+      {"amd_ponytail/tail.tfx", decode_tressfx, 474, 7'584, {}, {}},
+      {"harolongo/harolongo.data", decode_usc_data, 7'905, 166'005, {-11.8f, -14.3f, -18.6f}, {10.5f, 14.2f, 4.6f}},
       {"sintel/SintelHairOriginal-sintel_hair.16points.tfx",
-       StrandFormat::tressfx,
+       decode_tressfx,
        11'400,
        182'400,
        {-0.116f, 1.396f, -0.130f},
@@ -217,7 +211,7 @@ TEST(ImportRealStrands, counts_and_bounds_are_those_the_data_set_lists) {
   };
   for (const Real& real : files) {
     const std::vector<std::byte> bytes = test::file_bytes(test::shared_data() / "hair" / real.file);
-    const auto strands = decode_strands(real.format, bytes);
+    const auto strands = real.decode(bytes);
     ASSERT_TRUE(strands) << real.file << ": " << strands.error();
     EXPECT_EQ(strands->strand_count(), real.strand_count) << real.file;
     EXPECT_EQ(strands->points.size(), real.point_count) << real.file;

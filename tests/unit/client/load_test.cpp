@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "client/assets/import/alembic.hpp"
 #include "client/assets/load_motion.hpp"
 #include "client/assets/strand_file.hpp"
 #include "client/files/read_file.hpp"
@@ -66,11 +67,11 @@ TEST_F(LoadedFiles, what_is_no_regular_file_is_refused_and_never_waited_for) {
 }
 
 TEST_F(LoadedFiles, a_format_is_recognised_by_an_extension_in_any_case) {
-  EXPECT_EQ(strand_format_of("a/straight.HAIR"), StrandFormat::yuksel_hair);
-  EXPECT_EQ(strand_format_of("Tail.Tfx"), StrandFormat::tressfx);
-  EXPECT_EQ(strand_format_of("b.DATA"), StrandFormat::usc_data);
-  EXPECT_EQ(strand_format_of("Groom.Abc"), StrandFormat::alembic);
-  EXPECT_EQ(strand_format_of("b.obj"), std::nullopt);
+  EXPECT_EQ(strand_decoder_of("a/straight.HAIR"), decode_yuksel_hair);
+  EXPECT_EQ(strand_decoder_of("Tail.Tfx"), decode_tressfx);
+  EXPECT_EQ(strand_decoder_of("b.DATA"), decode_usc_data);
+  EXPECT_EQ(strand_decoder_of("Groom.Abc"), decode_alembic);
+  EXPECT_EQ(strand_decoder_of("b.groom"), nullptr);
   EXPECT_THAT(read_strands(written("curls.HAIR", "no hair")).error(), HasSubstr("curls.HAIR: not a .hair file"));
   EXPECT_THAT(read_strands(written("x.abc", "no hair")).error(), HasSubstr("x.abc: not an Alembic file"));
   EXPECT_THAT(read_mesh(written("head.OBJ", "v 0 0 0\n")).error(), HasSubstr("head.OBJ: not a mesh"));

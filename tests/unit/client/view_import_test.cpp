@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "client/assets/fitted_hair.hpp"
 #include "client/assets/import/guess_placement.hpp"
@@ -78,12 +79,52 @@ class ImportedFiles : public ::testing::Test {
 
 TEST_F(ImportedFiles, warnings_about_strands_name_their_file) {
   ::testing::internal::CaptureStderr();
-  const Result<Groom> groom = import_hair({{body_file(), hair_file()}, {}, {}, {}});
+  const Result<Groom> groom = load_hair({{body_file(), hair_file()}, {}, {}, {}});
   const std::string said = ::testing::internal::GetCapturedStderr();
   ASSERT_TRUE(groom) << groom.error();
   EXPECT_NE(said.find("hair.obj: taken as"), std::string::npos) << said;
   EXPECT_NE(said.find("body.obj: taken as"), std::string::npos) << said;
   EXPECT_NE(said.find("hair.obj: the head joint is estimated from the body's skull"), std::string::npos) << said;
+}
+
+TEST_F(ImportedFiles, of_a_folder_or_a_pattern_are_parts_of_one_head) {
+  const std::string folder = std::filesystem::path(hair_file()).parent_path().string();
+  std::ofstream(folder + "/notes.txt") << "not hair";
+  const std::vector<std::string> both{body_file(), hair_file()};
+  const auto files_of = [](const std::string& name) { return hair_files_of(std::array{name}); };
+  EXPECT_EQ(*files_of(folder), both);
+  EXPECT_EQ(*files_of(folder + "/*.obj"), both);
+  EXPECT_EQ(*files_of(folder + "/h?ir.obj"), std::vector{hair_file()});
+  EXPECT_EQ(*files_of("nowhere.abc"), std::vector<std::string>{"nowhere.abc"}) << "who reads it says what is wrong";
+  EXPECT_NE(files_of(folder + "/*.abc").error().find("*.abc: no file has such a name"), std::string::npos);
+  std::filesystem::create_directory(folder + "/empty");
+  EXPECT_NE(files_of(folder + "/empty").error().find("a folder without files"), std::string::npos);
+}
+
+TEST_F(ImportedFiles, are_told_of_as_json_too) {
+  groom::ImportOptions options;
+  options.files.files = {hair_file()};
+  options.out = hair_file() + ".groom";
+  options.json = true;
+  options.import.fill = 2000;
+  ::testing::internal::CaptureStdout();
+  const Result<void> done = groom::import_groom(options);
+  const std::string printed = ::testing::internal::GetCapturedStdout();
+  ASSERT_TRUE(done) << done.error();
+  const nlohmann::json told = nlohmann::json::parse(printed);
+  EXPECT_EQ(told["strands"], 2000);
+  EXPECT_EQ(told["groups"][0]["strands"], 2000);
+  EXPECT_EQ(told["up"], "+y");
+  EXPECT_NE(told["remarks"].dump().find("are guides, between which"), std::string::npos) << printed;
+  EXPECT_EQ(load_groom(options.out)->strand_count(), 2000U);
+}
+
+TEST_F(ImportedFiles, have_as_many_names_of_groups_as_there_are_files) {
+  groom::ImportOptions options;
+  options.files.files = {hair_file()};
+  options.files.groups = {"front", "back"};
+  options.out = hair_file() + ".groom";
+  EXPECT_EQ(groom::import_groom(options).error(), "--group: 2 names for 1 files; give as many, or none");
 }
 
 TEST_F(ImportedFiles, lie_in_the_viewer_where_hairnet_groom_puts_them) {
