@@ -21,10 +21,10 @@
 
 namespace hairnet::server {
 
-// How the store calls back: messages, files and revoked grooms for a session.
+// These functions bring messages, files and revoked grooms to sessions.
 struct GroomListener {
   std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> send;
-  // The result of fetch(); null when the file could not be read.
+  // Brings the result of fetch(); null when the file could not be read.
   std::function<void(SessionId, const wire::GroomHash&, std::shared_ptr<const std::vector<std::uint8_t>>,
                      std::int64_t now_ns)>
       deliver;
@@ -118,12 +118,12 @@ class GroomStore final : public GroomService {
   using Grooms = std::map<wire::GroomHash, Entry>;
 
   static wire::GroomState state_of(const Entry& entry);
-  // Why a session may not use the groom (grooms_.end(): not in memory) in addition to those it uses. Counts refusals.
+  // Says why a session may not use the groom (end(): not in memory) in addition to those it uses. Counts refusals.
   Refused check_retain(SessionId session, Grooms::const_iterator groom);
-  // Why the strands of the groom are too many in addition to those that the session, or its bearer, uses. Counts
+  // Says why the strands of the groom are too many in addition to those that the session, or its bearer, uses. Counts
   // refusals.
   Refused check_strands(SessionId session, Grooms::const_iterator groom);
-  // The strands of the groom and of all others that one of the sessions uses.
+  // Counts the strands of the groom and of all others that one of the sessions uses.
   [[nodiscard]] std::uint64_t strands_with(std::span<const SessionId> sessions, Grooms::const_iterator groom) const;
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused queue_cached(SessionId session, const wire::GroomHash& groom, std::int64_t now_ns);
@@ -136,13 +136,13 @@ class GroomStore final : public GroomService {
   // Evicts the least recently used ready groom that no session uses.
   bool evict_one();
 
-  // Looks for a new groom in the object store; its users wait. False when that cannot be now.
+  // Looks for a new groom in the object store; its users wait. Returns false when that cannot be now.
   bool search(Grooms::iterator groom, std::int64_t now_ns);
   void take_found(const ObjectSync::Found& found, std::int64_t now_ns);
   // Asks the session for the groom's bytes. Refuses when it has uploaded too much lately.
   Refused ask(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
   // Asks users who have offered the groom, one after the other, until one may upload it: of each sharer one at a time,
-  // so that nobody waits for many sessions of another. False: there is none; those who may not have been refused.
+  // so that nobody waits for many sessions of another. Refuses those who may not; returns false when none is left.
   bool ask_next(Grooms::iterator groom, std::int64_t now_ns);
   Refused finish_upload(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
   // The upload is refused; the groom goes on with another user's bytes, or is refused to all.
