@@ -163,7 +163,7 @@ void confine(const Request& request) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CPU, 2 + static_cast<std::uint64_t>(request.ns_max) / 1'000'000'000 * request.thread_count);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes that they never touch
+#ifndef HAIRNET_SANITIZE_ON
   limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + request.file_bytes +
                          kBytesPerUnpackedByte * request.unpacked_bytes + kModeBytes + request.memory_bytes_max);
 #endif

@@ -15,13 +15,21 @@ ObjectSync::ObjectSync(GroomCache* grooms, LevelCache* levels, ObjectStore& stor
     : grooms_(grooms), levels_(levels), store_(&store), counters_(&counters), wanted_(kWantedMax), found_(0) {}
 
 bool ObjectSync::find(const wire::GroomHash& groom) {
+  if (under_way_.contains(groom)) return true;
   if (!grooms_ || !store_->takes_gets()) return false;
   wire::GroomHash item = groom;
   if (!wanted_.try_put(item)) {
     counters_->finds_skipped.add();
     return false;
   }
+  under_way_.insert(groom);
   wake();
+  return true;
+}
+
+bool ObjectSync::take(Found& found) {
+  if (!found_.take(found)) return false;
+  under_way_.erase(found.groom);
   return true;
 }
 

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <set>
 
 #include "schema/wire/messages.hpp"
 #include "server/grooms/groom_cache.hpp"
@@ -25,9 +26,10 @@ class ObjectSync {
     wire::GroomHash groom{};
     bool is_cached = false;  // the folder has it
   };
-  // I/O thread. False when that cannot be now: the store is left alone after a failure, or too many grooms wait.
+  // Looks for the groom, unless that is under way. Returns false when that cannot be now: the store is left alone after
+  // a failure, or too many grooms wait. I/O thread.
   bool find(const wire::GroomHash& groom);
-  bool take(Found& found) { return found_.take(found); }
+  bool take(Found& found);
   // Files may wait to be put.
   void wake() const;
 
@@ -48,6 +50,8 @@ class ObjectSync {
   ObjectCounters* counters_;
   BoundedQueue<wire::GroomHash> wanted_;
   BoundedQueue<Found> found_;  // one for each that was wanted
+  // The I/O thread waits for these.
+  std::set<wire::GroomHash> under_way_;
 };
 
 }  // namespace hairnet::server

@@ -233,11 +233,12 @@ void SessionRegistry::release(const std::string& room, std::int64_t now_ns) {
 }
 
 void SessionRegistry::send_on(std::int64_t now_ns) {
+  // Again and again: a claim was under way when the drain began. A poll that comes late gives up the rooms first too.
+  if (now_ns >= give_up_at_ns_) give_up_rooms(now_ns);
   if (now_ns >= send_on_until_ns_) {
     send_on_until_ns_ = 0;
     return end_all(now_ns);
   }
-  if (now_ns >= give_up_at_ns_) give_up_rooms(now_ns);  // again: a claim was under way when the drain began
   std::map<std::string, RoomRoute> routes;
   for (auto& [id, session] : sessions_) {
     if (session->state() != Session::State::active) continue;

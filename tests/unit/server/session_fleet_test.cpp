@@ -315,7 +315,7 @@ TEST_F(SessionInMovedRoom, a_wind_moves_with_the_room_of_a_server_that_drains) {
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetWind{{.mean_m_per_s = {4, 0, 0}}}}), now_ns_);
   registry_.drain(kSecond_ns, now_ns_);
   pass(2 * kSecond_ns);
-  EXPECT_FALSE(parse_kept(fleet_.kept["hall"])->wind.empty());
+  EXPECT_FALSE(parse_kept(fleet_.kept["hall"]).value().wind.empty());
   for (const CloseSession& closed : commands<CloseSession>()) EXPECT_TRUE(closed.goes_on_elsewhere);
 }
 
@@ -325,7 +325,7 @@ TEST_F(SessionInMovedRoom, a_draining_server_keeps_what_has_just_changed) {
                        now_ns_);
   registry_.drain(kSecond_ns, now_ns_);
   pass(kSecond_ns / 2);
-  EXPECT_FALSE(parse_kept(fleet_.kept["hall"])->is_locked);
+  EXPECT_FALSE(parse_kept(fleet_.kept["hall"]).value().is_locked);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
 }
 
@@ -335,7 +335,7 @@ TEST_F(SessionInMovedRoom, a_lock_ends_when_those_who_were_in_the_room_do_not_co
   EXPECT_EQ(goodbye(enter("stranger")).reason, wire::GoodbyeReason::room_refused);
   for (int i = 0; i < 6; ++i) pass(kSecond_ns);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
-  const RoomKept left = *parse_kept(fleet_.kept["hall"]);
+  const RoomKept left = parse_kept(fleet_.kept["hall"]).value();
   EXPECT_FALSE(left.is_locked);
   EXPECT_THAT(left.bans, SizeIs(1));
   EXPECT_EQ(context_.rules.entry_count(), 0u) << "another server may have it now";
@@ -346,7 +346,7 @@ TEST_F(SessionInMovedRoom, a_room_that_all_have_left_keeps_its_bans_only) {
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
   for (int i = 0; i < 40; ++i) pass(kSecond_ns / 5);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
-  const RoomKept left = *parse_kept(fleet_.kept["hall"]);
+  const RoomKept left = parse_kept(fleet_.kept["hall"]).value();
   EXPECT_THAT(left.bans, SizeIs(1));
   EXPECT_FALSE(left.is_locked);
   EXPECT_THAT(left.wind, IsEmpty());
@@ -357,7 +357,7 @@ TEST_F(SessionInMovedRoom, a_draining_server_unlocks_a_room_that_all_have_just_l
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
   registry_.drain(kSecond_ns, now_ns_);
   pass(kSecond_ns / 2);
-  EXPECT_FALSE(parse_kept(fleet_.kept["hall"])->is_locked);
+  EXPECT_FALSE(parse_kept(fleet_.kept["hall"]).value().is_locked);
 }
 
 TEST_F(SessionInMovedRoom, a_new_claim_replaces_what_this_server_remembers) {
@@ -398,7 +398,7 @@ TEST_F(SessionInOwnRoom, a_room_that_is_handed_over_takes_its_sessions_and_its_r
   context_.rooms_changed.insert("hall");
   registry_.hand_over("hall", kOtherId, now_ns_);
   EXPECT_EQ(fleet_.handed_over["hall"], kOtherId);
-  EXPECT_TRUE(parse_kept(fleet_.kept["hall"])->is_locked) << "before the release";
+  EXPECT_TRUE(parse_kept(fleet_.kept["hall"]).value().is_locked) << "before the release";
   const Client late = join({.client_name = "", .room = "hall"});
   pass(kSecond_ns / 50);
   EXPECT_THAT(redirects(client_), IsEmpty()) << "the room is still being released";

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "server/grooms/groom_builder.hpp"
+#include "server/grooms/groom_counters.hpp"
+#include "server/grooms/groom_shares.hpp"
+#include "server/grooms/groom_store_limits.hpp"
+
+namespace hairnet::server {
+
+// Decides which groom's levels are built next, and for how long. One groom is built at a time: that of the sharer whose
+// builds have taken the least time. A build whose turn has lasted gives way, and begins again later with twice the
+// time. A build that fails by a fault of the server is tried again, later each time. I/O thread.
+class BuildTurns {
+ public:
+  BuildTurns(const GroomStoreLimits& limits, const GroomShares& shares, GroomBuilder& builder, GroomCounters& counters)
+      : limits_(limits), shares_(&shares), builder_(&builder), counters_(&counters) {}
+
+  // The groom waits for its turn from now on. The build counts as that of `owner`, who uploaded the groom or asked for
+  // the cached one; zero is nobody, who comes last. Without chunks the file is in the groom cache.
+  void queue(const wire::GroomHash& groom, SessionId owner, std::vector<std::vector<std::uint8_t>> chunks,
+             std::int64_t now_ns);
+  // Nobody waits for the groom any more. Its build under way ends soon.
+  void erase(const wire::GroomHash& groom);
+  // Forgets the time of a sharer that has no session any more.
+  void forget(const Sharer& sharer) { build_ns_.erase(sharer); }
+  // Ends the turn of the build under way if it has lasted and another waits. Gives the builder the next.
+  void poll(std::int64_t now_ns);
+
+  enum class Progress : std::uint8_t {
+    // The result is of no groom that waits.
+    none,
+    building,
+    // The groom waits again.
+    queued,
+    // The groom has left the queue; the result says how its build ended.
+    ended,
+  };
+  Progress take(const GroomResult& result, std::int64_t now_ns);
+  // Says why the groom is refused whose build has ended without levels. Counts refusals.
+  Refused refusal_of(const GroomResult& result);
+
+  // True when the builder has nothing to do, and no groom may begin.
+  [[nodiscard]] bool is_idle(std::int64_t now_ns) const;
+  // True when no more uploaded grooms may wait.
+  [[nodiscard]] bool is_full() const;
+  // Returns a groom that has to leave the full queue so that one of the session can enter: the newest of the sharer
+  // that has most there. Returns nullopt when that is the session's own.
+  [[nodiscard]] std::optional<wire::GroomHash> to_drop_for(SessionId session) const;
+  // Counts grooms that wait or are being built.
+  [[nodiscard]] std::size_t count() const { return builds_.size(); }
+  // Counts the bytes of their files, as far as they are in memory.
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+ private:
+  struct Build {
+    SessionId owner = 0;
+    // Orders grooms by when they came into the queue.
+    std::uint64_t order = 0;
+    // Is the file, in pieces until the builder has it, then whole.
+    std::vector<std::vector<std::uint8_t>> chunks;
+    std::shared_ptr<const std::vector<std::uint8_t>> file;
+    // Is the size of the file; zero while it is only in the groom cache.
+    std::size_t bytes = 0;
+    // Is the builder's number while it has the groom, else zero.
+    std::uint64_t job = 0;
+    // It is being built since this time, and need not give way for this long.
+    std::optional<std::int64_t> since_ns;
+    std::int64_t turn_ns = 0;
+    // Its owner has been charged this much of the build under way.
+    std::int64_t charged_ns = 0;
+    // The builder was told to end its build.
+    bool gives_way = false;
+    // This many builds have failed by the server's fault.
+    int failed_count = 0;
+    // It is not built before this time.
+    std::int64_t again_ns = 0;
+  };
+  using Builds = std::map<wire::GroomHash, Build>;
+  // Orders grooms by their turns: those whose owners have left come last, then those whose builds have taken more time.
+  using Turn = std::tuple<bool, std::int64_t, std::uint64_t>;
+
+  [[nodiscard]] Turn turn_of(const Build& build) const;
+  // Returns end() when none waits that may begin.
+  [[nodiscard]] Builds::const_iterator next(std::int64_t now_ns) const;
+  void feed(std::int64_t now_ns);
+  void end_turn(std::int64_t now_ns);
+  // Counts the build's time so far as its owner's.
+  void charge(Build& build, std::int64_t taken_ns);
+  // Returns false when the build has been tried often enough.
+  bool try_again(const GroomResult& failed, Build& build, std::int64_t now_ns);
+  void remove(Builds::const_iterator build);
+  static bool waits_with_file(const Build& build) { return build.job == 0 && build.bytes > 0; }
+
+  GroomStoreLimits limits_;
+  const GroomShares* shares_;
+  GroomBuilder* builder_;
+  GroomCounters* counters_;
+  Builds builds_;
+  // The builds of each have taken this time together.
+  std::map<Sharer, std::int64_t> build_ns_;
+  std::size_t bytes_ = 0;
+  std::uint64_t orders_ = 0;
+  // Counts jobs given to the builder.
+  std::uint64_t jobs_ = 0;
+  bool is_builder_busy_ = false;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,55 @@
+#include "server/grooms/learning_turns.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hairnet::server {
+namespace {
+
+struct LearningTurnsTest : testing::Test {
+  static constexpr wire::GroomHash kOneUser{1}, kTwoUsers{2}, kUnused{3}, kLearnt{4};
+  static std::size_t user_count(const wire::GroomHash& groom) {
+    return groom == kTwoUsers ? 2 : groom == kUnused ? 0 : 1;
+  }
+  LearningTurns turns(Learning when) {
+    LearningTurns made(when, counters_);
+    made.learn_with(learner_, [this] { return is_short_; });
+    for (const wire::GroomHash& groom : {kOneUser, kTwoUsers, kUnused}) made.add(groom, false);
+    made.add(kLearnt, true);
+    return made;
+  }
+  GroomCounters counters_;
+  HairLearner learner_{HairLearnerDef{}};
+  bool is_short_ = true;
+};
+
+TEST_F(LearningTurnsTest, the_groom_with_most_users_is_first_and_each_has_one_turn) {
+  LearningTurns learning = turns(Learning::always);
+  EXPECT_EQ(learning.next(user_count, 0), kTwoUsers);
+  EXPECT_EQ(learning.next(user_count, 0), kOneUser);
+  EXPECT_EQ(learning.next(user_count, 0), std::nullopt);
+}
+
+TEST_F(LearningTurnsTest, nothing_is_learnt_until_time_has_been_short_for_a_while) {
+  LearningTurns learning = turns(Learning::when_short);
+  EXPECT_EQ(learning.next(user_count, 0), std::nullopt);
+  is_short_ = false;
+  EXPECT_EQ(learning.next(user_count, 4'000'000'000), std::nullopt);
+  is_short_ = true;
+  EXPECT_EQ(learning.next(user_count, 5'000'000'000), std::nullopt);
+  EXPECT_EQ(learning.next(user_count, 10'000'000'000), kTwoUsers);
+}
+
+TEST_F(LearningTurnsTest, nothing_is_learnt_when_the_operator_forbids_it) {
+  LearningTurns learning = turns(Learning::never);
+  EXPECT_EQ(learning.next(user_count, 0), std::nullopt);
+  EXPECT_EQ(learning.next(user_count, 60'000'000'000), std::nullopt);
+}
+
+TEST_F(LearningTurnsTest, a_groom_that_has_left_memory_has_no_turn) {
+  LearningTurns learning = turns(Learning::always);
+  learning.erase(kTwoUsers);
+  EXPECT_EQ(learning.next(user_count, 0), kOneUser);
+}
+
+}  // namespace
+}  // namespace hairnet::server
