@@ -31,17 +31,23 @@ Result<NpyWriter> NpyWriter::create(const std::string& path, NpyType type, std::
   return writer;
 }
 
-void NpyWriter::write_header() {
-  std::string shape = std::to_string(row_count_);
-  for (const std::size_t extent : row_shape_) shape += ", " + std::to_string(extent);
-  if (row_shape_.empty()) shape += ",";  // a Python tuple of one
-  const char* descr = type_ == NpyType::float32 ? "<f4" : "<i8";
+std::string npy_header(std::string_view type, std::span<const std::size_t> shape) {
+  std::string axes;
+  for (const std::size_t extent : shape) axes += (axes.empty() ? "" : ", ") + std::to_string(extent);
+  if (shape.size() == 1) axes += ",";  // a Python tuple of one
   std::string header = {'\x93', 'N', 'U', 'M', 'P', 'Y', '\1', '\0', '\0', '\0'};
-  header += std::string("{'descr': '") + descr + "', 'fortran_order': False, 'shape': (" + shape + "), }";
+  header += "{'descr': '" + std::string(type) + "', 'fortran_order': False, 'shape': (" + axes + "), }";
   HAIRNET_ASSERT(header.size() < kHeaderBytes);
   header[8] = static_cast<char>(kHeaderBytes - 10);  // bytes after this field, u16
   header.resize(kHeaderBytes - 1, ' ');
   header += '\n';
+  return header;
+}
+
+void NpyWriter::write_header() {
+  std::vector<std::size_t> shape{row_count_};
+  shape.insert(shape.end(), row_shape_.begin(), row_shape_.end());
+  const std::string header = npy_header(type_ == NpyType::float32 ? "<f4" : "<i8", shape);
   file_.write(std::as_bytes(std::span(header)));
 }
 

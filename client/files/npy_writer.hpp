@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,9 @@
 namespace hairnet {
 
 enum class NpyType : std::uint8_t { float32, int64 };
+
+// What a .npy file has before its values, for `type` such as "<f4": 128 bytes, whatever the shape.
+std::string npy_header(std::string_view type, std::span<const std::size_t> shape);
 
 // One array of NumPy's .npy format 1.0 (little endian, C order). Its first axis grows row by row. Errors do not name
 // the file.

@@ -14,7 +14,8 @@
 #include "schema/bytes/deflate.hpp"
 
 // Strands as NumPy writes them: an array of strands, points and 3 coordinates in a .npy, or in a .npz, which is a zip
-// archive of such files. DiffLocks calls it "positions"; others "strands", "points" or "hair".
+// archive of such files. DiffLocks calls it "positions"; others "strands", "points" or "hair". Strands of different
+// numbers of points are "positions" in one list, and "strand_begin".
 namespace hairnet {
 namespace {
 
@@ -30,9 +31,14 @@ struct NpyArray {
   std::vector<std::uint64_t> shape;  // without axes of length 1 before the last three
   ByteSpan values;
 
-  [[nodiscard]] bool is_strands() const {
-    const bool is_real = type == "<f4" || type == "<f8" || type == "<f2" || type == ">f4" || type == ">f8";
-    return is_real && shape.size() == 3 && shape[2] == 3;
+  [[nodiscard]] bool is_real() const {
+    return type == "<f4" || type == "<f8" || type == "<f2" || type == ">f4" || type == ">f8";
+  }
+  [[nodiscard]] bool is_strands() const { return is_real() && shape.size() == 3 && shape[2] == 3; }
+  [[nodiscard]] bool is_points() const { return is_real() && shape.size() == 2 && shape[1] == 3; }
+  [[nodiscard]] bool is_list_of_numbers() const {
+    const bool is_whole = type == "<i4" || type == "<u4" || type == "<i8" || type == "<u8";
+    return is_whole && shape.size() == 1;
   }
   [[nodiscard]] std::string describe() const {
     std::string text = shown(type) + " (";
@@ -88,13 +94,23 @@ Result<NpyArray> read_npy(ByteSpan bytes) {
   return array;
 }
 
-float number_at(const NpyArray& array, std::size_t index) {
-  const std::size_t size = static_cast<std::size_t>(array.type[2] - '0');
+std::size_t bytes_of_number(const NpyArray& array) {
+  return static_cast<std::size_t>(array.type[2] - '0');
+}
+
+std::uint64_t bits_at(const NpyArray& array, std::size_t index) {
+  const std::size_t size = bytes_of_number(array);
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t byte = array.type[0] == '<' ? size - 1 - i : i;
     bits = bits << 8 | std::to_integer<std::uint64_t>(array.values[index * size + byte]);
   }
+  return bits;
+}
+
+float number_at(const NpyArray& array, std::size_t index) {
+  const std::size_t size = bytes_of_number(array);
+  const std::uint64_t bits = bits_at(array, index);
   if (size == 8) return static_cast<float>(std::bit_cast<double>(bits));
   if (size == 2) return half_float(static_cast<std::uint16_t>(bits));
   return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
@@ -107,7 +123,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
     return Refusal("an array " + array.describe() +
                    " is no array of strands, points and 3 coordinates of type f4 or f8");
   const std::uint64_t strand_count = array.shape[0], point_count = array.shape[1];
-  const std::size_t point_bytes = 3 * static_cast<std::size_t>(array.type[2] - '0');
+  const std::size_t point_bytes = 3 * bytes_of_number(array);
   if (strand_count == 0 || point_count == 0) return Refusal("the array " + array.describe() + " holds no strands");
   if (strand_count > array.values.size() / point_bytes ||
       point_count > array.values.size() / point_bytes / strand_count)
@@ -133,6 +149,35 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
   Result<ImportedStrands> made = strands_of({&set, 1});
   if (made && shortened > 0) made->notes.push_back(counted(shortened, "strand") + " filled up with nan end before it");
   return made;
+}
+
+// Strands of any number of points: the points one strand behind the other, and the index of the first point of each
+// strand, with the number of points behind the last.
+Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& begins) {
+  if (!points.is_points() || !begins.is_list_of_numbers())
+    return Refusal("positions " + points.describe() + " and strand_begin " + begins.describe() +
+                   " are no points of 3 coordinates and whole numbers");
+  const std::uint64_t point_count = points.shape[0], begin_count = begins.shape[0];
+  if (point_count > points.values.size() / (3 * bytes_of_number(points)) ||
+      begin_count > begins.values.size() / bytes_of_number(begins))
+    return Refusal("truncated: positions " + points.describe() + " or strand_begin " + begins.describe() +
+                   " are longer than the file");
+  CurveSet set;
+  for (std::size_t i = 0; i < begin_count; ++i) {
+    const std::uint64_t begin = bits_at(begins, i);
+    if (begin > point_count || begin < set.begin.back() || (i == 0 && begin != 0))
+      return Refusal("strand_begin " + std::to_string(i) + " is " + std::to_string(begin) + ", which is not between " +
+                     std::to_string(set.begin.back()) + " and the " + std::to_string(point_count) + " points");
+    if (i > 0) set.begin.push_back(static_cast<std::uint32_t>(begin));
+  }
+  if (set.begin.back() != point_count) return Refusal("strand_begin does not end at the number of points");
+  set.controls.reserve(point_count);
+  for (std::size_t p = 0; p < point_count; ++p) {
+    Vec3f& point = set.controls.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      point[static_cast<int>(axis)] = number_at(points, points.is_fortran ? axis * point_count + p : 3 * p + axis);
+  }
+  return strands_of({&set, 1});
 }
 
 struct ZipEntry {
@@ -225,9 +270,25 @@ Result<ByteSpan> unpacked(ByteSpan bytes, const ZipEntry& entry, std::vector<std
   return std::as_bytes(std::span(room));
 }
 
+// An array of the archive. `room` holds its file where it is packed.
+Result<NpyArray> read_array(ByteSpan bytes, const ZipEntry& entry, std::vector<std::uint8_t>& room) {
+  const Result<ByteSpan> file = unpacked(bytes, entry, room);
+  return file ? read_npy(*file) : Result<NpyArray>(Refusal(file.error()));
+}
+
 Result<ImportedStrands> decode_npz(ByteSpan bytes) {
   const Result<std::vector<ZipEntry>> entries = read_directory(bytes);
   if (!entries) return Refusal(entries.error());
+  const auto listed = std::ranges::find(*entries, "positions", &ZipEntry::name),
+             begins = std::ranges::find(*entries, "strand_begin", &ZipEntry::name);
+  if (listed != entries->end() && begins != entries->end()) {
+    std::vector<std::uint8_t> points_room, begins_room;
+    const Result<NpyArray> points = read_array(bytes, *listed, points_room),
+                           numbers = read_array(bytes, *begins, begins_room);
+    if (!points) return Refusal("positions: " + points.error());
+    if (!numbers) return Refusal("strand_begin: " + numbers.error());
+    if (!points->is_strands()) return strands_of_list(*points, *numbers);
+  }
   constexpr std::array<std::string_view, 8> kNames{"strands",        "positions",    "points", "hair",
                                                    "strands_points", "hair_strands", "arr_0",  "vertices"};
   // Those with a usual name first, and then any other.
@@ -243,8 +304,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
   std::string others;
   for (const ZipEntry* entry : order) {
     std::vector<std::uint8_t> room;
-    const Result<ByteSpan> file = unpacked(bytes, *entry, room);
-    const Result<NpyArray> array = file ? read_npy(*file) : Result<NpyArray>(Refusal(file.error()));
+    const Result<NpyArray> array = read_array(bytes, *entry, room);
     if (array && array->is_strands()) {
       Result<ImportedStrands> strands = strands_of_array(*array);
       if (!strands) return Refusal(shown(entry->name) + ": " + strands.error());

@@ -35,6 +35,15 @@ struct ImportOptions {
 // The files may be folders and patterns.
 Result<void> import_groom(const ImportOptions& options);
 
+struct ExportOptions {
+  std::string groom;  // a groom file, a strand file, or made:STYLE
+  HairstyleOptions hairstyle;
+  HairImport import;
+  std::string out;  // its extension is the format (exported_extensions)
+};
+// Writes the strands for other programs, in m, y up, face +z. Prints what stays behind on stderr.
+Result<void> export_groom(const ExportOptions& options);
+
 struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;

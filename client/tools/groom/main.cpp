@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "client/assets/export/strand_writer.hpp"
 #include "client/assets/strand_file.hpp"
 #include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
@@ -23,6 +24,9 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-groom import guides.abc --fill 20000 --json --out filled.groom
   hairnet-groom import 'hair/*.ply' --out parts.groom
   hairnet-groom import short.data --face -y --roots last --strict --out short.groom
+  hairnet-groom export curls.groom --out curls.abc
+  hairnet-groom export made:bob --out bob.usda
+  hairnet-groom export straight.hair --out straight.npz
   hairnet-groom inspect curls.groom --levels
   hairnet-groom levels curls.groom --out curls.levels
   hairnet-groom learn curls.groom bob.groom --levels /var/cache/hairnet/levels
@@ -100,6 +104,15 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
   import.add_flag("--json", o.json, "print what was made, taken and left out as JSON");
 }
 
+CLI::App& add_export(CLI::App& app, groom::ExportOptions& o) {
+  CLI::App& out = *app.add_subcommand("export", "a groom's strands, to a file of other programs, in m, y up, face +z");
+  out.add_option("groom", o.groom, "groom file, strand file (" + strand_extensions() + "), or made:STYLE")->required();
+  out.add_option("--out,-o", o.out, "file to write; its ending is its format: " + exported_extensions())->required();
+  add_hairstyle_flags(out, o.hairstyle);
+  add_hair_flags(out, "--hair-", o.import);
+  return out;
+}
+
 CLI::App& add_learn(CLI::App& app, groom::LearnOptions& o) {
   CLI::App& learn = *app.add_subcommand(
       "learn", "the hair of groom files by example, so that no server has to: a minute or more for each");
@@ -119,12 +132,14 @@ int report(const Result<void>& done) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Imports, makes, inspects and learns hairstyles.", "hairnet-groom");
+  CLI::App app("Imports, exports, makes, inspects and learns hairstyles.", "hairnet-groom");
   app.footer(kFooter);
   app.require_subcommand(1);
   groom::ImportOptions import;
   std::vector<double> origin;
   add_import(app, import, origin);
+  groom::ExportOptions exported;
+  const CLI::App& export_app = add_export(app, exported);
   groom::MakeOptions make;
   CLI::App& make_app = *app.add_subcommand("make", "one of our own hairstyles, to a groom file");
   make_app.add_option("style", make.style, "see 'hairnet-groom list'")->required();
@@ -147,6 +162,7 @@ int run(int argc, char** argv) {
   if (const auto exit_status = parse_command_line(app, argc, argv)) return *exit_status;
   if (origin.size() == 3) import.import.strands.origin = Vec3(origin[0], origin[1], origin[2]);
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
+  if (export_app.parsed()) return report(groom::export_groom(exported));
   if (make_app.parsed()) return report(groom::make_groom(make));
   if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));
   if (levels_app.parsed()) return report(groom::write_levels(levels));

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "client/assets/export/strand_writer.hpp"
 #include "client/assets/import/placement.hpp"
 #include "client/assets/load_motion.hpp"
 #include "client/assets/strand_file.hpp"
@@ -19,9 +20,11 @@ namespace {
 
 constexpr std::string_view kFooter = R"(Examples:
   hairnet-sim --groom made:long_curly --motion made:nod --out nodes.npy
+  hairnet-sim --groom made:bob --motion walk.bvh --rate 30 --out bob.abc
   hairnet-sim --groom sintel.groom --motion walk.bvh --level low --rate 60 --settle 4
   hairnet-sim --groom made:bob --motion made:run --solver converged --dump-model model.json --poses poses.npy
   hairnet-sim --replay server.rec --trace replayed
+  hairnet-sim --replay server.rec --character 1 --out strands.abc
 )";
 
 Result<LevelIndex> parse_lattice_level(const std::string& text) {
@@ -69,7 +72,9 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
   add_wind_flags(app, o.wind);
   app.add_option("--settle", o.settle_s, "seconds added after the clip, the head easing upright, then still")
       ->check(in_range(0.0, 3600.0));
-  app.add_option("--out", o.out, "node positions, world, m: ticks + 1 x nodes x 3, float32 .npy");
+  app.add_option("--out", o.out,
+                 "strands in motion, world, m, a frame a tick: " + exported_motion_extensions() +
+                     "; any other ending: node positions, ticks + 1 x nodes x 3, float32 .npy");
   app.add_option("--velocities", o.velocities, "node velocities, world, m/s: the same shape");
   app.add_option("--points", o.points, "deformed strand points, world, m: ticks + 1 x points x 3");
   app.add_option("--poses", o.poses, "bone poses: ticks + 1 x bones x 7 (x y z, quaternion x y z w)");
@@ -80,6 +85,8 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
 
 // Checks relations between flags that CLI11 cannot express. Returns an empty string when they are right.
 std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) {
+  if (is_exported_file(simulate.out) && !is_exported_motion(simulate.out))
+    return "--out " + simulate.out + ": such a file holds no motion: these do: " + exported_motion_extensions();
   if (!replay.recording.empty()) {
     if (!simulate.groom.empty() || !simulate.motion.empty())
       return "--replay takes its grooms and motions from the recording: leave out --groom and --motion";
@@ -114,8 +121,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   add_simulation_flags(app, simulate);
   app.add_option("--replay", replay.recording, "a server's recording: step it again and check every tick's hash");
   app.add_option("--trace", replay.trace, "with --replay: folder for every frame of every character");
-  const auto* character_flag = app.add_option(
-      "--character", character, "with --replay: whose nodes --out holds; client's number, or session << 32 | number");
+  const auto* character_flag =
+      app.add_option("--character", character,
+                     "with --replay: whose strands or nodes --out holds; client's number, or session << 32 | number");
   const auto check_flags = [&] {
     if (character_flag->count() > 0) replay.character = character;
     replay.out = simulate.out;

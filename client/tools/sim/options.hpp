@@ -34,13 +34,14 @@ struct SimulateOptions {
   std::optional<Material> material;
   // Is added after the clip: the head eases upright within 1 s, then is still.
   double settle_s = 0;
+  // `out` gets the strands where it is a file of a motion (is_exported_motion), else the nodes as a .npy.
   std::string out, velocities, points, poses, dump_model;
 };
 
 // The replay of a server's recording.
 struct ReplayOptions {
   std::string recording;
-  std::string out;    // .npy of one character's nodes
+  std::string out;    // one character's nodes (.npy), or strands (exported_motion_extensions)
   std::string trace;  // folder
   std::optional<std::uint64_t> character;
 };

@@ -62,14 +62,75 @@ class NodeFile {
   std::optional<GridNodes> nodes_;
 };
 
+// The strands of one character in the world, a frame for each tick from its first one on.
+class StrandsFile {
+ public:
+  StrandsFile(std::string path, std::uint64_t character) : path_(std::move(path)), character_(character) {}
+
+  Result<void> add(std::uint64_t tick, const ReplayedWorld& replayed) {
+    for (const auto& [key, groom] : replayed.characters()) {
+      if ((key != character_ && (key & 0xffffffff) != character_) || replayed.groom(key) == nullptr) continue;
+      if (const Result<void> ready = open(tick, key, groom, replayed); !ready) return ready;
+      const std::span<const Vec3f> points = points_->at(replayed.simulation().lattice(key).pose->head(),
+                                                        replayed.lattice_of(key), replayed.displacement(key, scratch_));
+      if (const Result<void> added = cache_->add(points); !added) return added;
+      last_.assign(points.begin(), points.end());
+      tick_ = tick;
+    }
+    return {};
+  }
+  Result<void> finish() {
+    if (!cache_) return Refusal("character " + std::to_string(character_) + " is not in this recording");
+    return cache_->finish();
+  }
+
+ private:
+  // Makes the file ready for the frame of this tick. Where the character was away for a moment, or the server left
+  // ticks out, the hair stands still.
+  Result<void> open(std::uint64_t tick, std::uint64_t key, const wire::GroomHash& groom,
+                    const ReplayedWorld& replayed) {
+    constexpr double kAwayMax_s = 60;
+    if (!cache_) {
+      auto cache = StrandCache::create(path_, *replayed.groom(key), {replayed.rate_hz(), {}});
+      if (!cache) return Refusal(cache.error());
+      cache_ = std::move(*cache);
+      points_.emplace(*replayed.groom(key));
+      key_ = key;
+      groom_ = groom;
+      return {};
+    }
+    const std::string who = "character " + std::to_string(character_), when = " at tick " + std::to_string(tick);
+    if (key != key_) return Refusal(who + " is not the only one of that number" + when + ": use its session too");
+    if (groom != groom_) return Refusal(who + " has another hairstyle" + when);
+    if (tick <= tick_ || static_cast<double>(tick - tick_) > kAwayMax_s * replayed.rate_hz())
+      return Refusal(who + " was away for too long" + when);
+    while (++tick_ < tick) {
+      if (const Result<void> added = cache_->add(last_); !added) return added;
+    }
+    return {};
+  }
+
+  std::string path_;
+  std::uint64_t character_, key_ = 0, tick_ = 0;
+  wire::GroomHash groom_{};
+  std::unique_ptr<StrandCache> cache_;
+  std::optional<WorldPoints> points_;
+  std::vector<Vec3f> scratch_, last_;
+};
+
 struct ReplayFiles {
   std::optional<NodeFile> nodes;
+  std::optional<StrandsFile> strands;
   std::optional<FrameTrace> trace;
   std::vector<Vec3f> scratch;
 
   static Result<ReplayFiles> create(const ReplayOptions& o) {
     ReplayFiles files;
-    if (!o.out.empty()) files.nodes.emplace(o.out, *o.character);
+    if (is_exported_motion(o.out)) {
+      files.strands.emplace(o.out, *o.character);
+    } else if (!o.out.empty()) {
+      files.nodes.emplace(o.out, *o.character);
+    }
     if (!o.trace.empty()) {
       Result<FrameTrace> trace = FrameTrace::create(o.trace);
       if (!trace) return Refusal(trace.error());
@@ -84,12 +145,14 @@ struct ReplayFiles {
         trace->add({tick, key, view.level, false, view.asleep, *view.pose, replayed.displacement(key, scratch)});
       }
     }
+    if (strands) return strands->add(tick, replayed);
     return nodes ? nodes->add(tick, replayed) : Result<void>();
   }
   Result<void> finish() {
     if (trace) {
       if (const Result<void> finished = trace->finish(); !finished) return finished;
     }
+    if (strands) return strands->finish();
     return nodes ? nodes->finish() : Result<void>();
   }
 };

@@ -30,6 +30,7 @@ Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
   if (simulation_) return Refusal("a second header");
   if (header.tick_rate_hz < 1 || header.tick_rate_hz > 1000 || header.substep_count < 1 || header.iterations < 0)
     return Refusal("the header's rate, substeps or iterations are out of range");
+  rate_hz_ = header.tick_rate_hz;
   WorldDef def;
   def.tick_s = 1.0 / header.tick_rate_hz;
   def.substep_count = header.substep_count;
@@ -54,6 +55,18 @@ Result<void> ReplayedWorld::take(const wire::RecordedLearnt& recorded) {
   if (found == grooms_.end()) return Refusal("learnt hair of a groom that is not in the recording");
   found->second.learnt = recorded.hair;
   return {};
+}
+
+const Groom* ReplayedWorld::groom(CharacterKey character) const {
+  const auto found = grooms_.find(characters_.at(character));
+  return found == grooms_.end() ? nullptr : &found->second.groom;
+}
+
+const LevelGeometry* ReplayedWorld::lattice_of(CharacterKey character) const {
+  const LatticeView view = simulation_->lattice(character);
+  if (view.level == LevelIndex::learnt)
+    return &(*grooms_.at(characters_.at(character)).levels)[LevelIndex::high].geometry;
+  return view.model == nullptr ? nullptr : &view.model->geometry;
 }
 
 std::span<const Vec3f> ReplayedWorld::displacement(CharacterKey character, std::vector<Vec3f>& scratch) const {

@@ -33,6 +33,11 @@ class ReplayedWorld {
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
   // The characters that are there, and their grooms.
   [[nodiscard]] const std::map<CharacterKey, wire::GroomHash>& characters() const { return characters_; }
+  // Null until the recording has its groom.
+  [[nodiscard]] const Groom* groom(CharacterKey character) const;
+  // The lattice of `displacement`; null when rigid.
+  [[nodiscard]] const LevelGeometry* lattice_of(CharacterKey character) const;
+  [[nodiscard]] double rate_hz() const { return rate_hz_; }
   // Returns the displacements of its active nodes, head space, m; where the hair is learnt, those of the finest level,
   // which are computed into `scratch`. They are empty when rigid.
   [[nodiscard]] std::span<const Vec3f> displacement(CharacterKey character, std::vector<Vec3f>& scratch) const;
@@ -54,6 +59,7 @@ class ReplayedWorld {
   [[nodiscard]] Result<void> is_known(CharacterKey character, const char* what) const;
 
   BuildProgress progress_;
+  double rate_hz_ = 0;
   std::optional<Simulation> simulation_;
   std::map<wire::GroomHash, RecordedLevels> grooms_;
   std::map<CharacterKey, wire::GroomHash> characters_;

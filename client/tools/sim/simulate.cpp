@@ -141,7 +141,7 @@ Result<void> simulate(const SimulateOptions& o) {
     {
       ProgressBar bar("hairnet-sim");
       def.levels = build_one(o, *groom, bar);
-      Result<TrajectoryFiles> files = TrajectoryFiles::create(o, *groom, (*def.levels)[o.level]);
+      Result<TrajectoryFiles> files = TrajectoryFiles::create(o, *groom, (*def.levels)[o.level], clip.poses.size());
       if (!files) return Refusal(files.error());
       run = run_clip(o, clip, def, *files, bar);
       if (const Result<void> finished = files->finish(); !finished) return finished;

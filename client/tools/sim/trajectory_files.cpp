@@ -43,23 +43,25 @@ std::span<const float> GridNodes::velocities(const RigidTransform& from, const R
   return row_;
 }
 
-Result<TrajectoryFiles> TrajectoryFiles::create(const SimulateOptions& options, const Groom& groom,
-                                                const Level& level) {
+Result<TrajectoryFiles> TrajectoryFiles::create(const SimulateOptions& options, const Groom& groom, const Level& level,
+                                                std::size_t row_count) {
   TrajectoryFiles files(level);
+  const bool has_strands = is_exported_motion(options.out);
   const std::size_t node_count = level.geometry.lattice.node_count();
   const std::size_t point_count = groom.points.size();
-  for (const Result<void>& opened : {files.open(files.positions_file_, options.out, {node_count, 3}),
+  for (const Result<void>& opened : {files.open(files.positions_file_, has_strands ? "" : options.out, {node_count, 3}),
                                      files.open(files.velocities_file_, options.velocities, {node_count, 3}),
                                      files.open(files.points_file_, options.points, {point_count, 3}),
                                      files.open(files.poses_file_, options.poses, {kBoneCount, 7})}) {
     if (!opened) return Refusal(opened.error());
   }
-  if (files.points_file_) {
-    files.deformer_.emplace(groom, level.geometry.lattice, FfdKind::quadratic);
-    files.lengths_.emplace(groom);
-    files.points_.resize(point_count);
-    files.row_.resize(3 * point_count);
+  if (has_strands) {
+    auto strands = StrandCache::create(options.out, groom, {options.rate_hz, row_count});
+    if (!strands) return Refusal(strands.error());
+    files.strands_file_ = std::move(*strands);
   }
+  if (files.points_file_ || files.strands_file_) files.points_.emplace(groom);
+  files.row_.resize(3 * point_count);
   return files;
 }
 
@@ -75,18 +77,17 @@ Result<void> TrajectoryFiles::open(std::optional<File>& file, const std::string&
 void TrajectoryFiles::add_row(const Pose& step_from, const Pose& pose, double step_s, const LatticeState& state) {
   if (velocities_file_)
     velocities_file_->writer.append(nodes_.velocities(step_from.head(), pose.head(), step_s, state.velocity));
-  if (positions_file_ || points_file_) {
-    const std::span<const float> positions = nodes_.positions(pose.head(), state.displacement);
-    if (positions_file_) positions_file_->writer.append(positions);
-  }
-  if (points_file_) add_points(pose.head());
+  if (positions_file_) positions_file_->writer.append(nodes_.positions(pose.head(), state.displacement));
+  if (points_) add_points(pose.head(), state.displacement);
   if (poses_file_) add_pose(pose);
 }
 
-void TrajectoryFiles::add_points(const RigidTransform& head) {
-  deformer_->deform(nodes_.displacements(), points_);
-  lengths_->limit(points_);
-  for (std::size_t i = 0; i < points_.size(); ++i) put(row_, i, head.point(points_[i].cast<double>()));
+void TrajectoryFiles::add_points(const RigidTransform& head, std::span<const Vec3f> displacement) {
+  const std::span<const Vec3f> points = points_->at(head, &geometry_, displacement);
+  // An error is told again by finish().
+  if (strands_file_) static_cast<void>(strands_file_->add(points));
+  if (!points_file_) return;
+  for (std::size_t i = 0; i < points.size(); ++i) put(row_, i, points[i].cast<double>());
   points_file_->writer.append(row_);
 }
 
@@ -105,7 +106,7 @@ Result<void> TrajectoryFiles::finish() {
     if (const Result<void> finished = (*file)->writer.finish(); !finished)
       return Refusal((*file)->path + ": " + finished.error());
   }
-  return {};
+  return strands_file_ ? strands_file_->finish() : Result<void>();
 }
 
 }  // namespace hairnet::sim

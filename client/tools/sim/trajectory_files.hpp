@@ -6,8 +6,7 @@
 
 #include "client/files/npy_writer.hpp"
 #include "client/tools/sim/options.hpp"
-#include "core/ffd/deform.hpp"
-#include "core/ffd/strand_lengths.hpp"
+#include "client/tools/sim/strand_cache.hpp"
 #include "core/groom/groom.hpp"
 #include "core/solver/step.hpp"
 
@@ -22,8 +21,6 @@ class GridNodes {
   // Velocities, m/s. `from` to `to` is the head's last step of `step_s`; equal when it does not move.
   std::span<const float> velocities(const RigidTransform& from, const RigidTransform& to, double step_s,
                                     std::span<const Vec3f> velocity_head);
-  // Displacements in head space from the last positions(), for every grid node.
-  [[nodiscard]] std::span<const Vec3f> displacements() const { return grid_; }
 
  private:
   const LevelGeometry& geometry_;
@@ -31,11 +28,13 @@ class GridNodes {
   std::vector<float> row_;
 };
 
-// The .npy files of one simulated clip, row by row; row 0 is the state before the first step.
+// The .npy files of one simulated clip, row by row, and the strands as a file of other programs, frame by frame; row 0
+// is the state before the first step.
 class TrajectoryFiles {
  public:
   // `groom` and `level` must outlive this. Errors name the file.
-  static Result<TrajectoryFiles> create(const SimulateOptions& options, const Groom& groom, const Level& level);
+  static Result<TrajectoryFiles> create(const SimulateOptions& options, const Groom& groom, const Level& level,
+                                        std::size_t row_count);
   // `step_from` is the pose at which the last (sub)step of `step_s` began; `pose` when there was none.
   void add_row(const Pose& step_from, const Pose& pose, double step_s, const LatticeState& state);
   Result<void> finish();
@@ -45,16 +44,16 @@ class TrajectoryFiles {
     std::string path;
     NpyWriter writer;
   };
-  explicit TrajectoryFiles(const Level& level) : nodes_(level.geometry) {}
+  explicit TrajectoryFiles(const Level& level) : geometry_(level.geometry), nodes_(level.geometry) {}
   Result<void> open(std::optional<File>& file, const std::string& path, std::vector<std::size_t> row_shape);
-  void add_points(const RigidTransform& head);
+  void add_points(const RigidTransform& head, std::span<const Vec3f> displacement);
   void add_pose(const Pose& pose);
 
+  const LevelGeometry& geometry_;
   GridNodes nodes_;
-  std::optional<Deformer> deformer_;
-  std::optional<StrandLengths> lengths_;
-  std::vector<Vec3f> points_;
+  std::optional<WorldPoints> points_;
   std::vector<float> row_;
+  std::unique_ptr<StrandCache> strands_file_;
   std::optional<File> positions_file_, velocities_file_, points_file_, poses_file_;
 };
 

@@ -274,6 +274,32 @@ TEST(ImportNpz, takes_the_array_of_strands_stored_or_packed) {
   EXPECT_EQ(strands_of_file(decode_npy, npz({{"anything", npy("<f4", "2, 2, 3", twelve())}}, true)).strand_count(), 2u);
 }
 
+TEST(ImportNpz, positions_and_strand_begin_make_strands_of_any_number_of_points) {
+  std::string begins;
+  for (const std::uint64_t begin : {0, 1, 1, 4}) begins += little_endian(begin, 4);
+  const auto with = [&](const std::string& points, const std::string& numbers) {
+    return npz({{"frames", npy("<f4", "1, 4, 3", twelve())}, {"positions", points}, {"strand_begin", numbers}}, true);
+  };
+  const std::string points = npy("<f4", "4, 3", twelve());
+  const ImportedStrands strands = strands_of_file(decode_npy, with(points, npy("<i4", "4,", begins)));
+  // Strands of one point and of none are left out.
+  EXPECT_THAT(strands.strand_begin, ElementsAre(0, 3));
+  EXPECT_EQ(strands.points[0], Vec3f(3, 4, 5));
+  for (const auto& [shape, reason] :
+       {std::pair{"3,", "does not end"}, std::pair{"5,", "truncated"}, std::pair{"2, 2", "no points of"}})
+    EXPECT_THAT(refusal(decode_npy, with(points, npy("<i4", shape, begins))), HasSubstr(reason));
+  EXPECT_THAT(refusal(decode_npy, with(npy("<f4", "5, 3", twelve()), npy("<i4", "4,", begins))),
+              HasSubstr("truncated"));
+  for (const std::uint64_t wrong : {std::uint64_t{5}, ~std::uint64_t{0}}) {
+    const std::string numbers = little_endian(0, 8) + little_endian(wrong, 8) + little_endian(4, 8);
+    EXPECT_THAT(refusal(decode_npy, with(points, npy("<i8", "3,", numbers))), HasSubstr("which is not between 0 and"));
+  }
+  const std::string whole = with(points, npy("<u4", "4,", begins));
+  for (std::size_t length = 0; length < whole.size(); ++length)
+    EXPECT_NE(refusal(decode_npy, whole.substr(0, length)), "") << length << " bytes";
+  expect_refused_or_sound_with_any_byte_changed(decode_npy, whole);
+}
+
 TEST(ImportNpz, an_archive_without_strands_lists_its_arrays) {
   const std::string parameters =
       npz({{"theta", npy("<f4", "12,", twelve())}, {"beta", npy("<f4", "3, 4", twelve())}}, true);

@@ -1,16 +1,26 @@
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "client/assets/import/alembic.hpp"
+#include "client/assets/made/made.hpp"
 #include "client/tools/sim/clip.hpp"
 #include "client/tools/sim/model_json.hpp"
+#include "client/tools/sim/replay.hpp"
 #include "client/tools/sim/replayed_world.hpp"
 #include "client/tools/sim/stepper.hpp"
 #include "client/tools/sim/trajectory_files.hpp"
 #include "core/solver/node_terms.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "tests/support/import_files.hpp"
 #include "tests/support/levels.hpp"
+#include "tests/support/npy_reader.hpp"
 
 namespace hairnet::sim {
 namespace {
@@ -258,6 +268,135 @@ TEST_F(ReplayedTicks, refuses_what_the_recording_has_no_ground_for) {
 TEST_F(ReplayedTicks, refuses_a_tick_before_the_header) {
   ReplayedWorld empty([](double, std::string_view) {});
   EXPECT_FALSE(empty.take(wire::RecordedTick{}));
+}
+
+// Files in a folder of the test's own.
+class StrandFiles : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string path(const char* name) const { return (folder_ / name).string(); }
+  [[nodiscard]] StrandMotion motion(const char* name) const {
+    auto motion = decode_alembic_motion(test::file_bytes(path(name)));
+    EXPECT_TRUE(motion) << motion.error();
+    return motion ? std::move(*motion) : StrandMotion();
+  }
+  static Groom short_hair() {
+    HairstyleOptions options;
+    options.strand_count = 40;
+    return *make_hairstyle("short", options);
+  }
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("strand_files_" + std::to_string(::getpid()));
+};
+
+TEST_F(StrandFiles, simulated_strands_are_those_of_the_array_of_points) {
+  const Groom groom = short_hair();
+  const Level level = support::make_random_level();
+  SimulateOptions options;
+  options.out = path("hair.abc");
+  options.points = path("points.npy");
+  options.rate_hz = 25;
+  {
+    auto files = TrajectoryFiles::create(options, groom, level, 3);
+    ASSERT_TRUE(files) << files.error();
+    std::mt19937 random(3);
+    const Motion motion = nod();
+    for (std::size_t row = 0; row < 3; ++row) {
+      LatticeState state;
+      for (std::size_t n = 0; n < level.rest.size(); ++n)
+        state.displacement.push_back(support::random_vec(random, 0.02f));
+      files->add_row(motion.poses[10 * row], motion.poses[10 * row], 0.04, state);
+    }
+    ASSERT_TRUE(files->finish());
+  }
+  const StrandMotion strands = motion("hair.abc");
+  const auto points = support::read_npy<float>(options.points);
+  const ExportedStrands exported = exported_strands(groom);
+  ASSERT_EQ(strands.times_s.size(), 3u);
+  EXPECT_NEAR(strands.times_s[2], 2 / 25.0, 1e-9);
+  for (std::size_t row = 0; row < 3; ++row) {
+    std::vector<Vec3f> of_groom(groom.points.size()), wanted;
+    std::copy_n(points.row(row), 3 * of_groom.size(), of_groom[0].data());
+    exported.take_points(of_groom, wanted);
+    EXPECT_EQ(strands.points[row], wanted) << row;
+  }
+}
+
+TEST_F(StrandFiles, points_follow_another_lattice_at_once_and_none_is_rest) {
+  const Groom groom = short_hair();
+  support::RandomLevel small;
+  small.nodes_per_axis = 4;
+  const Level level = support::make_random_level(), other = support::make_random_level(small);
+  const RigidTransform head = nod().poses[20].head();
+  const auto moved = [&](WorldPoints& points, const Level& of) {
+    const std::span<const Vec3f> at =
+        points.at(head, &of.geometry, std::vector<Vec3f>(of.rest.size(), Vec3f(0, 0.01f, 0)));
+    return std::vector<Vec3f>(at.begin(), at.end());
+  };
+  WorldPoints points(groom), fresh(groom);
+  moved(points, level);
+  EXPECT_EQ(moved(points, other), moved(fresh, other));
+  const std::span<const Vec3f> rest = points.at(head, nullptr, {});
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    EXPECT_LT((rest[i].cast<double>() - head.point(groom.points[i].cast<double>())).norm(), 1e-6);
+}
+
+TEST_F(StrandFiles, replayed_strands_have_a_frame_for_each_tick_and_stand_still_where_ticks_are_missing) {
+  const std::vector<std::uint8_t> groom_file = wire::encode_groom(short_hair());
+  const Groom groom = *wire::decode_groom(groom_file);
+  constexpr std::array<std::uint64_t, 3> kTicks{7, 8, 11};
+  constexpr std::uint64_t kCharacter = std::uint64_t{5} << 32 | 2;
+  std::vector<Pose> poses;
+  {
+    std::ofstream file(path("server.rec"), std::ios::binary);
+    const auto put = [&](const wire::RecordEntry& entry) {
+      const std::vector<std::uint8_t> bytes = wire::encode_record_entry(entry);
+      file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    };
+    put(wire::RecordingHeader{});
+    put(wire::RecordedGroom{groom_file});
+    World world(WorldDef{});
+    const CharacterId id = world.add(CharacterDef{});
+    for (std::size_t i = 0; i < kTicks.size(); ++i) {
+      poses.push_back(rounded_to_wire(nod().poses[5 * i]));
+      wire::RecordedTick tick;
+      tick.tick = kTicks[i];
+      if (i == 0) {
+        wire::RecordedAdd added;
+        added.character = kCharacter;
+        added.groom = wire::hash_groom(groom_file);
+        tick.added = {added};
+      }
+      tick.poses = {{kCharacter, true, poses.back()}};
+      world.set_pose(id, poses.back(), true);
+      world.step();
+      tick.state_hash = world.hash();
+      put(tick);
+    }
+  }
+  ReplayOptions options;
+  options.recording = path("server.rec");
+  options.out = path("hair.abc");
+  options.character = 2;
+  const Result<void> replayed = replay(options);
+  ASSERT_TRUE(replayed) << replayed.error();
+  const StrandMotion strands = motion("hair.abc");
+  const ExportedStrands exported = exported_strands(groom);
+  ASSERT_EQ(strands.times_s.size(), 5u);
+  for (std::size_t f = 0; f < 5; ++f) {
+    std::vector<Vec3f> moved = groom.points, wanted;
+    const RigidTransform& head = poses[f < 4 ? std::min<std::size_t>(f, 1) : 2].head();
+    for (Vec3f& x : moved) x = head.point(x.cast<double>()).cast<float>();
+    exported.take_points(moved, wanted);
+    ASSERT_EQ(strands.points[f].size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+      EXPECT_LT((strands.points[f][i] - wanted[i]).norm(), 1e-6f) << f << ' ' << i;
+  }
+  options.character = 3;
+  const Result<void> missing = replay(options);
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error(), "character 3 is not in this recording");
 }
 
 }  // namespace

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "client/assets/export/byte_writer.hpp"
+#include "client/assets/export/murmur.hpp"
+#include "client/assets/export/ogawa_writer.hpp"
+
+namespace hairnet {
+
+enum class AbcKind : std::uint8_t { compound, scalar, array };
+enum class AbcType : std::uint8_t { u8 = 1, i16 = 4, u32 = 5, i32 = 6, f32 = 10, f64 = 11, text = 12 };
+enum class AbcTiming : std::uint8_t { constant, uniform };
+
+// A property of an Alembic object, with the places of its samples in the file.
+struct AbcOutProperty {
+  std::string name, metadata;
+  AbcKind kind = AbcKind::compound;
+  AbcType type = AbcType::u8;
+  // So many numbers make a value.
+  std::uint8_t extent = 1;
+  AbcTiming timing = AbcTiming::constant;
+  // Only a compound has them.
+  std::vector<AbcOutProperty> children = {};
+
+  // Samples before the first and behind the last changed one are stored once.
+  std::uint32_t sample_count = 0, first_changed = 0, last_changed = 0;
+  std::vector<OgawaWriter::Word> stored = {};
+  MurmurDigest last_key = {};
+  std::size_t value_count = 0;
+  bool is_like_scalar = true, is_homogeneous = true;
+};
+
+struct AbcOutObject {
+  std::string name, metadata;
+  std::vector<AbcOutProperty> properties = {};
+  std::vector<AbcOutObject> children = {};
+};
+
+// Writes an Alembic archive as the library's AbcCoreOgawa does. Samples go to the file as they come, equal ones once;
+// the tree of objects follows in finish().
+class AbcArchiveWriter {
+ public:
+  explicit AbcArchiveWriter(OutputFile file) : out_(std::move(file)) {}
+
+  // Adds the next sample: numbers as they lie in memory, or texts with a zero behind each.
+  void add(AbcOutProperty& property, std::span<const std::byte> values);
+  void add_text(AbcOutProperty& property, const std::string& text) {
+    add(property, std::as_bytes(std::span(text.c_str(), text.size() + 1)));
+  }
+  // Adds the sample before once more.
+  static void repeat(AbcOutProperty& property) { ++property.sample_count; }
+
+  // `metadata` is KEY=VALUE;KEY=VALUE in the order of the keys.
+  Result<void> finish(const AbcOutObject& top, std::string_view metadata, double rate_hz);
+
+ private:
+  using Word = OgawaWriter::Word;
+  void store(AbcOutProperty& property, Word sample);
+  Word write(const AbcOutObject& object);
+  Word write(const std::vector<AbcOutProperty>& properties);
+  void put_header(const AbcOutProperty& property, ByteWriter& headers);
+  std::uint8_t index_of(const std::string& metadata);
+
+  OgawaWriter out_;
+  std::map<MurmurDigest, Word> written_;
+  // Is the table that headers refer to.
+  std::vector<std::string> metadata_;
+  std::uint32_t samples_max_[2] = {0, 0};
+};
+
+}  // namespace hairnet

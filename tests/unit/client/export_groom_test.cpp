@@ -1,0 +1,53 @@
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "client/assets/load_groom.hpp"
+#include "client/tools/groom/commands.hpp"
+
+namespace hairnet::groom {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class ExportGroom : public testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string exported(const std::string& from, const std::string& to) {
+    ExportOptions options;
+    options.groom = from;
+    options.hairstyle.strand_count = 300;
+    options.out = (folder_ / to).string();
+    const Result<void> done = export_groom(options);
+    return done ? std::string() : done.error();
+  }
+  fs::path folder_ = fs::path(testing::TempDir()) / ("export_groom_" + std::to_string(::getpid()));
+};
+
+TEST_F(ExportGroom, made_hair_goes_to_each_format_and_can_be_imported_again) {
+  HairstyleOptions options;
+  options.strand_count = 300;
+  const Result<Groom> made = load_groom("made:short", options);
+  ASSERT_TRUE(made) << made.error();
+  for (const char* file : {"hair.abc", "hair.usda", "hair.hair", "hair.ply", "hair.npz"}) {
+    ASSERT_EQ(exported("made:short", file), "") << file;
+    const Result<Groom> again = load_groom((folder_ / file).string());
+    ASSERT_TRUE(again) << again.error();
+    EXPECT_EQ(again->strand_count(), made->strand_count()) << file;
+    EXPECT_EQ(again->points.size(), made->points.size()) << file;
+  }
+  EXPECT_EQ(exported("made:short", "hair.gltf"), "");
+  EXPECT_EQ(exported("made:short", "hair.glb"), "");
+}
+
+TEST_F(ExportGroom, refuses_an_unknown_format_and_an_unknown_groom_in_one_line) {
+  EXPECT_THAT(exported("made:short", "hair.groom"), HasSubstr("hair.groom: strands are written to .abc"));
+  EXPECT_THAT(exported("nowhere.groom", "hair.abc"), HasSubstr("nowhere.groom: "));
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+}  // namespace
+}  // namespace hairnet::groom
