@@ -14,10 +14,10 @@
 namespace hairnet {
 namespace {
 
-Result<void> take_body(const std::string& file, Result<TriangleMesh> mesh, HairParts& parts) {
-  if (!mesh) return Refusal(mesh.error());
+Result<void> take_body(const std::string& file, Result<ImportedBody> body, HairParts& parts) {
+  if (!body) return Refusal(body.error());
   if (parts.body) return Refusal(file + ": a second body beside " + parts.body_file);
-  parts.body = std::move(*mesh);
+  parts.body = std::move(*body);
   parts.body_file = file;
   return {};
 }
@@ -34,8 +34,13 @@ void add_strands(ImportedStrands strands, const std::string& file, const std::st
 }
 
 Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
-  if (strand_format_of(file)) {
+  if (is_body_file(file)) return take_body(file, read_body(file), parts);
+  if (const auto format = strand_format_of(file)) {
     auto strands = read_strands(file);
+    // Such a file without strands may have a mesh.
+    if (!strands && (format == StrandFormat::ply || format == StrandFormat::usd)) {
+      if (Result<ImportedBody> body = read_body(file)) return take_body(file, std::move(body), parts);
+    }
     if (!strands) return Refusal(strands.error());
     add_strands(std::move(*strands), file, group, parts);
     return {};
@@ -46,18 +51,25 @@ Result<void> read_part(const std::string& file, const std::string& group, HairPa
     return Refusal(file + ": strands are read from " + std::string(kHairFiles) + " files");
   auto lines = decode_obj_strands(as_text(*bytes));
   if (!lines) return Refusal(file + ": " + lines.error());
-  if (lines->strand_count() == 0) return take_body(file, read_mesh(file), parts);
+  if (lines->strand_count() == 0) return take_body(file, read_body(file), parts);
   add_strands(std::move(*lines), file, group, parts);
   return {};
 }
 
 Result<Groom> groom_of_body(const HairParts& parts, const HairImport& import) {
-  const Result<Placement> placement = guess_mesh_placement(*parts.body, import.body);
-  if (!placement) return Refusal(parts.body_file + ": " + placement.error());
+  std::vector<std::string> notes, doubts;
+  const KnownPlacement known = known_of_body(parts, import.body, notes, doubts);
+  const Result<Placement> placement = guess_mesh_placement(parts.body->mesh, known);
+  if (!placement)
+    return Refusal(parts.body_file + ": no head is seen in it, since " + placement.error() +
+                   "; hairnet-groom's --body-up, --body-face and --body-unit say how it lies");
+  for (const std::vector<std::string>* lines : {&notes, &doubts}) {
+    for (const std::string& line : *lines) std::fprintf(stderr, "%s\n", line.c_str());
+  }
   print_warnings(parts.body_file, std::vector{"taken for a head, " + to_string(*placement) + "; with made hair"});
   TriangleMesh mesh;
-  mesh.triangles = parts.body->triangles;
-  for (const Vec3f& v : parts.body->vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
+  mesh.triangles = parts.body->mesh.triangles;
+  for (const Vec3f& v : parts.body->mesh.vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
   Result<Groom> groom = fitted_hair(mesh);
   if (!groom) return Refusal(parts.body_file + ": " + groom.error());
   return groom;
@@ -66,7 +78,7 @@ Result<Groom> groom_of_body(const HairParts& parts, const HairImport& import) {
 }  // namespace
 
 bool is_foreign_hair(std::string_view path) {
-  return strand_format_of(path).has_value() || extension_of(path) == ".obj";
+  return strand_format_of(path).has_value() || is_body_file(path) || extension_of(path) == ".obj";
 }
 
 Result<Groom> import_hair(const HairFiles& files, const HairImport& import) {
@@ -77,7 +89,7 @@ Result<Groom> import_hair(const HairFiles& files, const HairImport& import) {
     if (!read) return Refusal(read.error());
   }
   if (!files.body.empty()) {
-    if (const Result<void> read = take_body(files.body, read_mesh(files.body), parts); !read)
+    if (const Result<void> read = take_body(files.body, read_body(files.body), parts); !read)
       return Refusal(read.error());
   }
   if (parts.strands.empty() && !parts.body) return Refusal("there are no files of hair");

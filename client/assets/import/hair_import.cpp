@@ -9,6 +9,7 @@
 #include "client/assets/import/guess_placement.hpp"
 #include "client/assets/import/guess_roots.hpp"
 #include "client/assets/import/outliers.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
@@ -117,13 +118,26 @@ KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> fil
   return known;
 }
 
+// The body's head joint is also that of the strands, unless they have one.
+void share_head_joint(PlacedTogether& together, const KnownPlacement& of_body) {
+  Placement &strands = together.strands, &body = together.body;
+  if (strands.origin || !body.origin) {
+    body.origin = of_body.origin;
+    return;
+  }
+  const Vec3 joint_m = body.unit_m * (rotation_to_head(body.up, body.face) * *body.origin);
+  strands.origin = rotation_to_head(strands.up, strands.face).transpose() * joint_m / strands.unit_m;
+}
+
 // Places strands and body, together if the body fits.
 Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& known, const HairImport& import,
                               GroomDef& def, Remarks& remarks) {
   const std::string file = parts.strands.front().file + ": ";
   if (parts.body) {
-    if (auto together = guess_together(parts.strands, *parts.body, known, import.body)) {
-      def.body = parts.body;
+    const KnownPlacement of_body = known_of_body(parts, import.body, remarks.notes, remarks.doubts);
+    if (auto together = guess_together(parts.strands, parts.body->mesh, known, of_body)) {
+      share_head_joint(*together, import.body);
+      def.body = parts.body->mesh;
       def.body_placement = together->body;
       remarks.notes.push_back(parts.body_file + ": taken as " + to_string(together->body));
       return together->strands;
@@ -136,7 +150,7 @@ Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& know
   for (const std::string& doubt : doubts) remarks.doubts.push_back(file + doubt);
   if (!parts.body) return alone;
   if (is_any_known(import.body)) {
-    def.body = parts.body;
+    def.body = parts.body->mesh;
     def.body_placement = Placement{import.body.up.value_or(alone->up), import.body.face.value_or(alone->face),
                                    import.body.unit_m.value_or(alone->unit_m), import.body.origin};
   } else {
@@ -216,6 +230,35 @@ Result<RootEnd> parse_root_end(std::string_view text) {
   if (text == "first") return RootEnd::first;
   if (text == "last") return RootEnd::last;
   return Refusal("is not one of first, last, guess");
+}
+
+KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given, std::vector<std::string>& notes,
+                             std::vector<std::string>& doubts) {
+  const KnownPlacement& stated = parts.body->states;
+  const std::string file = parts.body_file + ": ";
+  KnownPlacement known = given;
+  if (!given.up && !given.face) {
+    known.up = stated.up;
+    known.face = stated.face;
+  }
+  if (!given.unit_m) known.unit_m = stated.unit_m;
+  if (!given.origin) known.origin = stated.origin;
+  for (const std::string& note : parts.body->notes) notes.push_back(file + note);
+  if (known.origin && !given.origin) {
+    const Vec3& x = *known.origin;
+    notes.push_back(file + "the head joint is " + shown(parts.body->joints[0]->name) + " of its skeleton, at " +
+                    with_digits(x.x()) + ',' + with_digits(x.y()) + ',' + with_digits(x.z()) + " in file units");
+  }
+  if (given.unit_m || !stated.unit_m || guess_mesh_placement(parts.body->mesh, known)) return known;
+  KnownPlacement guessed = known;
+  guessed.unit_m.reset();
+  const Result<Placement> placement = guess_mesh_placement(parts.body->mesh, guessed);
+  if (!placement) return known;
+  doubts.push_back(file + "its file says " + with_digits(*stated.unit_m) +
+                   " m a unit, in which it has no head: taken as " + with_digits(placement->unit_m) +
+                   " m a unit; hairnet-groom's --body-unit sets it");
+  guessed.unit_m = placement->unit_m;
+  return guessed;
 }
 
 Result<ImportedGroom> import_hair_parts(HairParts parts, const HairImport& import) {

@@ -24,7 +24,7 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
       if (!groom) return Refusal(groom.error());
       grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
     } else {
-      return Refusal(file + ": not one of " + std::string(kHairFiles) + " .groom .bvh");
+      return Refusal(file + ": not one of " + std::string(kHairFiles) + " .glb .gltf .vrm .groom .bvh");
     }
   }
   if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);
