@@ -71,7 +71,9 @@ Result<Groom> groom_of_body(const HairParts& parts, const HairImport& import) {
   mesh.triangles = parts.body->mesh.triangles;
   for (const Vec3f& v : parts.body->mesh.vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
   Result<Groom> groom = fitted_hair(mesh);
-  if (!groom) return Refusal(parts.body_file + ": " + groom.error());
+  if (!groom)
+    return Refusal(parts.body_file + ": " + groom.error() +
+                   ", and made hair fits no other: give a strand file with it");
   return groom;
 }
 

@@ -28,9 +28,9 @@ std::vector<std::string> words_of(std::string_view name) {
 }
 
 // What programs put before or behind the names of all their joints.
-constexpr std::array<std::string_view, 18> kOfAllJoints{
-    "mixamorig", "j", "bip", "biped", "valve", "c",   "def",   "org",  "cc",
-    "base",      "b", "rig", "bone",  "armature",   "jnt", "joint", "bind", "skeleton"};
+constexpr std::array<std::string_view, 18> kOfAllJoints{"mixamorig", "j",        "bip", "biped", "valve", "c",
+                                                        "def",       "org",      "cc",  "base",  "b",     "rig",
+                                                        "bone",      "armature", "jnt", "joint", "bind",  "skeleton"};
 
 }  // namespace
 

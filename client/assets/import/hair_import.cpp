@@ -134,11 +134,17 @@ Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& know
                               GroomDef& def, Remarks& remarks) {
   const std::string file = parts.strands.front().file + ": ";
   if (parts.body) {
-    const KnownPlacement of_body = known_of_body(parts, import.body, remarks.notes, remarks.doubts);
+    Remarks of_file;
+    const KnownPlacement of_body = known_of_body(parts, import.body, of_file.notes, of_file.doubts);
     if (auto together = guess_together(parts.strands, parts.body->mesh, known, of_body)) {
       share_head_joint(*together, import.body);
+      std::ranges::move(of_file.notes, std::back_inserter(remarks.notes));
+      std::ranges::move(of_file.doubts, std::back_inserter(remarks.doubts));
       def.body = parts.body->mesh;
       def.body_placement = together->body;
+      for (std::size_t b = 0; b < kBoneCount; ++b) {
+        if (const auto& joint = parts.body->joints[b]) def.body_joints[b] = joint->position;
+      }
       remarks.notes.push_back(parts.body_file + ": taken as " + to_string(together->body));
       return together->strands;
     }
@@ -245,9 +251,12 @@ KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given
   if (!given.origin) known.origin = stated.origin;
   for (const std::string& note : parts.body->notes) notes.push_back(file + note);
   if (known.origin && !given.origin) {
-    const Vec3& x = *known.origin;
-    notes.push_back(file + "the head joint is " + shown(parts.body->joints[0]->name) + " of its skeleton, at " +
-                    with_digits(x.x()) + ',' + with_digits(x.y()) + ',' + with_digits(x.z()) + " in file units");
+    const auto at = [&](int axis) {
+      const double x = (*known.origin)[axis];
+      return with_digits(std::abs(x) < 1e-6 * known.origin->norm() ? 0 : x);
+    };
+    notes.push_back(file + "the head joint is " + shown(parts.body->joints[0]->name) + " of its skeleton, at " + at(0) +
+                    ',' + at(1) + ',' + at(2) + " in file units");
   }
   if (given.unit_m || !stated.unit_m || guess_mesh_placement(parts.body->mesh, known)) return known;
   KnownPlacement guessed = known;

@@ -445,6 +445,7 @@ HairParts bust_with_hair() {
   body.mesh = groom.body.mesh;
   body.states = {Axis::plus_y, Axis::plus_z, 1.0, {}};
   body.add_joint(Bone::head, "Head", {0, 0.01, -0.02});
+  body.add_joint(Bone::neck, "Neck", {0, -0.1, -0.03});
   body.state_joints();
   return parts;
 }
@@ -458,6 +459,17 @@ TEST(ImportBody, the_joint_of_its_skeleton_is_the_head_joint_of_the_hair_too) {
   EXPECT_THAT(imported->warnings, Not(Contains(HasSubstr("estimated"))));
   expect_near(imported->groom.points[0], parts.strands[0].strands.points[0] / 100 - Vec3f(0, 0.01f, -0.02f));
   expect_near(imported->groom.body.mesh.vertices[0], parts.body->mesh.vertices[0] - Vec3f(0, 0.01f, -0.02f));
+}
+
+TEST(ImportBody, its_neck_turns_about_the_joint_of_its_skeleton) {
+  HairParts parts = bust_with_hair();
+  const auto imported = import_hair_parts(parts, {});
+  ASSERT_TRUE(imported) << imported.error();
+  expect_near(imported->groom.body.joints[static_cast<std::size_t>(Bone::neck)], {0, -0.11f, -0.01f});
+  parts.body->joints[static_cast<std::size_t>(Bone::neck)]->position = {0, 3, 0};
+  const auto above = import_hair_parts(parts, {});
+  ASSERT_TRUE(above) << above.error();
+  EXPECT_LT(above->groom.body.joints[static_cast<std::size_t>(Bone::neck)].y(), 0) << "no neck is above its head";
 }
 
 TEST(ImportBody, an_origin_that_is_given_counts_more_than_a_skeleton) {
