@@ -22,7 +22,8 @@ using Mat4 = Eigen::Matrix4d;
 
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 constexpr std::size_t kPrimitivesMax = 10'000;
-constexpr std::size_t kJointSetsMax = 4;  // of four joints each at a vertex
+// A vertex follows up to four joints of each set.
+constexpr std::size_t kJointSetsMax = 4;
 
 Mat4 local_transform(const Json& node) {
   Mat4 matrix = Mat4::Identity();
@@ -325,7 +326,8 @@ class BodyReader {
   gltf::File file_;
   const std::vector<Json>& nodes_;
   std::vector<std::size_t> parents_;
-  std::vector<Mat4> worlds_;  // from each node to the scene
+  // They lead from each node to the scene.
+  std::vector<Mat4> worlds_;
   std::vector<bool> is_placed_, is_in_scene_;
   std::map<std::size_t, Skin> skins_;
   std::size_t primitive_count_ = 0, other_primitives_ = 0;

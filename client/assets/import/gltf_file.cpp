@@ -277,7 +277,8 @@ Result<std::span<const std::byte>> File::unpacked(std::size_t index, const Json&
 }
 
 Result<Numbers> File::numbers(std::size_t index, std::size_t width) {
-  constexpr std::array<std::size_t, 7> kBytes{1, 1, 2, 2, 0, 4, 4};  // from 5120 on
+  // The bytes of a number of the types 5120 to 5126.
+  constexpr std::array<std::size_t, 7> kBytes{1, 1, 2, 2, 0, 4, 4};
   const std::string name = numbered("accessor", index);
   const Json* const accessor = element(json_, "accessors", index);
   if (!accessor) return Refusal("there is no " + name);
