@@ -15,10 +15,10 @@
 namespace hairnet {
 namespace {
 
-Result<void> take_body(const std::string& file, Result<TriangleMesh> mesh, HairParts& parts) {
-  if (!mesh) return Refusal(mesh.error());
+Result<void> take_body(const std::string& file, Result<ImportedBody> body, HairParts& parts) {
+  if (!body) return Refusal(body.error());
   if (parts.body) return Refusal(file + ": a second body beside " + parts.body_file);
-  parts.body = std::move(*mesh);
+  parts.body = std::move(*body);
   parts.body_file = file;
   return {};
 }
@@ -35,24 +35,35 @@ void add_strands(ImportedStrands strands, const std::string& file, const std::st
 }
 
 Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
+  if (is_body_file(file)) return take_body(file, read_body(file), parts);
   auto strands = read_strands(file);
+  // Some formats hold strands or a body: what has no strand may have a mesh.
+  if ((!strands || strands->strand_count() == 0) && may_hold_body(file)) {
+    Result<ImportedBody> body = read_body(file);
+    if (body || strands) return take_body(file, std::move(body), parts);
+  }
   if (!strands) return Refusal(strands.error());
-  if (strands->strand_count() == 0) return take_body(file, read_mesh(file), parts);
   add_strands(std::move(*strands), file, group, parts);
   return {};
 }
 
 Result<ImportedGroom> groom_of_body(const HairParts& parts, const HairImport& import) {
-  const Result<Placement> placement = guess_mesh_placement(*parts.body, import.body);
-  if (!placement) return Refusal(parts.body_file + ": " + placement.error());
+  std::vector<std::string> notes, doubts;
+  const KnownPlacement known = known_of_body(parts, import.body, notes, doubts);
+  const Result<Placement> placement = guess_mesh_placement(parts.body->mesh, known);
+  if (!placement)
+    return Refusal(parts.body_file + ": no head is seen in it, since " + placement.error() +
+                   "; hairnet-groom's --body-up, --body-face and --body-unit say how it lies");
+  notes.insert(notes.end(), doubts.begin(), doubts.end());
+  notes.push_back(parts.body_file + ": taken for a head, " + to_string(*placement) + "; with made hair");
   TriangleMesh mesh;
-  mesh.triangles = parts.body->triangles;
-  for (const Vec3f& v : parts.body->vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
+  mesh.triangles = parts.body->mesh.triangles;
+  for (const Vec3f& v : parts.body->mesh.vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
   Result<Groom> groom = fitted_hair(mesh);
-  if (!groom) return Refusal(parts.body_file + ": " + groom.error());
-  return ImportedGroom{std::move(*groom),
-                       *placement,
-                       {parts.body_file + ": taken for a head, " + to_string(*placement) + "; with made hair"}};
+  if (!groom)
+    return Refusal(parts.body_file + ": " + groom.error() +
+                   ", and made hair fits no other: give a strand file with it");
+  return ImportedGroom{std::move(*groom), *placement, std::move(notes)};
 }
 
 std::vector<std::string> files_in(const std::filesystem::path& folder) {
@@ -60,7 +71,7 @@ std::vector<std::string> files_in(const std::filesystem::path& folder) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
     const std::string file = entry.path().string();
-    if (strand_decoder_of(file) != nullptr && extension_of(file) != ".txt") files.push_back(file);
+    if (is_foreign_file(file) && extension_of(file) != ".txt") files.push_back(file);
   }
   std::ranges::sort(files);
   return files;
@@ -76,6 +87,10 @@ std::vector<std::string> files_like(const std::string& pattern) {
 
 }  // namespace
 
+bool is_foreign_file(std::string_view path) {
+  return strand_decoder_of(path) != nullptr || is_body_file(path);
+}
+
 Result<ImportedGroom> import_hair(const HairFiles& files, const HairImport& import) {
   HairParts parts;
   for (std::size_t i = 0; i < files.files.size(); ++i) {
@@ -84,7 +99,7 @@ Result<ImportedGroom> import_hair(const HairFiles& files, const HairImport& impo
     if (!read) return Refusal(read.error());
   }
   if (!files.body.empty()) {
-    if (const Result<void> read = take_body(files.body, read_mesh(files.body), parts); !read)
+    if (const Result<void> read = take_body(files.body, read_body(files.body), parts); !read)
       return Refusal(read.error());
   }
   if (parts.strands.empty() && !parts.body) return Refusal("there are no files of hair");

@@ -11,11 +11,14 @@
 
 namespace hairnet {
 
-// The files of one head. An .obj without lines among `files` is the body that they were made on.
+// Whether the name is that of a file of another program, of strands or of a body.
+bool is_foreign_file(std::string_view path);
+
+// The files of one head. A file without strands among `files` is the body that they were made on.
 struct HairFiles {
   std::vector<std::string> files;
   std::vector<std::string> groups;  // one for each file, or none: those that the files name, or else their stems
-  std::string body;                 // an .obj; empty: none, or among `files`
+  std::string body;                 // one of kBodyFiles; empty: none, or among `files`
   std::string name;                 // the groom's; empty: the first group's
 };
 

@@ -25,12 +25,12 @@ Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made, 
     if (!groom) return Refusal(spec + ": " + groom.error());
     return groom;
   }
-  if (strand_decoder_of(spec) != nullptr) return load_hair({{spec}, {}, {}, {}}, import);
+  if (is_foreign_file(spec)) return load_hair({{spec}, {}, {}, {}}, import);
   return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_groom(bytes); });
 }
 
 Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec) {
-  if (is_made_spec(spec) || strand_decoder_of(spec) != nullptr) return nullptr;
+  if (is_made_spec(spec) || is_foreign_file(spec)) return nullptr;
   return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_learnt_of_groom(bytes); });
 }
 

@@ -1,6 +1,8 @@
 #include "client/assets/strand_file.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <utility>
 
 #include "client/assets/import/obj.hpp"
 #include "client/files/read_file.hpp"
@@ -10,6 +12,11 @@ namespace {
 
 Refusal of_file(const std::string& path, const std::string& reason) {
   return Refusal(path + ": " + reason);
+}
+
+// Whether the extension is one of a list such as ".obj .ply".
+bool is_listed(const std::string& extension, std::string_view list) {
+  return !extension.empty() && (' ' + std::string(list) + ' ').find(' ' + extension + ' ') != std::string::npos;
 }
 
 }  // namespace
@@ -35,12 +42,38 @@ Result<ImportedStrands> read_strands(const std::string& path) {
   return strands;
 }
 
-Result<TriangleMesh> read_mesh(const std::string& path) {
+bool is_body_file(std::string_view path) {
+  const std::string extension = extension_of(path);
+  return extension == ".glb" || extension == ".gltf" || extension == ".vrm";
+}
+
+bool may_hold_body(std::string_view path) {
+  return is_listed(extension_of(path), kBodyFiles);
+}
+
+Result<ImportedBody> read_body(const std::string& path) {
+  const std::string extension = extension_of(path);
+  if (!may_hold_body(path))
+    return of_file(path, "bodies are read from " + std::string(kBodyFiles) + " files");
   const auto bytes = read_file(path);
   if (!bytes) return of_file(path, bytes.error());
-  auto mesh = decode_obj(as_text(*bytes));
-  if (!mesh) return of_file(path, mesh.error());
-  return mesh;
+  Result<ImportedBody> body;
+  const auto take_mesh = [&](Result<TriangleMesh> mesh) {
+    if (!mesh) body = Refusal(mesh.error());
+    if (mesh) body->mesh = std::move(*mesh);
+  };
+  if (is_body_file(path)) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    body = decode_gltf_body(*bytes, [&](const std::string& name) { return read_file((folder / name).string()); });
+  } else if (extension == ".obj") {
+    take_mesh(decode_obj(as_text(*bytes)));
+  } else if (extension == ".ply") {
+    take_mesh(decode_ply_mesh(*bytes));
+  } else {
+    body = decode_usd_body(*bytes);
+  }
+  if (!body) return of_file(path, body.error());
+  return body;
 }
 
 }  // namespace hairnet

@@ -105,11 +105,20 @@ TriangleMesh unshifted_mesh(const GroomDef& def, std::vector<std::string>& warni
   return mesh;
 }
 
-Body body_of(TriangleMesh mesh, const Vec3& joint) {
+// A body about its head joint. Its skeleton's joints replace those that its shape shows where they lie below the head.
+Body body_of(TriangleMesh mesh, const Vec3& joint, const GroomDef& def) {
+  const Placement& placement = def.body_placement ? *def.body_placement : def.placement;
   Body body;
   body.mesh = std::move(mesh);
   for (Vec3f& vertex : body.mesh.vertices) vertex = (vertex.cast<double>() - joint).cast<float>();
   estimate_joints(body);
+  for (const Bone bone : {Bone::neck, Bone::left_shoulder, Bone::right_shoulder}) {
+    const std::optional<Vec3>& in_file = def.body_joints[static_cast<std::size_t>(bone)];
+    if (!in_file) continue;
+    const Vec3f x = (place(placement, Vec3::Zero(), in_file->cast<float>()).cast<double>() - joint).cast<float>();
+    constexpr float kNeck_m = 0.02f, kFar_m = 0.5f;
+    if (x.allFinite() && x.y() < -kNeck_m && x.norm() < kFar_m) body.joints[static_cast<std::size_t>(bone)] = x;
+  }
   generate_bone_weights(body);
   return body;
 }
@@ -201,7 +210,7 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   if (def.body) {
     // A mesh without its own origin shares the strands' head joint.
     groom.body =
-        body_of(std::move(mesh), def.body_placement ? given_joint(*def.body_placement).value_or(joint) : joint);
+        body_of(std::move(mesh), def.body_placement ? given_joint(*def.body_placement).value_or(joint) : joint, def);
   } else {
     skull.centre -= joint;
     groom.body = skull_body(skull);

@@ -304,6 +304,9 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlac
   head.triangles = mesh.triangles;
   for (const Vec3f& v : mesh.vertices) head.vertices.push_back(place(placement, Vec3::Zero(), v));
   const std::optional<SkullFit> skull = skull_of_mesh(head);
+  // A skeleton also shows the head of an avatar whose top is no skull.
+  placement.origin = known.origin;
+  if (known.origin) return placement;
   if (!skull) return Refusal("its top is no skull");
   placement.origin = rotation_to_head(placement.up, placement.face).transpose() * skull->joint() / unit_m;
   return placement;

@@ -27,7 +27,8 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
                                              const KnownPlacement& of_strands = {}, const KnownPlacement& of_body = {});
 
 // Guesses the placement of a mesh of a head, a bust or a person: up is +y or +z, along which it is longer; the unit
-// comes from the head's size, the face from the chin in front of the neck. `origin` is the head joint.
+// comes from the head's size, the face from the chin in front of the neck. `origin` is the head joint: the known one,
+// else that under its skull.
 Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlacement& known = {});
 
 // Returns text like "up +z, face +y, 0.0033 m a unit".

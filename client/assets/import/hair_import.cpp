@@ -10,6 +10,7 @@
 #include "client/assets/import/guess_placement.hpp"
 #include "client/assets/import/guess_roots.hpp"
 #include "client/assets/import/outliers.hpp"
+#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
@@ -118,14 +119,33 @@ KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> fil
   return known;
 }
 
+// The body's head joint is also that of the strands, unless they have one.
+void share_head_joint(PlacedTogether& together, const KnownPlacement& of_body) {
+  Placement &strands = together.strands, &body = together.body;
+  if (strands.origin || !body.origin) {
+    body.origin = of_body.origin;
+    return;
+  }
+  const Vec3 joint_m = body.unit_m * (rotation_to_head(body.up, body.face) * *body.origin);
+  strands.origin = rotation_to_head(strands.up, strands.face).transpose() * joint_m / strands.unit_m;
+}
+
 // Places strands and body, together if the body fits.
 Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& known, const HairImport& import,
                               GroomDef& def, Remarks& remarks) {
   const std::string file = parts.strands.front().file + ": ";
   if (parts.body) {
-    if (auto together = guess_together(parts.strands, *parts.body, known, import.body)) {
-      def.body = parts.body;
+    Remarks of_file;
+    const KnownPlacement of_body = known_of_body(parts, import.body, of_file.notes, of_file.doubts);
+    if (auto together = guess_together(parts.strands, parts.body->mesh, known, of_body)) {
+      share_head_joint(*together, import.body);
+      std::ranges::move(of_file.notes, std::back_inserter(remarks.notes));
+      std::ranges::move(of_file.doubts, std::back_inserter(remarks.doubts));
+      def.body = parts.body->mesh;
       def.body_placement = together->body;
+      for (std::size_t b = 0; b < kBoneCount; ++b) {
+        if (const auto& joint = parts.body->joints[b]) def.body_joints[b] = joint->position;
+      }
       remarks.notes.push_back(parts.body_file + ": taken as " + to_string(together->body));
       return together->strands;
     }
@@ -137,7 +157,7 @@ Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& know
   for (const std::string& doubt : doubts) remarks.doubts.push_back(file + doubt);
   if (!parts.body) return alone;
   if (is_any_known(import.body)) {
-    def.body = parts.body;
+    def.body = parts.body->mesh;
     def.body_placement = Placement{import.body.up.value_or(alone->up), import.body.face.value_or(alone->face),
                                    import.body.unit_m.value_or(alone->unit_m), import.body.origin};
   } else {
@@ -224,6 +244,38 @@ Result<RootEnd> parse_root_end(std::string_view text) {
   if (text == "first") return RootEnd::first;
   if (text == "last") return RootEnd::last;
   return Refusal("is not one of first, last, guess");
+}
+
+KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given, std::vector<std::string>& notes,
+                             std::vector<std::string>& doubts) {
+  const KnownPlacement& stated = parts.body->states;
+  const std::string file = parts.body_file + ": ";
+  KnownPlacement known = given;
+  if (!given.up && !given.face) {
+    known.up = stated.up;
+    known.face = stated.face;
+  }
+  if (!given.unit_m) known.unit_m = stated.unit_m;
+  if (!given.origin) known.origin = stated.origin;
+  for (const std::string& note : parts.body->notes) notes.push_back(file + note);
+  if (known.origin && !given.origin) {
+    const auto at = [&](int axis) {
+      const double x = (*known.origin)[axis];
+      return with_digits(std::abs(x) < 1e-6 * known.origin->norm() ? 0 : x);
+    };
+    notes.push_back(file + "the head joint is " + shown(parts.body->joints[0]->name) + " of its skeleton, at " + at(0) +
+                    ',' + at(1) + ',' + at(2) + " in file units");
+  }
+  if (given.unit_m || !stated.unit_m || guess_mesh_placement(parts.body->mesh, known)) return known;
+  KnownPlacement guessed = known;
+  guessed.unit_m.reset();
+  const Result<Placement> placement = guess_mesh_placement(parts.body->mesh, guessed);
+  if (!placement) return known;
+  doubts.push_back(file + "its file says " + with_digits(*stated.unit_m) +
+                   " m a unit, in which it has no head: taken as " + with_digits(placement->unit_m) +
+                   " m a unit; hairnet-groom's --body-unit sets it");
+  guessed.unit_m = placement->unit_m;
+  return guessed;
 }
 
 Result<ImportedGroom> import_hair_parts(HairParts parts, const HairImport& import) {

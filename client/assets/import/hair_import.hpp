@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "client/assets/import/body.hpp"
 #include "client/assets/import/placement.hpp"
-#include "core/geometry/triangle_mesh.hpp"
 #include "core/result.hpp"
 
 namespace hairnet {
@@ -34,9 +34,14 @@ struct HairParts {
   // The groom's name.
   std::string name;
   std::vector<StrandFile> strands;
-  std::optional<TriangleMesh> body;
+  std::optional<ImportedBody> body;
   std::string body_file;
 };
+
+// What is known of a body's placement: what is given, else what its file states. A stated unit in which its top is no
+// head is guessed instead, with a line in `doubts`. The head joint has a line in `notes`.
+KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given, std::vector<std::string>& notes,
+                             std::vector<std::string>& doubts);
 
 // Makes the groom that all programs make of these files: cuts outliers, turns strands root first, finds the placement,
 // and assembles. Each warning is a line `FILE: what`; the error is such a line too.

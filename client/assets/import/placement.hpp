@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -57,6 +58,8 @@ struct GroomDef {
   // Places the strands.
   Placement placement;
   std::optional<Placement> body_placement;
+  // The joints of the body's skeleton in the body's file; the others are estimated from its shape.
+  std::array<std::optional<Vec3>, kBoneCount> body_joints;
   // Real hairs on the head, which are shared evenly over the strands.
   double hairs_in_all = 100'000;
   double root_length_m = 0.02;

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "client/assets/import/body.hpp"
 #include "client/assets/import/curve_sets.hpp"
 #include "client/assets/import/edge_chains.hpp"
 #include "client/assets/import/strands.hpp"
@@ -182,6 +183,9 @@ struct PlyParts {
   std::vector<std::uint32_t> vertices;
   std::vector<std::size_t> list_end;
   std::size_t face_count = 0;
+  // Faces are read only where they are asked for.
+  bool wants_faces = false;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
 constexpr std::array<std::string_view, 6> kStrandNames{"strand_id", "strand_idx", "strand_index",
@@ -214,6 +218,7 @@ class PlyRows {
       if (is_points) take_point();
       if (is_edges) fault = take_edge();
       if (is_strands) fault = take_strand();
+      if (element_.name == "face" && parts_.wants_faces) fault = take_face();
       if (!fault.empty()) return shown(element_.name) + ' ' + std::to_string(row) + ": " + fault;
     }
     return {};
@@ -238,7 +243,8 @@ class PlyRows {
       if (!value) return false;
       values_.push_back(*value);
       if (!property.list) continue;
-      const bool is_taken = std::ranges::find(kListNames, property.name) != kListNames.end() && element_.name != "face";
+      const bool is_taken = std::ranges::find(kListNames, property.name) != kListNames.end() &&
+                            (element_.name != "face" || parts_.wants_faces);
       if (!(*value >= 0 && *value <= static_cast<double>(in_.remaining()))) return false;
       for (auto left = static_cast<std::size_t>(*value); left > 0; --left) {
         const std::optional<double> item = in_.next(property.number);
@@ -273,6 +279,19 @@ class PlyRows {
     return {};
   }
 
+  // A polygon becomes a fan.
+  std::string take_face() {
+    std::array<std::uint32_t, 3> triangle{};
+    for (std::size_t i = 0; i < list_.size(); ++i) {
+      const auto vertex = vertex_of(list_[i], parts_.points.size());
+      if (!vertex) return "no such vertex among the " + std::to_string(parts_.points.size()) + " before it";
+      if (i > 2) triangle[1] = triangle[2];
+      triangle[std::min<std::size_t>(i, 2)] = *vertex;
+      if (i >= 2) parts_.triangles.push_back(triangle);
+    }
+    return {};
+  }
+
   std::string take_strand() {
     if (!list_.empty()) {
       for (const double index : list_) {
@@ -296,8 +315,9 @@ class PlyRows {
   std::vector<double> values_, list_;
 };
 
-Result<PlyParts> read_parts(const PlyHeader& header, PlyValues in) {
+Result<PlyParts> read_parts(const PlyHeader& header, PlyValues in, bool wants_faces) {
   PlyParts parts;
+  parts.wants_faces = wants_faces;
   for (const PlyElement& element : header.elements) {
     // The last row of a text may end without a blank.
     if (element.count > (in.remaining() + 1) / element.row_bytes(header.form))
@@ -390,7 +410,7 @@ Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const Result<PlyHeader> header = read_header(text);
   if (!header) return Refusal(header.error());
-  const Result<PlyParts> parts = read_parts(*header, PlyValues(header->form, text));
+  const Result<PlyParts> parts = read_parts(*header, PlyValues(header->form, text), false);
   if (!parts) return Refusal(parts.error());
   const Result<PlyStrands> strands = find_strands(*parts);
   if (!strands) return Refusal(strands.error());
@@ -407,6 +427,18 @@ Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
   Result<ImportedStrands> made = strands_of({&set, 1});
   if (made && !strands->note.empty()) made->doubts.push_back(strands->note);
   return made;
+}
+
+Result<TriangleMesh> decode_ply_mesh(std::span<const std::byte> bytes) {
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const Result<PlyHeader> header = read_header(text);
+  if (!header) return Refusal(header.error());
+  Result<PlyParts> parts = read_parts(*header, PlyValues(header->form, text), true);
+  if (!parts) return Refusal(parts.error());
+  if (parts->triangles.empty()) return Refusal("not a mesh: it has no faces with vertex_indices");
+  if (!std::ranges::all_of(parts->points, [](const Vec3f& x) { return x.allFinite(); }))
+    return Refusal("a vertex is not finite");
+  return TriangleMesh{std::move(parts->points), std::move(parts->triangles)};
 }
 
 }  // namespace hairnet

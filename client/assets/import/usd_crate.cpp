@@ -83,7 +83,8 @@ struct CrateNode {
 
 class Crate {
  public:
-  explicit Crate(CrateBytes bytes) : bytes_(bytes), text_max_(kTextBytes + kTextOfByte * bytes.size()) {}
+  Crate(CrateBytes bytes, Content content)
+      : bytes_(bytes), content_(content), text_max_(kTextBytes + kTextOfByte * bytes.size()) {}
 
   Result<std::string> text() {
     constexpr std::size_t kHeaderBytes = 24;
@@ -488,7 +489,14 @@ class Crate {
     const bool is_of_all = node.name == "visibility" || node.name == "purpose" || node.name.starts_with("xformOp");
     const CrateNode& prim = nodes_[node.parent];
     const std::string_view prim_type = token_field(prim, "typeName");
-    if (!is_of_all && !(is_of_curves && (prim_type.empty() || prim_type == "BasisCurves"))) return true;
+    const bool is_of_mesh =
+        prim_type == "Mesh" && (node.name == "points" || node.name.starts_with("faceVertex") ||
+                                node.name == "orientation" || node.name.starts_with("primvars:skel:"));
+    const bool is_of_skeleton = prim_type == "Skeleton" && (node.name == "joints" || node.name == "bindTransforms");
+    const bool is_asked_for = content_ == Content::bodies
+                                  ? is_of_mesh || is_of_skeleton
+                                  : is_of_curves && (prim_type.empty() || prim_type == "BasisCurves");
+    if (!is_of_all && !is_asked_for) return true;
     // Names are words of the text, or nothing that is asked for.
     if (node.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_:") !=
         std::string_view::npos)
@@ -578,6 +586,7 @@ class Crate {
   // Prims may share values, and packed numbers may be many: the text is bounded by the file's size all the same.
   static constexpr std::size_t kTextBytes = 64'000'000, kTextOfByte = 16;
   CrateBytes bytes_;
+  Content content_;
   std::size_t text_max_;
   unsigned minor_ = 0;
   std::array<CrateBytes, 6> sections_;
@@ -592,8 +601,8 @@ class Crate {
 
 }  // namespace
 
-Result<std::string> text_of_crate(std::span<const std::byte> bytes) {
-  return Crate(bytes).text();
+Result<std::string> text_of_crate(std::span<const std::byte> bytes, Content content) {
+  return Crate(bytes, content).text();
 }
 
 }  // namespace hairnet::usda

@@ -7,12 +7,11 @@
 #include <string>
 #include <utility>
 
-#include "client/assets/import/byte_reader.hpp"
 #include "client/assets/import/curve_sets.hpp"
 #include "client/assets/import/placement.hpp"
 #include "client/assets/import/strands.hpp"
 #include "client/assets/import/text.hpp"
-#include "client/assets/import/usd_crate.hpp"
+#include "client/assets/import/usd_layer.hpp"
 #include "client/assets/import/usd_transform.hpp"
 #include "client/assets/import/usda.hpp"
 #include "core/groom/groom.hpp"
@@ -31,7 +30,7 @@ constexpr double kFirst = -std::numeric_limits<double>::infinity();
 constexpr std::size_t kListedMax = 12;  // names in one line
 
 // Names in a line for the user: as many as it holds, and how many there are beyond.
-class Names {
+class NameLine {
  public:
   void add(std::string_view name) {
     if (count_++ < kListedMax) text_ += (text_.empty() ? "" : ", ") + shown(name);
@@ -423,52 +422,14 @@ class Reader {
   std::map<std::string_view, std::size_t> types_;
   std::map<std::string, Names> hidden_;
   std::set<std::string_view> unused_primvars_;
-  Names others_, moving_, animated_, at_rest_, closed_, unused_, unspread_, unread_operations_;
+  NameLine others_, moving_, animated_, at_rest_, closed_, unused_, unspread_, unread_operations_;
 };
 
 }  // namespace
 
-namespace {
-
-// The first file of a USD archive, which is its scene. Such archives are never packed.
-Result<std::span<const std::byte>> scene_of_archive(std::span<const std::byte> bytes) {
-  constexpr std::size_t kHeaderBytes = 30;
-  ByteReader in(bytes);
-  if (!in.has(kHeaderBytes)) return Refusal("truncated: shorter than the header of an archive");
-  in.skip(8);
-  if (in.u16() != 0)
-    return Refusal("its scene is packed, which a .usdz does not allow: usdcat FILE -o hair.usda unpacks it");
-  in.skip(8);
-  const std::size_t size = in.u32();
-  in.skip(4);
-  const std::size_t skipped = std::size_t{in.u16()} + in.u16();
-  if (!in.has(skipped + size)) return Refusal("truncated: its scene is longer than the file");
-  return bytes.subspan(in.at() + skipped, size);
-}
-
-}  // namespace
-
 Result<ImportedStrands> decode_usd_curves(std::span<const std::byte> bytes) {
-  constexpr std::string_view kZip = "PK\x03\x04", kMark = "\xef\xbb\xbf";
-  const auto as_text = [](std::span<const std::byte> of) {
-    return std::string_view(reinterpret_cast<const char*>(of.data()), of.size());
-  };
-  if (as_text(bytes).starts_with(kZip)) {
-    const auto scene = scene_of_archive(bytes);
-    if (!scene) return Refusal(scene.error());
-    bytes = *scene;
-  }
-  std::string_view text = as_text(bytes);
-  Result<std::string> unpacked = std::string();
-  if (text.starts_with(usda::kCrateMagic)) {
-    unpacked = usda::text_of_crate(bytes);
-    if (!unpacked) return Refusal(unpacked.error());
-    text = *unpacked;
-  }
-  if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
-  if (!text.starts_with("#usda ") && !text.starts_with("#sdf "))
-    return Refusal("not a USD file: it begins neither with #usda nor with PXR-USDC");
-  Result<Layer> layer = usda::parse(text);
+  std::string unpacked;
+  Result<Layer> layer = usda::open_layer(bytes, usda::Content::curves, unpacked);
   if (!layer) return Refusal(layer.error());
   return Reader(std::move(*layer)).read();
 }

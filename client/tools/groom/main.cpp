@@ -78,15 +78,21 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
       ->required();
   import.add_option("--out,-o", o.out, "groom file to write")->required();
   add_hair_flags(import, "--", o.import);
-  import.add_option("--origin", origin, "head joint in file units, x,y,z (under the body's skull, else the roots')")
+  import
+      .add_option("--origin", origin,
+                  "head joint in file units, x,y,z (the body's, else under its skull, else the roots')")
       ->delimiter(',')
       ->expected(3);
   import.add_option("--body", o.files.body,
-                    "OBJ of the head or body under the hair, tells the head joint too (a skull fitted to the roots)");
-  add_parsed(import, "--body-up", o.import.body.up, "the body's axis that points up (guessed)", parse_axis);
-  add_parsed(import, "--body-face", o.import.body.face, "the body's axis that its face looks along (guessed)",
+                    "the head or body under the hair (" + std::string(kBodyFiles) +
+                        "), tells the head joint too (a skull fitted to the roots)");
+  add_parsed(import, "--body-up", o.import.body.up, "the body's axis that points up (the file's own, else guessed)",
              parse_axis);
-  import.add_option("--body-unit", o.import.body.unit_m, "metres a unit of the body's file (guessed)")
+  add_parsed(import, "--body-face", o.import.body.face,
+             "the body's axis that its face looks along (the file's own, else guessed)", parse_axis);
+  import
+      .add_option("--body-unit", o.import.body.unit_m,
+                  "metres a unit of the body's file (the file's own, else guessed)")
       ->check(in_range(1e-6, 1e3));
   import.add_option("--group", o.files.groups,
                     "name of each file's group, in order (what the files say, or their names)");

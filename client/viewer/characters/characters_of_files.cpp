@@ -15,7 +15,7 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
   std::vector<std::string> motions;
   std::vector<std::shared_ptr<const Groom>> grooms;
   for (const std::string& file : files) {
-    if (strand_decoder_of(file) != nullptr) {
+    if (is_foreign_file(file)) {
       foreign.files.push_back(file);
     } else if (extension_of(file) == ".bvh") {
       motions.push_back(file);
@@ -24,7 +24,7 @@ Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::str
       if (!groom) return Refusal(groom.error());
       grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
     } else {
-      return Refusal(file + ": not one of " + strand_extensions() + " .groom .bvh");
+      return Refusal(file + ": not one of " + strand_extensions() + " .glb .gltf .vrm .groom .bvh");
     }
   }
   if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);

@@ -254,7 +254,8 @@ void add_server_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
 
 void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
   app.add_option("FILES", o.files,
-                 "to be shown: strands (" + strand_extensions() + "), .groom, .obj of a body, .bvh of motion");
+                 "to be shown: strands (" + strand_extensions() + "), .groom, a body (" + std::string(kBodyFiles) +
+                     "), .bvh of motion");
   app.add_flag("--local", texts.local, "simulate here, without a server");
   app.add_option("--tick-rate", o.tick_rate_hz, "ticks a second of that (30)")->check(in_range(10.0, 240.0));
   app.add_option("--character", texts.characters, "a character (below); once for each")

@@ -74,7 +74,7 @@ TEST_F(LoadedFiles, a_format_is_recognised_by_an_extension_in_any_case) {
   EXPECT_EQ(strand_decoder_of("b.groom"), nullptr);
   EXPECT_THAT(read_strands(written("curls.HAIR", "no hair")).error(), HasSubstr("curls.HAIR: not a .hair file"));
   EXPECT_THAT(read_strands(written("x.abc", "no hair")).error(), HasSubstr("x.abc: not an Alembic file"));
-  EXPECT_THAT(read_mesh(written("head.OBJ", "v 0 0 0\n")).error(), HasSubstr("head.OBJ: not a mesh"));
+  EXPECT_THAT(read_body(written("head.OBJ", "v 0 0 0\n")).error(), HasSubstr("head.OBJ: not a mesh"));
 }
 
 // A clip of one frame whose root quaternion has that w and nothing else.

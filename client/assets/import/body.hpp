@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/assets/import/placement.hpp"
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/pose/pose.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// A head, bust or person in its rest pose: all meshes of a file as one, in the file's coordinates.
+struct ImportedBody {
+  TriangleMesh mesh;
+  // What the file states of its axes and unit. The origin is the joint of the head.
+  KnownPlacement states;
+  // Each bone turns about the joint of the file's skeleton that has its name.
+  struct Joint {
+    std::string name;
+    Vec3 position = Vec3::Zero();
+  };
+  std::array<std::optional<Joint>, kBoneCount> joints;
+  std::vector<std::string> notes;  // lines about what was read and what was left out
+
+  // The first joint for a bone stays. Joints of the head and the shoulders tell origin and face.
+  void add_joint(Bone bone, std::string_view name, const Vec3& position);
+  void state_joints();
+};
+
+// The bone that a joint of this name turns, in the usual rigs: mixamorig:Head, J_Bip_L_Shoulder, Bip01 Neck,
+// clavicle_l, CC_Base_R_Clavicle ... None for all others, such as HeadTop_End.
+std::optional<Bone> bone_of_joint(std::string_view name);
+
+// Reads the file of that name beside the one that is decoded.
+using ReadBeside = std::function<Result<std::vector<std::byte>>(const std::string& name)>;
+
+// A glTF 2 file, text or binary (.gltf, .glb, .vrm). Without `read_beside` it must hold its buffers itself.
+Result<ImportedBody> decode_gltf_body(std::span<const std::byte> bytes, const ReadBeside& read_beside = {});
+// The meshes of a USD file: text, binary, or in an archive.
+Result<ImportedBody> decode_usd_body(std::span<const std::byte> bytes);
+// The faces of a .ply.
+Result<TriangleMesh> decode_ply_mesh(std::span<const std::byte> bytes);
+
+}  // namespace hairnet

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/assets/import/body.hpp"
+#include "core/result.hpp"
+
+// A glTF 2 file: its JSON, and the numbers in its buffers.
+namespace hairnet::gltf {
+
+using Json = nlohmann::json;
+
+// The member of an object; none where `value` is no object or has no such member.
+const Json* member(const Json& value, const char* name);
+const Json* member(const Json* value, const char* name);
+// Element `index` of the array of this name.
+const Json* element(const Json& value, const char* name, std::size_t index);
+// A whole number that is not negative.
+std::optional<std::size_t> whole(const Json* value);
+// A list of exactly so many finite numbers.
+std::optional<std::vector<double>> numbers(const Json* value, std::size_t count);
+// The elements of an array; none where it is missing or something else.
+const std::vector<Json>& elements(const Json* value);
+std::string text_of(const Json* value);
+
+// Rows of numbers in a buffer. All of them lie in `bytes`.
+struct Numbers {
+  std::span<const std::byte> bytes;
+  std::size_t count = 0, width = 0;  // rows, and numbers in each
+  std::size_t stride_bytes = 0, number_bytes = 0;
+  std::size_t component = 0;  // glTF's number of the type
+  bool is_normalized = false;
+
+  [[nodiscard]] double at(std::size_t row, std::size_t column) const;
+};
+
+class File {
+ public:
+  // `bytes` must outlive the file.
+  static Result<File> open(std::span<const std::byte> bytes, const ReadBeside& read_beside);
+
+  [[nodiscard]] const Json& json() const { return json_; }
+  // The numbers of accessor `index`, each row of that width.
+  Result<Numbers> numbers(std::size_t index, std::size_t width);
+  // The bytes of a buffer view, unpacked.
+  Result<std::span<const std::byte>> view(std::size_t index);
+
+ private:
+  Result<std::span<const std::byte>> buffer(std::size_t index);
+  Result<std::span<const std::byte>> part_of_buffer(const Json& view);
+  Result<std::span<const std::byte>> unpacked(std::size_t index, const Json& packed);
+
+  Json json_;
+  std::span<const std::byte> binary_;  // the part of a .glb behind its JSON
+  ReadBeside read_beside_;
+  std::map<std::size_t, std::vector<std::byte>> buffers_, unpacked_;
+  std::size_t taken_bytes_ = 0;
+};
+
+}  // namespace hairnet::gltf

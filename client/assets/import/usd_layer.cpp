@@ -1,0 +1,52 @@
+#include "client/assets/import/usd_layer.hpp"
+
+#include <string_view>
+#include <utility>
+
+#include "client/assets/import/byte_reader.hpp"
+
+namespace hairnet::usda {
+namespace {
+
+// The first file of a USD archive, which is its scene. Such archives are never packed.
+Result<std::span<const std::byte>> scene_of_archive(std::span<const std::byte> bytes) {
+  constexpr std::size_t kHeaderBytes = 30;
+  ByteReader in(bytes);
+  if (!in.has(kHeaderBytes)) return Refusal("truncated: shorter than the header of an archive");
+  in.skip(8);
+  if (in.u16() != 0)
+    return Refusal("its scene is packed, which a .usdz does not allow: usdcat FILE -o hair.usda unpacks it");
+  in.skip(8);
+  const std::size_t size = in.u32();
+  in.skip(4);
+  const std::size_t skipped = std::size_t{in.u16()} + in.u16();
+  if (!in.has(skipped + size)) return Refusal("truncated: its scene is longer than the file");
+  return bytes.subspan(in.at() + skipped, size);
+}
+
+}  // namespace
+
+Result<Layer> open_layer(std::span<const std::byte> bytes, Content content, std::string& unpacked) {
+  constexpr std::string_view kZip = "PK\x03\x04", kMark = "\xef\xbb\xbf";
+  const auto as_text = [](std::span<const std::byte> of) {
+    return std::string_view(reinterpret_cast<const char*>(of.data()), of.size());
+  };
+  if (as_text(bytes).starts_with(kZip)) {
+    const auto scene = scene_of_archive(bytes);
+    if (!scene) return Refusal(scene.error());
+    bytes = *scene;
+  }
+  std::string_view text = as_text(bytes);
+  if (text.starts_with(kCrateMagic)) {
+    Result<std::string> written = text_of_crate(bytes, content);
+    if (!written) return Refusal(written.error());
+    unpacked = std::move(*written);
+    text = unpacked;
+  }
+  if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
+  if (!text.starts_with("#usda ") && !text.starts_with("#sdf "))
+    return Refusal("not a USD file: it begins neither with #usda nor with PXR-USDC");
+  return parse(text);
+}
+
+}  // namespace hairnet::usda
