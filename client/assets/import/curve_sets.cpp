@@ -126,8 +126,10 @@ void set_groups(std::span<const CurveSet> sets, const Sampled& sampled, Imported
     }
     strands.groups.push_back(group->second);
   }
-  if (names.size() == 1) strands.groups.clear();
-  if (names.size() > 1) strands.group_names = std::move(names);
+  // One object is no group, unless the file says so.
+  const bool is_said = std::ranges::any_of(sets, [](const CurveSet& set) { return !set.groups.empty(); });
+  if (names.size() > 1 || is_said) strands.group_names = std::move(names);
+  if (strands.group_names.empty()) strands.groups.clear();
 }
 
 }  // namespace

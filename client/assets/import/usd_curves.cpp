@@ -295,14 +295,22 @@ class Reader {
       for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
       return small;
     };
+    std::vector<std::string_view> names;
     for (const usda::Statement& statement : prim.statements) {
-      std::string_view name = statement.name;
-      if (!name.starts_with(kPrimvars) || name.ends_with(kIndices)) continue;
-      name.remove_prefix(kPrimvars.size());
-      if (std::ranges::find(kKnown, name) != kKnown.end() || name.starts_with("skel:")) continue;
-      const bool is_group = std::ranges::find(kGroups, lower(name)) != kGroups.end() && set.groups.empty();
-      if (is_group && read_group_names(prim, statement.name, time, set)) continue;
-      if (unused_primvars_.insert(name).second) unused_.add(name);
+      const std::string_view name = statement.name;
+      if (name.starts_with(kPrimvars) && !name.ends_with(kIndices)) names.push_back(name.substr(kPrimvars.size()));
+    }
+    std::string_view used;
+    for (const std::string_view group : kGroups) {
+      const auto found = std::ranges::find(names, group, lower);
+      if (found == names.end()) continue;
+      used = *found;
+      if (read_group_names(prim, std::string(kPrimvars) + std::string(used), time, set)) break;
+      used = {};
+    }
+    for (const std::string_view name : names) {
+      const bool is_known = std::ranges::find(kKnown, name) != kKnown.end() || name.starts_with("skel:");
+      if (!is_known && name != used && unused_primvars_.insert(name).second) unused_.add(name);
     }
   }
 
@@ -363,7 +371,7 @@ class Reader {
   }
 
   void tell() {
-    const auto note = [&](const Names& names, const std::string& what) {
+    const auto note = [&](const NameLine& names, const std::string& what) {
       if (names.count() > 0) out_.notes.push_back(what + ": " + names.text());
     };
     note(moving_, "curves that change are taken at the first time they are there");
@@ -371,7 +379,7 @@ class Reader {
     note(at_rest_, "curves that follow a skeleton are taken at rest");
     note(unused_, "primvars that are not used");
     for (const auto& [why, names] : hidden_) out_.doubts.push_back("curves " + why + " are skipped: " + names.text());
-    const auto doubt = [&](const Names& names, const std::string& what) {
+    const auto doubt = [&](const NameLine& names, const std::string& what) {
       if (names.count() > 0) out_.doubts.push_back(what + ": " + names.text());
     };
     doubt(closed_, "closed curves are cut open where they begin");
@@ -420,7 +428,7 @@ class Reader {
   std::size_t control_count_ = 0;
   ImportedStrands out_;
   std::map<std::string_view, std::size_t> types_;
-  std::map<std::string, Names> hidden_;
+  std::map<std::string, NameLine> hidden_;
   std::set<std::string_view> unused_primvars_;
   NameLine others_, moving_, animated_, at_rest_, closed_, unused_, unspread_, unread_operations_;
 };

@@ -275,7 +275,14 @@ TEST(ImportUsd, groups_are_those_of_the_curves_else_the_prims) {
   const ImportedStrands of_curves = strands_of(file_of(kTwoOfTwo + kFourPoints + more));
   EXPECT_THAT(of_curves.group_names, ElementsAre("group 4", "group 7"));
   EXPECT_THAT(of_curves.groups, ElementsAre(0, 1));
+  const auto of_names = strands_of(
+      file_of(kTwoOfTwo + kFourPoints + "int[] primvars:groom_group_id = [4, 7] (interpolation = \"uniform\")\n" +
+              "string[] primvars:groom_group_name = [\"back\", \"top\"] (interpolation = \"uniform\")\n"));
+  EXPECT_THAT(of_names.group_names, ElementsAre("back", "top")) << "names count before numbers, wherever they stand";
   EXPECT_THAT(of_curves.notes, Contains(HasSubstr("not used: clumpid")));
+  const auto of_one = strands_of(file_of(
+      kTwoOfTwo + kFourPoints + "string primvars:groom_group_name = \"fringe\" (interpolation = \"constant\")\n"));
+  EXPECT_THAT(of_one.group_names, ElementsAre("fringe"));
 
   const std::string hair = kTwoOfTwo + kFourPoints + "}\n";
   const ImportedStrands of_prims = strands_of("#usda 1.0\ndef Xform \"a\" { def BasisCurves \"shape\" {\n" + hair +
