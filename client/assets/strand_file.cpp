@@ -53,8 +53,7 @@ bool may_hold_body(std::string_view path) {
 
 Result<ImportedBody> read_body(const std::string& path) {
   const std::string extension = extension_of(path);
-  if (!may_hold_body(path))
-    return of_file(path, "bodies are read from " + std::string(kBodyFiles) + " files");
+  if (!may_hold_body(path)) return of_file(path, "bodies are read from " + std::string(kBodyFiles) + " files");
   const auto bytes = read_file(path);
   if (!bytes) return of_file(path, bytes.error());
   Result<ImportedBody> body;

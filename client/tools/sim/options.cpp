@@ -56,9 +56,9 @@ void add_motion_flags(CLI::App& app, SimulateOptions& o) {
 }
 
 void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
-  app.add_option("--groom", o.groom,
-                 "groom file, strand file (" + strand_extensions() +
-                     "), body for made hair (.glb, .gltf, .vrm), or made:STYLE");
+  app.add_option(
+      "--groom", o.groom,
+      "groom file, strand file (" + strand_extensions() + "), body for made hair (.glb, .gltf, .vrm), or made:STYLE");
   app.add_option("--motion", o.motion, "BVH file, or made:NAME (made:look_around; none with only --dump-model)");
   app.add_option("--strands", o.hairstyle.strand_count, "made grooms: how many strands (the style's own)");
   add_parsed(app, "--level", o.level, "high, medium, low or ether (high)", parse_lattice_level);
