@@ -19,6 +19,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::size_t kPacketBytesMax = 65'536;
 constexpr int kLate_ms = 15;  // longer than packets of one burst are apart
+// A handshake of QUIC is over after fewer packets.
+constexpr std::uint64_t kHandshakeAnswers = 20;
 
 asio::awaitable<void> copy(std::shared_ptr<tcp::socket> from, std::shared_ptr<tcp::socket> to) {
   Bytes bytes(kPacketBytesMax);
@@ -40,6 +42,8 @@ struct LossyRelay::Impl {
   struct Client {
     udp::endpoint address;
     std::shared_ptr<udp::socket> socket;
+    // Counts the packets that came for it.
+    std::uint64_t answer_count = 0;
   };
 
   LossyRelay* relay;
@@ -94,7 +98,9 @@ struct LossyRelay::Impl {
       const std::size_t count =
           co_await socket->async_receive(asio::buffer(bytes), asio::redirect_error(asio::use_awaitable, error));
       if (!socket->is_open()) co_return;
-      if (!error) pass(to_client, Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)), client);
+      if (error) continue;
+      ++client->answer_count;
+      pass(to_client, Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)), client);
     }
   }
 
@@ -108,7 +114,7 @@ struct LossyRelay::Impl {
       if (error) continue;
       std::shared_ptr<Client>& client = clients[from];
       if (!client) {
-        client = std::make_shared<Client>(Client{from, nullptr});
+        client = std::make_shared<Client>(Client{from, nullptr, 0});
         connect(client);
       }
       pass(to_server, Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)), client);
@@ -153,6 +159,7 @@ LossyRelay::~LossyRelay() {
 void LossyRelay::change_network() {
   asio::post(impl_->io, [impl = impl_.get()] {
     for (auto& [address, client] : impl->clients) {
+      if (client->answer_count < kHandshakeAnswers) continue;
       client->socket->close();
       impl->connect(client);
     }

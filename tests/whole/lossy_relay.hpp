@@ -25,7 +25,8 @@ class LossyRelay {
              const std::array<Line, 2>& lines, std::uint64_t seed);
   ~LossyRelay();
 
-  // From now on packets reach the server from other ports, as when clients change their network.
+  // From now on packets reach the server from other ports, as when clients change their network. Those of a client that
+  // shakes hands do not, because QUIC allows no change meanwhile.
   void change_network();
   // All packets arrive after this call.
   void repair();
