@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 
 #include "client/assets/import/skull_fit.hpp"
 #include "client/assets/made/made.hpp"
@@ -14,6 +15,8 @@ namespace {
 constexpr std::size_t kStrandCount = 4000;
 // Points of the hair stand at least this far outside the skin.
 constexpr double kClear_m = 0.002;
+// The joints of skeletons are this far from that of their skull, at most.
+constexpr double kJointsApart_m = 0.08;
 
 }  // namespace
 
@@ -26,6 +29,11 @@ Result<Groom> fitted_hair(const TriangleMesh& body) {
   Groom groom = std::move(*made);
   const std::optional<SkullFit> from = skull_of_mesh(groom.body.mesh), to = skull_of_mesh(body);
   if (!from || !to) return Refusal("the top of the body is no skull");
+  // The body's origin is the joint of its head. Where they are far apart, a hat or a bun is its highest part.
+  const double apart_m = to->joint().norm();
+  if (apart_m > kJointsApart_m)
+    return Refusal("the highest part of the body is no skull: one there would have its joint " +
+                   std::to_string(std::lround(100 * apart_m)) + " cm from that of the head");
   const Vec3 grown = to->semi_axes.cwiseQuotient(from->semi_axes);
   const MeshQuery skin(body);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {

@@ -242,6 +242,11 @@ TEST(FittedHair, begins_on_the_skin_of_another_head_and_stays_off_its_inside) {
   }
   EXPECT_LT(static_cast<double>(inside), 0.01 * static_cast<double>(groom->points.size()));
   EXPECT_FALSE(fitted_hair({}));
+  TriangleMesh with_hat = made("short").body.mesh;
+  for (Vec3f& v : with_hat.vertices) v.y() += 0.3f;
+  const Result<Groom> refused = fitted_hair(with_hat);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().find("the highest part of the body is no skull"), std::string::npos) << refused.error();
 }
 
 TEST(ObjStrands, lines_are_strands_and_consecutive_edges_are_joined) {
