@@ -151,9 +151,8 @@ void LinkCore::request_groom(const wire::GroomHash& hash) {
 
 void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
   requested_.store(poses);
-  const bool as_datagrams = has_datagrams_ && poses.size() <= kPosesInDatagramsMax;
   if (active())
-    queue_.push_poses(std::move(poses), as_datagrams ? kPosesPerDatagram : wire::kPosesPerBatchMax);
+    queue_.push_poses(std::move(poses));
   else
     queue_.drop_poses(poses);
 }
@@ -326,7 +325,9 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!connection_ || ended() || goodbye_taken_) return {};
   if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
   const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_scheduler_.is_due());
-  std::optional<wire::ClientMessage> message = is_chunk ? uploads_.next_chunk() : queue_.pop();
+  const bool as_datagrams = has_datagrams_ && queue_.next_pose_count() <= kPosesInDatagramsMax;
+  std::optional<wire::ClientMessage> message =
+      is_chunk ? uploads_.next_chunk() : queue_.pop(as_datagrams ? kPosesPerDatagram : wire::kPosesPerBatchMax);
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
   taken_may_be_lost_ = may_be_lost(*message);

@@ -43,15 +43,25 @@ bool SendQueue::push(wire::ClientMessage message) {
   return true;
 }
 
-void SendQueue::push_poses(std::vector<wire::PoseSample> poses, std::size_t most) {
-  while (pose_batch_count_ >= kPoseBatchesMax) drop_oldest_poses();
+void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
   if (!teleport_pending_.empty()) {
     for (wire::PoseSample& pose : poses) pose.teleport |= teleport_pending_.erase(pose.character) != 0;
   }
-  for (std::size_t begin = 0; begin < poses.size(); begin += most) {
-    const std::size_t end = std::min(poses.size(), begin + most);
-    messages_.push_back(wire::PoseBatch{
-        {poses.begin() + static_cast<std::ptrdiff_t>(begin), poses.begin() + static_cast<std::ptrdiff_t>(end)}});
+  auto* const last = messages_.empty() ? nullptr : std::get_if<wire::PoseBatch>(&messages_.back());
+  // An empty batch is a sign of life.
+  const bool continues = last && !last->poses.empty() && last->poses.size() + poses.size() <= wire::kPosesPerBatchMax &&
+                         std::ranges::none_of(poses, [&](const auto& pose) { return in_last_.contains(pose.character); });
+  if (!continues) in_last_.clear();
+  for (const wire::PoseSample& pose : poses) in_last_.insert(pose.character);
+  if (continues) {
+    last->poses.insert(last->poses.end(), poses.begin(), poses.end());
+    return;
+  }
+  while (pose_batch_count_ >= kPoseBatchesMax) drop_oldest_poses();
+  for (std::size_t begin = 0; begin < poses.size(); begin += wire::kPosesPerBatchMax) {
+    const auto from = poses.begin() + static_cast<std::ptrdiff_t>(begin);
+    const std::size_t count = std::min(poses.size() - begin, wire::kPosesPerBatchMax);
+    messages_.push_back(wire::PoseBatch{{from, from + static_cast<std::ptrdiff_t>(count)}});
     ++pose_batch_count_;
   }
   check_invariants();
@@ -70,8 +80,21 @@ void SendQueue::drop_oldest_poses() {
   }
 }
 
-std::optional<wire::ClientMessage> SendQueue::pop() {
+std::size_t SendQueue::next_pose_count() const {
+  const auto* next = messages_.empty() ? nullptr : std::get_if<wire::PoseBatch>(&messages_.front());
+  return next ? next->poses.size() : 0;
+}
+
+std::optional<wire::ClientMessage> SendQueue::pop(std::size_t poses_max) {
+  HAIRNET_ASSERT(poses_max > 0);
   if (messages_.empty()) return std::nullopt;
+  if (next_pose_count() > poses_max) {
+    std::vector<wire::PoseSample>& waiting = std::get<wire::PoseBatch>(messages_.front()).poses;
+    const auto end = waiting.begin() + static_cast<std::ptrdiff_t>(poses_max);
+    wire::PoseBatch part{{waiting.begin(), end}};
+    waiting.erase(waiting.begin(), end);
+    return part;
+  }
   wire::ClientMessage message = std::move(messages_.front());
   messages_.pop_front();
   HAIRNET_ASSERT(pose_batch_count_ > 0 || !holds_poses(message));

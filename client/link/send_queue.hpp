@@ -19,10 +19,14 @@ class SendQueue {
 
   // False when full: the caller has sent more requests than any server accepts.
   [[nodiscard]] bool push(wire::ClientMessage message);
-  // In batches of at most `most` poses. All are queued: where there are too many with them, those pushed before are
-  // dropped. A dropped pose's teleport passes to the character's next pose.
-  void push_poses(std::vector<wire::PoseSample> poses, std::size_t most = wire::kPosesPerBatchMax);
-  std::optional<wire::ClientMessage> pop();
+  // A batch that waits last takes them in, unless it has one of their characters: programs push one character after
+  // another. All are queued: where there are too many batches with them, those pushed before are dropped. A dropped
+  // pose's teleport passes to the character's next pose.
+  void push_poses(std::vector<wire::PoseSample> poses);
+  // That `pop` would return; 0: another message is next, or none.
+  [[nodiscard]] std::size_t next_pose_count() const;
+  // Of a larger batch only the first `poses_max` poses; the others are next.
+  std::optional<wire::ClientMessage> pop(std::size_t poses_max = wire::kPosesPerBatchMax);
   // Drops everything, since the connection is lost. A teleport among the dropped poses passes to the character's next
   // pose.
   void clear();
@@ -38,6 +42,7 @@ class SendQueue {
 
   std::deque<wire::ClientMessage> messages_;
   std::size_t pose_batch_count_ = 0;
+  std::set<std::uint32_t> in_last_;  // characters of the poses that were pushed last, as one batch
   std::set<std::uint32_t> teleport_pending_;  // characters whose next pose must be sent as a teleport
   std::uint64_t poses_dropped_ = 0;
 };

@@ -16,6 +16,8 @@ const kPictureNs = 1e9 / 90;
 /** with everyone's hair in it, before times count and while they do */
 const kWarmNs = 2e9;
 const kMeasuredNs = 4e9;
+/** twice a tick: a server ends a session that sends more messages a second than it takes */
+const kPoseMs = 50;
 
 /** What an observer was sent, and when. */
 interface Recording {
@@ -32,6 +34,10 @@ async function record(count: number): Promise<Recording> {
   const server = new Server(["--tick-rate", "10", "--tick-budget", "0.95"]);
   await server.start();
   const owner = await connect(server.address, kOptions);
+  const troubles: string[] = [];
+  owner.on("state", ({ state, detail }) => {
+    if (state !== "connected") troubles.push(detail);
+  });
   const hair = await strandsFile(40, 12);
   const characters = Array.from({ length: count }, () => owner.addCharacter(hair, { level: LevelIndex.low }));
   const heads = setInterval(() => {
@@ -40,7 +46,7 @@ async function record(count: number): Promise<Recording> {
       character.push(rigidPose([0, Math.sin(turn), 0, Math.cos(turn)], [i, 1.6, 0]));
     }
     owner.sample(0);
-  }, 15);
+  }, kPoseMs);
 
   const packets: Recording["packets"] = [];
   const observer = await connect(server.address, {
@@ -62,6 +68,7 @@ async function record(count: number): Promise<Recording> {
     return nowNs() > wholeFromNs + kWarmNs + kMeasuredNs;
   });
   clearInterval(heads);
+  expect(troubles).toEqual([]);
   owner.close();
   observer.close();
   await server.dispose();
@@ -80,34 +87,35 @@ async function play({ packets, wholeFromNs }: Recording, count: number) {
   /** of one that came, and of a member in a picture, us */
   const frames: number[] = [];
   const pictures: number[] = [];
-  const timed = (times: number[], work: () => void, parts: () => number) => {
+  const timed = (times: number[], work: () => number) => {
     const begun = performance.now();
-    work();
+    const parts = work();
     const us = 1000 * (performance.now() - begun);
-    if (clockNs > wholeFromNs + kWarmNs && parts() > 0) times.push(us / parts());
+    if (clockNs > wholeFromNs + kWarmNs && parts > 0) times.push(us / parts);
+  };
+  let fewestShown = count;
+  const show = () => {
+    const shown = room.sample(clockNs / 1e6).length;
+    if (clockNs > wholeFromNs + kWarmNs) fewestShown = Math.min(fewestShown, shown);
+    return shown;
   };
   let pictureNs = clockNs;
   for (const { atNs, bytes } of packets) {
     for (; pictureNs < atNs; pictureNs += kPictureNs) {
       clockNs = pictureNs;
-      timed(
-        pictures,
-        () => room.sample(clockNs / 1e6),
-        () => count,
-      );
+      timed(pictures, show);
     }
     clockNs = atNs;
     const data = bytes.slice().buffer;
     const before = room.counters.framesReceived;
-    timed(
-      frames,
-      () => socket.onmessage?.({ data }),
-      () => room.counters.framesReceived - before,
-    );
+    timed(frames, () => {
+      socket.onmessage?.({ data });
+      return room.counters.framesReceived - before;
+    });
   }
   await connected;
   expect(room.counters.framesUndecodable).toBe(0);
-  expect(room.members.size).toBe(count);
+  expect(fewestShown).toBe(count);
   expect([...room.members.values()].every(({ lattice }) => lattice)).toBe(true);
   room.close();
   return { frames: median(frames), pictures: median(pictures) };

@@ -111,19 +111,24 @@ TEST(SendQueue, only_the_oldest_poses_are_dropped) {
 TEST(SendQueue, a_dropped_teleport_passes_to_the_next_pose_of_that_character) {
   SendQueue queue;
   queue.push_poses(pose_of(7, 0, true));
-  queue.push_poses(pose_of(8, 0));
-  for (std::uint32_t i = 1; i < SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(7, i));
-  ASSERT_EQ(queue.poses_dropped(), 1u);
-  EXPECT_FALSE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
-  EXPECT_TRUE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
-  EXPECT_FALSE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
+  for (std::uint32_t i = 1; i <= SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(8, i));
+  queue.push_poses(pose_of(7, 1));
+  ASSERT_EQ(queue.poses_dropped(), 0u);
+  queue.push_poses(pose_of(8, SendQueue::kPoseBatchesMax + 1));
+  ASSERT_EQ(queue.poses_dropped(), 2u);  // one of each, which went together
+  std::vector<std::uint32_t> jumps;
+  while (const auto message = queue.pop()) {
+    for (const wire::PoseSample& pose : std::get<wire::PoseBatch>(*message).poses)
+      if (pose.teleport) jumps.push_back(pose.character);
+  }
+  EXPECT_EQ(jumps, std::vector<std::uint32_t>{7});
 }
 
 TEST(SendQueue, a_dropped_teleport_without_a_next_pose_waits_for_one) {
   SendQueue queue;
   queue.push_poses(pose_of(7, 0, true));
-  for (std::uint32_t i = 0; i < SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(8, i));
-  ASSERT_EQ(queue.poses_dropped(), 1u);
+  for (std::uint32_t i = 0; i <= SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(8, i));
+  ASSERT_EQ(queue.poses_dropped(), 2u);
   queue.clear();
   queue.push_poses(pose_of(7, 1));
   EXPECT_TRUE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
@@ -137,17 +142,44 @@ TEST(SendQueue, large_batches_are_cut_to_the_protocols_limit) {
   EXPECT_FALSE(queue.pop());
 }
 
-TEST(SendQueue, batches_that_were_pushed_together_do_not_push_each_other_out) {
+TEST(SendQueue, characters_that_are_pushed_one_after_another_go_together_and_none_is_dropped) {
   SendQueue queue;
+  const std::uint32_t count = 8 * SendQueue::kPoseBatchesMax;
+  for (std::uint32_t i = 1; i <= 3; ++i)
+    for (std::uint32_t c = 1; c <= count; ++c) queue.push_poses(pose_of(c, i));
+  EXPECT_EQ(queue.poses_dropped(), 0u);
   for (std::uint32_t i = 1; i <= 3; ++i) {
-    std::vector<wire::PoseSample> poses;
-    for (std::uint32_t c = 1; c <= 2 * SendQueue::kPoseBatchesMax; ++c) poses.push_back(pose_of(c, i)[0]);
-    queue.push_poses(std::move(poses), 1);
+    EXPECT_EQ(queue.next_pose_count(), count);
+    const auto batch = std::get<wire::PoseBatch>(*queue.pop());
+    ASSERT_EQ(batch.poses.size(), count);
+    EXPECT_EQ(batch.poses.back().sequence, i);
   }
-  std::size_t newest = 0;
-  while (const auto message = queue.pop()) newest += std::get<wire::PoseBatch>(*message).poses.at(0).sequence == 3;
-  EXPECT_EQ(newest, 2 * SendQueue::kPoseBatchesMax);
-  EXPECT_EQ(queue.poses_dropped(), 2 * SendQueue::kPoseBatchesMax + SendQueue::kPoseBatchesMax + 1);
+  EXPECT_FALSE(queue.pop());
+}
+
+TEST(SendQueue, signs_of_life_and_other_messages_part_batches) {
+  SendQueue queue;
+  ASSERT_TRUE(queue.push(wire::PoseBatch{}));
+  queue.push_poses(pose_of(1, 1));
+  ASSERT_TRUE(queue.push(wire::RemoveCharacter{1}));
+  queue.push_poses(pose_of(2, 1));
+  EXPECT_TRUE(std::get<wire::PoseBatch>(*queue.pop()).poses.empty());
+  EXPECT_EQ(std::get<wire::PoseBatch>(*queue.pop()).poses.at(0).character, 1u);
+  EXPECT_TRUE(std::holds_alternative<wire::RemoveCharacter>(*queue.pop()));
+  EXPECT_EQ(std::get<wire::PoseBatch>(*queue.pop()).poses.at(0).character, 2u);
+}
+
+TEST(SendQueue, a_batch_leaves_in_parts_where_fewer_poses_are_wanted) {
+  SendQueue queue;
+  for (std::uint32_t c = 1; c <= 7; ++c) queue.push_poses(pose_of(c, 1));
+  std::vector<std::uint32_t> left;
+  for (const std::size_t wanted : {3u, 3u, 1u}) {
+    const auto batch = std::get<wire::PoseBatch>(*queue.pop(3));
+    EXPECT_EQ(batch.poses.size(), wanted);
+    for (const wire::PoseSample& pose : batch.poses) left.push_back(pose.character);
+  }
+  EXPECT_EQ(left, (std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_FALSE(queue.pop(3));
 }
 
 TEST(SendQueue, refuses_more_messages_than_its_bound) {
