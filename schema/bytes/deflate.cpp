@@ -18,7 +18,7 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, PackEffo
   z_stream z{};
   // Z_FILTERED: most bytes are small numbers with random lower bits, in which longer matches are chance.
   const int strategy = effort == PackEffort::quick ? Z_HUFFMAN_ONLY : Z_FILTERED;
-  if (deflateInit2(&z, Z_BEST_COMPRESSION, Z_DEFLATED, kRawWindowBits, kMemoryLevel, strategy) != Z_OK)
+  if (deflateInit2(&z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kRawWindowBits, kMemoryLevel, strategy) != Z_OK)
     throw std::bad_alloc();
   std::vector<std::uint8_t> out(deflateBound(&z, bytes.size()));
   z.next_in = const_cast<std::uint8_t*>(bytes.data());

@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <numeric>
 
 #include "core/assert.hpp"
 
@@ -160,32 +162,50 @@ void fit_reference(std::span<const std::int32_t> errors, std::size_t number, std
   weights[kGroomTaps] = to_weight(b / a);
 }
 
-// The sum of what remains of a run's errors beside another run's; at least `limit` if it is not below.
-std::int64_t distance(std::span<const std::int32_t> errors, const PointRun& run, const PointRun& other,
-                      std::int64_t limit) {
-  constexpr std::size_t kBlock = 24;  // short loops that the compiler can vectorize; their sum has 32 bits
-  const std::span<const std::int32_t> a = errors.subspan(3 * run.begin, 3 * (run.end - run.begin));
-  const std::span<const std::int32_t> b = errors.subspan(3 * other.begin, 3 * (other.end - other.begin));
-  std::int64_t sum = 0;
-  for (std::size_t begin = 0; begin < a.size() && sum < limit; begin += kBlock) {
-    const std::size_t end = std::min(begin + kBlock, a.size()), both = std::min(end, b.size());
-    std::int32_t block = 0;
-    for (std::size_t i = begin; i < both; ++i) block += std::abs(a[i] - b[i]);
-    for (std::size_t i = std::max(begin, both); i < end; ++i) block += std::abs(a[i]);
-    sum += block;
-  }
+constexpr std::size_t kBlock = 24;  // its sum has 32 bits
+
+// Of fixed length, for compilers to vectorize.
+std::int32_t distance_of_blocks(const std::int32_t* a, const std::int32_t* b) {
+  std::int32_t sum = 0;
+  for (std::size_t i = 0; i < kBlock; ++i) sum += std::abs(a[i] - b[i]);
   return sum;
+}
+
+std::span<const std::int32_t> errors_of(std::span<const std::int32_t> errors, const PointRun& run) {
+  return errors.subspan(3 * run.begin, 3 * (run.end - run.begin));
+}
+
+std::int64_t size_of(std::span<const std::int32_t> errors) {
+  return std::accumulate(errors.begin(), errors.end(), std::int64_t{0},
+                         [](std::int64_t sum, std::int32_t error) { return sum + std::abs(error); });
+}
+
+// The sum of what remains of a run's errors beside another run's; at least `limit` if it is not below.
+std::int64_t distance(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::int64_t limit) {
+  const std::size_t both = std::min(a.size(), b.size());
+  std::int64_t sum = 0;
+  std::size_t i = 0;
+  for (; i + kBlock <= both && sum < limit; i += kBlock) sum += distance_of_blocks(&a[i], &b[i]);
+  if (sum >= limit) return sum;
+  for (; i < both; ++i) sum += std::abs(a[i] - b[i]);
+  return sum + size_of(a.subspan(both));
 }
 
 // Gives each run the earlier one of the most similar errors. Returns how many runs before it that is.
 std::vector<std::int32_t> find_references(std::span<const std::int32_t> errors, std::vector<PointRun>& runs) {
   std::vector<std::int32_t> back(runs.size());
+  std::vector<std::int64_t> sizes(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) sizes[r] = size_of(errors_of(errors, runs[r]));
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    std::int64_t least = distance(errors, runs[r], {}, std::numeric_limits<std::int64_t>::max());
+    const std::span<const std::int32_t> own = errors_of(errors, runs[r]);
+    std::int64_t least = sizes[r];
     for (std::size_t before = 1; before <= std::min(r, kReferencesTriedMax) && least > 0; ++before) {
       const PointRun& other = runs[r - before];
       if (other.stride != runs[r].stride) continue;
-      if (const std::int64_t d = distance(errors, runs[r], other, least); d < least) {
+      const std::span<const std::int32_t> others = errors_of(errors, other);
+      // No run is nearer than their sizes are; of a longer one only the beginning counts.
+      if (others.size() <= own.size() && std::abs(sizes[r] - sizes[r - before]) >= least) continue;
+      if (const std::int64_t d = distance(own, others, least); d < least) {
         least = d;
         back[r] = static_cast<std::int32_t>(before);
         runs[r].reference = {static_cast<std::uint32_t>(other.begin), static_cast<std::uint32_t>(other.end)};

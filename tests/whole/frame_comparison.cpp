@@ -12,7 +12,7 @@ using support::read_npy;
 constexpr std::int64_t kFade_ticks = 15;  // half a second
 constexpr double kErrorMax_m = 1.2e-3;    // clients ask for 1 mm where a head fills the screen
 // Clients evaluate learnt hair from poses that are rounded, and begin later than the server.
-constexpr double kLearntErrorMax_m = 5e-3;
+constexpr double kLearntErrorMax_m = 2.5e-3;
 constexpr double kHeadMax_m = 2e-4, kBoneMax_m = 8e-3, kTurnMax_rad = 6e-3;
 
 std::vector<Vec3f> displacement_of(const Trace& trace, std::size_t frame) {

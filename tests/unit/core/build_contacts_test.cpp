@@ -59,7 +59,8 @@ TEST(Skin, gradient_is_the_slope_of_the_distance) {
 }
 
 TEST(Skin, beyond_the_grid_grows_with_the_way_there) {
-  const SkinDistanceField& field = make_skin(make_groom_with_body())->front();
+  const auto skin = make_skin(make_groom_with_body());
+  const SkinDistanceField& field = skin->front();
   const Vec3 corner = field.origin.cast<double>();
   const double at_corner = skin_distance(field, corner);
   EXPECT_NEAR(skin_distance(field, corner - Vec3(0.3, 0, 0)), at_corner + 0.3, 1e-6);
