@@ -13,7 +13,7 @@ namespace hairnet::test {
 
 inline std::string in_bytes(std::uint64_t value, int count) {
   std::string text;
-  for (int i = 0; i < count; ++i) text.push_back(static_cast<char>(value >> (8 * i)));
+  for (int i = 0; i < count; ++i, value >>= 8) text.push_back(static_cast<char>(value));
   return text;
 }
 
