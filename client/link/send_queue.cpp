@@ -49,8 +49,9 @@ void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
   }
   auto* const last = messages_.empty() ? nullptr : std::get_if<wire::PoseBatch>(&messages_.back());
   // An empty batch is a sign of life.
-  const bool continues = last && !last->poses.empty() && last->poses.size() + poses.size() <= wire::kPosesPerBatchMax &&
-                         std::ranges::none_of(poses, [&](const auto& pose) { return in_last_.contains(pose.character); });
+  const bool continues =
+      last && !last->poses.empty() && last->poses.size() + poses.size() <= wire::kPosesPerBatchMax &&
+      std::ranges::none_of(poses, [&](const auto& pose) { return in_last_.contains(pose.character); });
   if (!continues) in_last_.clear();
   for (const wire::PoseSample& pose : poses) in_last_.insert(pose.character);
   if (continues) {

@@ -42,7 +42,7 @@ class SendQueue {
 
   std::deque<wire::ClientMessage> messages_;
   std::size_t pose_batch_count_ = 0;
-  std::set<std::uint32_t> in_last_;  // characters of the poses that were pushed last, as one batch
+  std::set<std::uint32_t> in_last_;           // characters of the batch that was pushed last
   std::set<std::uint32_t> teleport_pending_;  // characters whose next pose must be sent as a teleport
   std::uint64_t poses_dropped_ = 0;
 };

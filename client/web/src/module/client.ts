@@ -17,6 +17,7 @@ export function startClient(): Promise<Instance> {
 
 /** The same, where it has started. */
 export function client(): Instance {
-  if (!instance) throw new HairnetError("invalid", "the hair module has not started: await connect() or Groom.load() before");
+  if (!instance)
+    throw new HairnetError("invalid", "the hair module has not started: await connect() or Groom.load() before");
   return instance;
 }
