@@ -61,8 +61,10 @@ void OwnerCheck::check(const std::string& room, Reigns& reigns, Reigns::iterator
     if (overlap_ns < 0) return;
     overlap_ns_max = std::max(overlap_ns_max, overlap_ns);
     if (std::exchange(older.second.is_faulty, true)) return;
-    fault(fmt::format("two owners: server {} (claim {}) sends frames of {} after server {} (claim {}) has begun",
-                      older.second.server, older.first, room, newer.second.server, newer.first));
+    fault(fmt::format(
+        "two owners: server {} (claim {}) sends frames of {} after server {} (claim {}) has begun, for {:.1f} ms",
+        older.second.server, older.first, room, newer.second.server, newer.first,
+        1e-6 * static_cast<double>(overlap_ns)));
   };
   for (auto each = reigns.begin(); each != reigns.end(); ++each) {
     if (each->first < changed->first) compare(*each, *changed);

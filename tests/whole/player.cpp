@@ -282,7 +282,9 @@ void Player::on_bytes(std::span<const std::uint8_t> bytes) {
 }
 
 void Player::note_frames(const wire::DecodedPacket& decoded) {
-  if (plan_.on_frames && core_->active() && std::holds_alternative<wire::FrameBatch>(decoded.envelope.message))
+  const auto* const batch = std::get_if<wire::FrameBatch>(&decoded.envelope.message);
+  // One without frames is a server's sign of life, whoever owns the room.
+  if (plan_.on_frames && core_->active() && batch && !batch->frames.empty())
     plan_.on_frames(*host_, connection_->life(), decoded.envelope.clock_ns);
 }
 
