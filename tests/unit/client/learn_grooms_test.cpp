@@ -162,7 +162,8 @@ TEST_F(EmbeddedHair, is_taken_over_where_it_is_good) {
 }
 
 TEST_F(EmbeddedHair, is_refused_where_it_is_worse_than_the_low_level_and_learnt_there) {
-  LearntHair numb = *learnt_->learnt;  // to the pose: its weights of the coefficients could be fitted anew
+  // A network that does not feel the pose: weights of coefficients alone would be fitted anew.
+  LearntHair numb = *learnt_->learnt;
   std::ranges::fill(numb.input_weights, 0.0f);
   bytes_ = wire::encode_groom(*wire::decode_groom(without_), &numb);
   hash_ = wire::hash_groom(bytes_);
