@@ -103,6 +103,37 @@ HAIRNET_API hairnet_error hairnet_groom_from_strands(const char* name, const flo
 /* Makes one of the built-in hairstyles: "long_curly", "ponytail" and others, which hairnet-groom lists. `strands`: 0 for its own number. */
 HAIRNET_API hairnet_error hairnet_groom_make(const char* hairstyle, uint32_t strands, hairnet_groom** groom, char* why,
                                              size_t why_size);
+/* A file of another program, in memory. */
+typedef struct hairnet_file {
+  const char* name; /* UTF-8, at most 255 bytes; its extension tells the format: "curls.abc" */
+  const void* bytes;
+  size_t byte_count;
+} hairnet_file;
+/* What is known of the files; all else is guessed. */
+typedef struct hairnet_import_options {
+  size_t size;
+  const char* name;  /* the groom's; NULL: that of the first file, without its extension */
+  const char* up;    /* the files' axis upwards: "+x", "-x", "+y" ... NULL: guessed */
+  const char* face;  /* the one out of the face; NULL: guessed */
+  const char* roots; /* which point of a strand is its root, "first" or "last"; NULL: guessed */
+  double unit_m;     /* metres in a unit of the files; 0: guessed */
+} hairnet_import_options;
+#define HAIRNET_IMPORT_OPTIONS {sizeof(hairnet_import_options), NULL, NULL, NULL, NULL, 0}
+/*
+ * Makes the groom that `hairnet-groom import` makes of the files of one head: .hair .tfx .txt .data .abc .usd .usda .usdc .usdz .ply
+ * .npy .npz .obj. One without strands among them is the body that they were made on (.obj .ply .usd...). At most 64 files
+ * of 512 MiB in all; takes up to some seconds; any thread. `options` may be NULL. HAIRNET_MALFORMED: a file is not of its format, of
+ * none of these, or none has strands; HAIRNET_INVALID: an option, or the strands do not show what `why` asks for. Lines name the
+ * options as the program's flags: --up, --face, --roots, --unit.
+ */
+HAIRNET_API hairnet_error hairnet_groom_import(const hairnet_file* files, size_t file_count,
+                                               const hairnet_import_options* options, hairnet_groom** groom, char* why,
+                                               size_t why_size);
+/*
+ * What was guessed, skipped and counted when hairnet_groom_import() made it: lines in UTF-8, each ended by '\n'. The first says how
+ * the hair was taken to lie. "" for other grooms. Until the groom is freed.
+ */
+HAIRNET_API const char* hairnet_groom_remarks(const hairnet_groom* groom);
 /* Writes its file. *size: the buffer's, and then the file's; HAIRNET_TOO_SMALL tells the size that is needed. */
 HAIRNET_API hairnet_error hairnet_groom_file(const hairnet_groom* groom, void* buffer, size_t* size);
 HAIRNET_API const char* hairnet_groom_name(const hairnet_groom* groom);
@@ -180,7 +211,10 @@ typedef enum hairnet_event_kind {
   HAIRNET_EVENT_LEFT,    /* `member` is no longer */
   HAIRNET_EVENT_CHANGED, /* its tag or its appearance */
   HAIRNET_EVENT_WIND,    /* the room's, which `session` has set: see hairnet_get_wind() */
-  HAIRNET_EVENT_FAULT    /* the server refused something, or a hairstyle cannot be shown: `text` says what */
+  HAIRNET_EVENT_FAULT,   /* the server refused something, or a hairstyle cannot be shown: `text` says what */
+  HAIRNET_EVENT_HELD,    /* `hand` holds `held` points of the hair of `member`: after hairnet_take_hold(), and 0 when it is lost */
+  HAIRNET_EVENT_PROPS,   /* the room's: see hairnet_get_props() */
+  HAIRNET_EVENT_TOUCH    /* another audience may touch the hair of `member`: see hairnet_may_touch() */
 } hairnet_event_kind;
 typedef struct hairnet_event {
   hairnet_event_kind kind;
@@ -188,6 +222,7 @@ typedef struct hairnet_event {
   uint32_t member;          /* its number in the room, then: an own one leaves and joins with another when its room moves */
   uint32_t character;  /* the caller's own; 0: none */
   uint32_t is_refused; /* closed, and the same request would be refused again */
+  uint16_t hand, held; /* for HAIRNET_EVENT_HELD; at most 65 535 */
   uint64_t session;    /* 0: the server's own wind; 2^64 - 1: set by a client of the server that had the room before */
   double wait_s;
   const char* text; /* one line; "" without one. Until the next call of this function. */
@@ -198,7 +233,7 @@ HAIRNET_API int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event)
 typedef struct hairnet_counters {
   size_t size;
   uint64_t bytes_sent, bytes_received, frames_received, frames_dropped, frames_undecodable, poses_dropped;
-  uint64_t inputs_dropped; /* poses, winds, materials and tags of this program that were refused */
+  uint64_t inputs_dropped; /* poses, hands, props, winds, materials and tags of this program that were refused */
   uint64_t reconnects, resumes, redirects, silent_servers;
   /* Hairstyles that are on their way, and those that have arrived since none was: what is here, and the files' sizes. */
   uint64_t downloaded_bytes, download_byte_count;
@@ -335,6 +370,86 @@ HAIRNET_API hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderatio
 HAIRNET_API void hairnet_advance(hairnet_room* room);
 /* What the room shows. It is the room's, and moves with hairnet_advance(). */
 HAIRNET_API const hairnet_scene* hairnet_room_scene(const hairnet_room* room);
+
+/* ---- hair: hands and props ------------------------------------------------------------------------------------------------ */
+
+/* What a hand or a prop is made of. Lengths in m, in the shape's own axes. */
+typedef enum hairnet_shape {
+  HAIRNET_SPHERE,  /* `radius_m` */
+  HAIRNET_CAPSULE, /* `radius_m` about a line of `half_size_m[1]` to both sides along y */
+  HAIRNET_BOX,     /* `half_size_m` */
+  HAIRNET_PLANE    /* all below it; its normal is +y */
+} hairnet_shape;
+typedef struct hairnet_touch_body {
+  uint32_t toucher, number; /* name it: 0 and any for a prop, whose hand and which shape of it else; at most 255 */
+  uint32_t shape;           /* a hairnet_shape */
+  uint32_t is_inside_out;   /* 1: hair is kept within it */
+  uint32_t has_jumped;      /* 1: it has not moved here, so it sweeps no hair along */
+  float half_size_m[3], radius_m;
+  double rotation[4], position[3]; /* x y z w and x y z: from its own axes to the world */
+} hairnet_touch_body;
+/* A sphere, or a capsule from one point to another, in its hand's own axes, m. */
+typedef struct hairnet_hand_shape {
+  float from[3], to[3]; /* equal: a sphere */
+  float radius_m;
+  uint32_t is_inside_out; /* 1: hair is kept within it */
+} hairnet_hand_shape;
+/* Shapes that move together: a hand, a controller, a brush. */
+typedef struct hairnet_hand {
+  uint64_t session;                /* whose it is; hairnet_push_hands() does not read it */
+  double rotation[4], position[3]; /* x y z w and x y z: from its own axes to the world */
+  const hairnet_hand_shape* shapes;
+  size_t shape_count;
+  uint32_t first_number; /* its first shape's, among the 32 of one person; from hand to hand they ascend */
+  uint32_t has_jumped;   /* 1: it has not moved here, so it sweeps no hair along */
+} hairnet_hand;
+/*
+ * This person's hands now: all of them, best before or after the poses of the moment. 0: they are gone, as they are half a second after
+ * the last call. HAIRNET_INVALID: they are dropped and counted; a capsule is within 10 m in own axes.
+ */
+HAIRNET_API hairnet_error hairnet_push_hands(hairnet_room* room, const hairnet_hand* hands, size_t count, char* why,
+                                             size_t why_size);
+/*
+ * The hands of others near members, at the time at which hair is shown. Writes at most `capacity`, and returns how many there are.
+ * Shapes: until its next call.
+ */
+HAIRNET_API size_t hairnet_get_hands(const hairnet_room* room, hairnet_hand* hands, size_t capacity);
+
+typedef enum hairnet_audience { HAIRNET_NOBODY, HAIRNET_ONESELF, HAIRNET_CHOSEN, HAIRNET_EVERYONE } hairnet_audience;
+/*
+ * Who may touch the hair of an own character; at first oneself. `chosen`: at most 64 sessions beside oneself, for HAIRNET_CHOSEN. After a
+ * reconnect as another session nobody is chosen any more, as the numbers may be others' now: HAIRNET_EVENT_TOUCH tells it.
+ */
+HAIRNET_API hairnet_error hairnet_set_touch(hairnet_room* room, uint32_t own, hairnet_audience audience,
+                                            const uint64_t* chosen, size_t count, char* why, size_t why_size);
+/* Whether this client's hands may touch a member's hair, as far as it knows. Reads. */
+HAIRNET_API int32_t hairnet_may_touch(const hairnet_room* room, uint32_t member);
+/*
+ * The shape `hand` of this person takes hold of the member's hair within `radius_m` (at most 0.3) of `place`, in the shape's own axes:
+ * the hand's with y turned the shortest way into the capsule's axis, from its middle. HAIRNET_EVENT_HELD answers. It holds until
+ * hairnet_let_go(), the hair is pulled out, the shape is gone, or the connection is lost. HAIRNET_NOT_THERE: no such member.
+ * HAIRNET_INVALID also while the room is not connected, as by hairnet_let_go() and hairnet_set_props().
+ */
+HAIRNET_API hairnet_error hairnet_take_hold(hairnet_room* room, uint32_t member, uint32_t hand, const double place[3],
+                                            double radius_m, char* why, size_t why_size);
+typedef enum hairnet_release {
+  HAIRNET_DROP,
+  HAIRNET_PIN,  /* it stays where it is on the head */
+  HAIRNET_UNPIN /* ends all pins of this toucher, or as the owner of the hair all of everyone */
+} hairnet_release;
+HAIRNET_API hairnet_error hairnet_let_go(hairnet_room* room, uint32_t member, uint32_t hand, hairnet_release release);
+
+/*
+ * Adds and moves props of the room, with numbers below 128, and takes away those of `removed`. They touch everyone, and stay when this
+ * client leaves. A server may refuse it: HAIRNET_EVENT_FAULT. `toucher` is not read; a box that a program in C++ has set may have a
+ * `radius_m` about it, too.
+ */
+HAIRNET_API hairnet_error hairnet_set_props(hairnet_room* room, const hairnet_touch_body* props, size_t count,
+                                            const uint8_t* removed, size_t removed_count, char* why, size_t why_size);
+/* Writes at most `capacity`, by number, and returns how many there are. A plane comes back as the box that it is. Reads. */
+HAIRNET_API size_t hairnet_get_props(const hairnet_room* room, hairnet_touch_body* props, size_t capacity);
+/* Whether the server let this client set props when it joined. Reads. */
+HAIRNET_API int32_t hairnet_may_set_props(const hairnet_room* room);
 
 /* ---- pictures ------------------------------------------------------------------------------------------------------------ */
 
@@ -581,6 +696,24 @@ HAIRNET_API hairnet_error hairnet_world_set_appearance(hairnet_world* world, uin
                                                        size_t why_size);
 HAIRNET_API hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* why,
                                                  size_t why_size);
+/*
+ * What touches hair from now on: all hands and props of the world. Those that were there go evenly to their new places during the
+ * next advance, as poses do; faster than 8 m/s they jump. Skin lets no hand in, so hair between the two is not squeezed.
+ * HAIRNET_INVALID: two have one name, there are more than 1024, or one has no size, a size above 100 m, no rotation of unit
+ * length within 0.001 or no place within 20 km.
+ */
+HAIRNET_API hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch_body* bodies, size_t count,
+                                                   char* why, size_t why_size);
+/*
+ * A hand takes hold of what hair is within `radius_m` (at most 0.3) of `place`, in the axes of its shape, and holds it until
+ * hairnet_world_let_go(), or until it is pulled 25 cm out of the hand, or the shape is gone. *held: on how many points of the
+ * lattice, 0 where there is no hair, or none that is simulated, or before the shape's first advance; may be NULL. HAIRNET_NOT_THERE:
+ * no such character, or no such shape.
+ */
+HAIRNET_API hairnet_error hairnet_world_grab(hairnet_world* world, uint32_t own, uint32_t toucher, uint32_t number,
+                                             const double place[3], double radius_m, uint32_t* held);
+HAIRNET_API hairnet_error hairnet_world_let_go(hairnet_world* world, uint32_t own, uint32_t toucher, uint32_t number,
+                                               hairnet_release release);
 /*
  * Moves the world on by `seconds`, at most 0.1: a machine that is too slow shows slow motion. Heads go evenly to the poses that were
  * pushed since the last call, and hair is shown one tick behind them. A step of a head at level high takes about 0.3 ms.

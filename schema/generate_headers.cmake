@@ -25,8 +25,8 @@ foreach(enum IN LISTS enums)
   list(JOIN values ", " commas)
   list(JOIN values "\", \"" quoted)
   string(APPEND text "\ninline constexpr std::array<std::string_view, ${count}> k${name}Names{\"${quoted}\"};\n")
-  if(name STREQUAL "LevelIndex")
-    continue()   # core's own type; flatbuffer_convert.cpp checks that both list the same levels
+  if(name MATCHES "^(LevelIndex|TouchAudience|Release)$")
+    continue()   # core's own types; flatbuffer_convert.cpp checks that both list the same names
   endif()
   string(APPEND text
     "enum class ${name} : std::uint8_t { ${commas} };\n"

@@ -33,6 +33,12 @@ inline constexpr std::size_t kTokenBytesMax = 4096;
 inline constexpr std::size_t kServersMax = 8;
 // Limits a character's tag.
 inline constexpr std::size_t kTagBytesMax = 256;
+// Limits the bytes of one person's hands: all valid ones keep to it, as does any mixture of them.
+inline constexpr std::size_t kHandsBytesMax = 1041;
+// Limits the props of a room: their numbers are below it.
+inline constexpr std::size_t kPropsMax = 128;
+// Limits the sessions that a character's owner chooses.
+inline constexpr std::size_t kTouchChosenMax = 64;
 inline constexpr std::uint32_t kStrideMax = 4;  // ticks
 inline constexpr float kObserveRadiusMax_m = 20'000;
 inline constexpr float kObserveErrorMax_m = 1;

@@ -7,44 +7,21 @@
 #include <filesystem>
 #include <utility>
 
+#include "client/assets/body_file.hpp"
 #include "client/assets/fitted_hair.hpp"
 #include "client/assets/import/guess_placement.hpp"
-#include "client/assets/strand_file.hpp"
+#include "client/assets/import/head_files.hpp"
 #include "client/files/read_file.hpp"
+#include "core/file_name.hpp"
 
 namespace hairnet {
 namespace {
 
-Result<void> take_body(const std::string& file, Result<ImportedBody> body, HairParts& parts) {
-  if (!body) return Refusal(body.error());
-  if (parts.body) return Refusal(file + ": a second body beside " + parts.body_file);
-  parts.body = std::move(*body);
-  parts.body_file = file;
-  return {};
-}
-
-// The group of a file's strands: as it is given, else those that the file names, else its stem.
-void add_strands(ImportedStrands strands, const std::string& file, const std::string& group, HairParts& parts) {
-  if (!group.empty()) {
-    strands.groups.assign(strands.strand_count(), 0);
-    strands.group_names = {group};
-  }
-  const std::string stem = std::filesystem::path(file).stem().string();
-  for (StrandGroup& part : divide_groups(std::move(strands)))
-    parts.strands.push_back({std::move(part.strands), part.name.empty() ? stem : part.name, file});
-}
-
 Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
-  if (is_body_file(file)) return take_body(file, read_body(file), parts);
-  auto strands = read_strands(file);
-  // Some formats hold strands or a body: what has no strand may have a mesh.
-  if ((!strands || strands->strand_count() == 0) && may_hold_body(file)) {
-    Result<ImportedBody> body = read_body(file);
-    if (body || strands) return take_body(file, std::move(body), parts);
-  }
-  if (!strands) return Refusal(strands.error());
-  add_strands(std::move(*strands), file, group, parts);
-  return {};
+  if (is_body_file(file)) return add_body(file, read_body(file), parts);
+  const auto bytes = read_file(file);
+  if (!bytes) return Refusal(file + ": " + bytes.error());
+  return add_file(file, *bytes, group, parts);
 }
 
 Result<ImportedGroom> groom_of_body(const HairParts& parts, const HairImport& import) {
@@ -99,7 +76,7 @@ Result<ImportedGroom> import_hair(const HairFiles& files, const HairImport& impo
     if (!read) return Refusal(read.error());
   }
   if (!files.body.empty()) {
-    if (const Result<void> read = take_body(files.body, read_body(files.body), parts); !read)
+    if (const Result<void> read = add_body(files.body, read_body(files.body), parts); !read)
       return Refusal(read.error());
   }
   if (parts.strands.empty() && !parts.body) return Refusal("there are no files of hair");

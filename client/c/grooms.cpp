@@ -10,15 +10,6 @@ namespace {
 constexpr std::size_t kGroomFileBytesMax = std::size_t{64} << 20;
 constexpr std::uint32_t kStrandPointsMin = 2, kStrandPointsMax = 256;
 
-hairnet_error keep(Result<Groom>&& groom, hairnet_error error, hairnet_groom** out, char* why, std::size_t why_size) {
-  if (!groom) return refuse(error, groom.error(), why, why_size);
-  if (const std::string fault = validate(*groom); !fault.empty()) return refuse(error, fault, why, why_size);
-  auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
-  const wire::GroomHash hash = wire::hash_groom(*file);
-  *out = new hairnet_groom{std::make_shared<const Groom>(std::move(*groom)), std::move(file), hash};
-  return HAIRNET_OK;
-}
-
 Result<ImportedStrands> strands_of(const float* points, const std::uint32_t* counts, std::size_t strand_count) {
   const GroomLimits limits;
   if (strand_count == 0 || strand_count > limits.strand_count_max)
@@ -42,6 +33,16 @@ Result<ImportedStrands> strands_of(const float* points, const std::uint32_t* cou
 }
 
 }  // namespace
+
+hairnet_error keep(Result<Groom>&& groom, hairnet_error error, hairnet_groom** out, char* why, std::size_t why_size) {
+  if (!groom) return refuse(error, groom.error(), why, why_size);
+  if (const std::string fault = validate(*groom); !fault.empty()) return refuse(error, fault, why, why_size);
+  auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
+  const wire::GroomHash hash = wire::hash_groom(*file);
+  *out = new hairnet_groom{std::make_shared<const Groom>(std::move(*groom)), std::move(file), hash};
+  return HAIRNET_OK;
+}
+
 }  // namespace hairnet::c
 
 using namespace hairnet;

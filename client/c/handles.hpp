@@ -18,12 +18,15 @@
 #include "client/room/room.hpp"
 #include "core/ffd/skin_push.hpp"
 #include "core/levels/level.hpp"
+#include "core/touch/touch_body.hpp"
 #include "schema/wire/groom_file.hpp"
 
 struct hairnet_groom {
   std::shared_ptr<const hairnet::Groom> groom;
   hairnet::link::RequestedState::Bytes file;
   hairnet::wire::GroomHash hash{};
+  // Lines, each ended by a line break.
+  std::string remarks = {};
 };
 
 struct hairnet_geometry {
@@ -83,6 +86,8 @@ struct hairnet_room {
   std::size_t next_event = 0;
   std::string event_text, host;
   std::vector<std::uint8_t> packet;
+  // Those of others' hands that were asked for last, for their caller.
+  mutable std::vector<hairnet_hand_shape> hand_shapes;
 };
 
 namespace hairnet::c {
@@ -127,12 +132,34 @@ inline std::string tag_of(const char* tag, std::size_t size) {
   return tag == nullptr || size == 0 ? text_or_empty(tag) : std::string(tag, size);
 }
 
+// Makes a groom's file and handle; what is wrong with it is `error`.
+hairnet_error keep(Result<Groom>&& groom, hairnet_error error, hairnet_groom** out, char* why, std::size_t why_size);
+
+// Refuses options of a size that this library does not know.
+Refusal of_another_size(const char* macro);
+
+// The caller's options; those that it does not give, and fields that its version does not know, have their defaults,
+// which the macro of that name fills in.
+template <class Options>
+Result<Options> full_options(const Options* given, Options defaults, const char* macro) {
+  if (given == nullptr) return defaults;
+  if (given->size < sizeof given->size || given->size > sizeof defaults) return of_another_size(macro);
+  std::memcpy(&defaults, given, given->size);
+  return defaults;
+}
+
 // HAIRNET_OK, or what refused an argument.
 template <class T>
 hairnet_error done_or_why(const Result<T>& result, char* why, std::size_t why_size) {
   return result ? hairnet_error{HAIRNET_OK} : refuse(HAIRNET_INVALID, result.error(), why, why_size);
 }
 
+// x y z w, and x y z.
+RigidTransform place_of(const double rotation[4], const double position[3]);
+void write_place(const RigidTransform& place, double* rotation, double* position);
+// The error is one line; its sizes and place are not checked.
+Result<TouchBody> body_of(const hairnet_touch_body& given);
+hairnet_touch_body body_of(const wire::Prop& prop);
 Pose pose_of(const double* numbers);
 void write_pose(const Pose& pose, double* numbers);
 wire::Appearance appearance_of(const hairnet_appearance& appearance);

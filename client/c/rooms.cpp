@@ -38,16 +38,6 @@ Result<wire::Observe> observe_of(const hairnet_options& options) {
   return observe;
 }
 
-// Fields that the caller's version does not know have their defaults.
-Result<hairnet_options> full_options(const hairnet_options* given) {
-  hairnet_options options = HAIRNET_OPTIONS;
-  if (given == nullptr) return options;
-  if (given->size < offsetof(hairnet_options, server) || given->size > sizeof options)
-    return Refusal("options: fill them by HAIRNET_OPTIONS; this library is older than its header, or size is not set");
-  std::memcpy(&options, given, given->size);
-  return options;
-}
-
 room::Room* own_room(hairnet_room* room, std::uint32_t own) {
   return room->room->groom_of(own) == wire::GroomHash{} ? nullptr : room->room.get();
 }
@@ -105,6 +95,19 @@ void write(const room::WindChanged& from, hairnet_event& event, std::string&) {
   event.kind = HAIRNET_EVENT_WIND;
   event.session = from.session;
 }
+void write(const room::HeldChanged& from, hairnet_event& event, std::string&) {
+  event.kind = HAIRNET_EVENT_HELD;
+  event.member = from.member;
+  event.hand = from.hand;
+  event.held = static_cast<std::uint16_t>(std::min<std::uint32_t>(from.point_count, 65'535));
+}
+void write(const room::PropsChanged&, hairnet_event& event, std::string&) {
+  event.kind = HAIRNET_EVENT_PROPS;
+}
+void write(const room::TouchChanged& from, hairnet_event& event, std::string&) {
+  event.kind = HAIRNET_EVENT_TOUCH;
+  event.member = from.number;
+}
 void write(const room::Fault& from, hairnet_event& event, std::string& text) {
   event.kind = HAIRNET_EVENT_FAULT;
   event.character = from.character;
@@ -119,7 +122,8 @@ using namespace hairnet;
 hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* why, size_t why_size) {
   return c::guarded(
       [&] {
-        const Result<hairnet_options> all = c::full_options(options);
+        const Result<hairnet_options> all =
+            c::full_options<hairnet_options>(options, HAIRNET_OPTIONS, "HAIRNET_OPTIONS");
         if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
         const Result<link::LinkCoreOptions> core = c::core_options(*all);
         if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);
@@ -139,7 +143,8 @@ hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairn
                            size_t why_size) {
   return c::guarded(
       [&] {
-        const Result<hairnet_options> all = c::full_options(options);
+        const Result<hairnet_options> all =
+            c::full_options<hairnet_options>(options, HAIRNET_OPTIONS, "HAIRNET_OPTIONS");
         if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
         const Result<link::LinkCoreOptions> core = c::core_options(*all);
         if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);

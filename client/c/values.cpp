@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "client/c/handles.hpp"
 #include "core/version.hpp"
@@ -29,8 +30,7 @@ std::uint32_t number_of(const wire::Srgb& colour) {
 Pose pose_of(const double* numbers) {
   Pose pose;
   for (RigidTransform& bone : pose.bones) {
-    bone.rotation = Quat(numbers[3], numbers[0], numbers[1], numbers[2]);
-    bone.position = Vec3(numbers[4], numbers[5], numbers[6]);
+    bone = place_of(numbers, numbers + 4);
     numbers += kNumbersPerBone;
   }
   return pose;
@@ -38,8 +38,7 @@ Pose pose_of(const double* numbers) {
 
 void write_pose(const Pose& pose, double* numbers) {
   for (const RigidTransform& bone : pose.bones) {
-    std::ranges::copy(bone.rotation.coeffs(), numbers);  // x y z w
-    std::ranges::copy(bone.position, numbers + 4);
+    write_place(bone, numbers, numbers + 4);
     numbers += kNumbersPerBone;
   }
 }
@@ -64,14 +63,16 @@ Result<std::optional<wire::Appearance>> checked(const hairnet_appearance* appear
   return appearance_of(*appearance);
 }
 
+Refusal of_another_size(const char* macro) {
+  return Refusal("options: fill them by " + std::string(macro) +
+                 "; this library is older than its header, or size is not set");
+}
+
 Result<room::CharacterOptions> character_options_of(const hairnet_character_options* given) {
-  hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
-  if (given != nullptr) {
-    if (given->size < offsetof(hairnet_character_options, level) || given->size > sizeof options)
-      return Refusal(
-          "options: fill them by HAIRNET_CHARACTER_OPTIONS; this library is older than its header, or size is not set");
-    std::memcpy(&options, given, given->size);
-  }
+  const Result<hairnet_character_options> full =
+      full_options<hairnet_character_options>(given, HAIRNET_CHARACTER_OPTIONS, "HAIRNET_CHARACTER_OPTIONS");
+  if (!full) return Refusal(full.error());
+  const hairnet_character_options& options = *full;
   if (static_cast<unsigned>(options.level) > HAIRNET_RIGID) return Refusal("options: there is no such level");
   const Result<std::optional<wire::Appearance>> appearance = checked(options.appearance);
   if (!appearance) return Refusal(appearance.error());
@@ -105,6 +106,61 @@ hairnet_wind wind_of(const Wind& wind) {
           wind.turbulence_scale_m,
           wind.seed,
           wind.carried};
+}
+
+RigidTransform place_of(const double rotation[4], const double position[3]) {
+  return {Quat(rotation[3], rotation[0], rotation[1], rotation[2]), Vec3(position[0], position[1], position[2])};
+}
+
+void write_place(const RigidTransform& place, double* rotation, double* position) {
+  std::ranges::copy(place.rotation.coeffs(), rotation);  // x y z w
+  std::ranges::copy(place.position, position);
+}
+
+Result<TouchBody> body_of(const hairnet_touch_body& given) {
+  if (given.number > std::numeric_limits<std::uint8_t>::max())
+    return tl::unexpected("number " + std::to_string(given.number) + " is more than 255");
+  TouchBody body;
+  body.key = {given.toucher, static_cast<std::uint8_t>(given.number)};
+  body.place = place_of(given.rotation, given.position);
+  const Vec3 half_size_m = Eigen::Map<const Vec3f>(given.half_size_m).cast<double>();
+  const double radius_m = double{given.radius_m};
+  switch (given.shape) {
+    case HAIRNET_SPHERE:
+      body.shape = sphere(radius_m);
+      break;
+    case HAIRNET_CAPSULE:
+      body.shape = capsule(half_size_m.y(), radius_m);
+      break;
+    case HAIRNET_BOX:
+      body.shape = box(half_size_m);
+      break;
+    case HAIRNET_PLANE: {
+      const PlacedShape below = half_space(body.place);
+      body.shape = below.shape;
+      body.place = below.place;
+      break;
+    }
+    default:
+      return tl::unexpected("there is no shape " + std::to_string(given.shape));
+  }
+  body.shape.is_inside_out = given.is_inside_out != 0;
+  body.has_jumped = given.has_jumped != 0;
+  return body;
+}
+
+hairnet_touch_body body_of(const wire::Prop& prop) {
+  hairnet_touch_body body{};
+  const Vec3& half_m = prop.shape.half_size_m;
+  const bool is_thin = half_m.x() == 0 && half_m.z() == 0;
+  body.number = prop.number;
+  body.shape = !is_thin ? HAIRNET_BOX : half_m.y() == 0 ? HAIRNET_SPHERE : HAIRNET_CAPSULE;
+  body.is_inside_out = prop.shape.is_inside_out;
+  body.has_jumped = prop.has_jumped;
+  Eigen::Map<Vec3f>(body.half_size_m) = half_m.cast<float>();
+  body.radius_m = static_cast<float>(prop.shape.radius_m);
+  write_place(prop.place, body.rotation, body.position);
+  return body;
 }
 
 }  // namespace hairnet::c

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #if !defined(__wasm__)
 #include <thread>
 #endif
@@ -74,7 +75,14 @@ struct hairnet_world {
     // The next tick jumps to the pose.
     bool teleport = false;
   };
-  explicit hairnet_world(double tick_rate_hz) : world(def(tick_rate_hz)) {}
+  // So does each hand and prop.
+  struct Body {
+    TouchBody body;
+    RigidTransform before;
+  };
+  explicit hairnet_world(double tick_rate_hz) : world(def(tick_rate_hz)) {
+    world.touch_by([this](double, double to_s) { return bodies_at(to_s); });
+  }
   static local::PlayedWorld::Def def(double tick_rate_hz) {
     local::PlayedWorld::Def def;
     def.tick_rate_hz = tick_rate_hz;
@@ -87,14 +95,27 @@ struct hairnet_world {
   local::TickPose pose_at(Character& character, double from_s, double to_s) const {
     if (from_s == to_s) return {character.pose};
     if (std::exchange(character.teleport, false)) return {character.before = character.pose, true};
+    return {interpolate(character.before, character.pose, into(to_s))};
+  }
+  // Which share of the advance has passed.
+  [[nodiscard]] double into(double time_s) const {
     const double span_s = now_s - before_s;
-    const double into = span_s > 0 ? std::clamp((to_s - before_s) / span_s, 0.0, 1.0) : 1;
-    return {interpolate(character.before, character.pose, into)};
+    return span_s > 0 ? std::clamp((time_s - before_s) / span_s, 0.0, 1.0) : 1;
+  }
+  std::vector<TouchBody> bodies_at(double time_s) {
+    std::vector<TouchBody> there;
+    for (auto& [key, moving] : bodies) {
+      there.push_back(moving.body);
+      there.back().place = interpolate(moving.before, moving.body.place, into(time_s));
+      moving.body.has_jumped = false;
+    }
+    return there;
   }
   void advance(double seconds) {
     before_s = std::exchange(now_s, now_s + seconds);
     world.advance_to(now_s - 1 / world.tick_rate_hz());
     for (const auto& [own, character] : characters) character->before = character->pose;
+    for (auto& [key, moving] : bodies) moving.before = moving.body.place;
     show();
   }
   void show() {
@@ -116,6 +137,7 @@ struct hairnet_world {
   double before_s = 0, now_s = 0;
   // By own number, which the world gives.
   std::map<std::uint32_t, std::unique_ptr<Character>> characters;
+  std::map<TouchKey, Body> bodies;
   hairnet_scene scene;
 };
 
@@ -302,6 +324,61 @@ hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* w
   if (const std::string error = validate(wanted); !error.empty())
     return c::refuse(HAIRNET_INVALID, error, why, why_size);
   world->world.set_wind(wanted);
+  return HAIRNET_OK;
+}
+
+namespace {
+
+constexpr std::size_t kBodiesMax = 1024;
+
+}  // namespace
+
+hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch_body* bodies, size_t count, char* why,
+                                       size_t why_size) {
+  const auto set = [&] {
+    const auto refuse = [&](const std::string& line) { return c::refuse(HAIRNET_INVALID, line, why, why_size); };
+    if (count > kBodiesMax) return refuse("more than " + std::to_string(kBodiesMax) + " bodies");
+    std::map<TouchKey, hairnet_world::Body> now;
+    for (size_t i = 0; i < count; ++i) {
+      Result<TouchBody> body = c::body_of(bodies[i]);
+      const std::string name = "body " + std::to_string(i) + ": ";
+      if (!body) return refuse(name + body.error());
+      if (const std::string fault = validate(*body); !fault.empty()) return refuse(name + fault);
+      body->place.rotation.normalize();
+      const auto before = world->bodies.find(body->key);
+      const bool is_new = before == world->bodies.end() || body->has_jumped;
+      body->has_jumped = is_new;
+      const RigidTransform from = is_new ? body->place : before->second.before;
+      if (!now.try_emplace(body->key, hairnet_world::Body{*body, from}).second)
+        return refuse(name + "another one has its toucher and number");
+    }
+    world->bodies = std::move(now);
+    return hairnet_error{HAIRNET_OK};
+  };
+  return c::guarded(set, why, why_size);
+}
+
+hairnet_error hairnet_world_grab(hairnet_world* world, uint32_t own, uint32_t toucher, uint32_t number,
+                                 const double place[3], double radius_m, uint32_t* held) {
+  Grab grab;
+  grab.place = {place[0], place[1], place[2]};
+  grab.radius_m = radius_m;
+  if (!grab.place.allFinite() || !(radius_m > 0 && radius_m <= kGrabRadiusMax_m)) return HAIRNET_INVALID;
+  if (number > std::numeric_limits<std::uint8_t>::max() || world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+  grab.hand = {toucher, static_cast<std::uint8_t>(number)};
+  if (!world->bodies.contains(grab.hand)) return HAIRNET_NOT_THERE;
+  return c::guarded([&] {
+    const std::uint32_t count = world->world.grab(own, grab);
+    if (held != nullptr) *held = count;
+    return hairnet_error{HAIRNET_OK};
+  });
+}
+
+hairnet_error hairnet_world_let_go(hairnet_world* world, uint32_t own, uint32_t toucher, uint32_t number,
+                                   hairnet_release release) {
+  if (static_cast<unsigned>(release) > HAIRNET_UNPIN) return HAIRNET_INVALID;
+  if (number > std::numeric_limits<std::uint8_t>::max() || world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+  world->world.let_go(own, {toucher, static_cast<std::uint8_t>(number)}, static_cast<Release>(release));
   return HAIRNET_OK;
 }
 

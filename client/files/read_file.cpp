@@ -5,10 +5,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "schema/files/system_refusal.hpp"
 
@@ -56,12 +54,6 @@ Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t by
   }
   if (bytes.empty()) return Refusal("is empty");
   return bytes;
-}
-
-std::string extension_of(std::string_view path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-  return extension;
 }
 
 }  // namespace hairnet

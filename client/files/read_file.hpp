@@ -21,7 +21,4 @@ inline std::string_view as_text(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// The extension in small letters: ".hair" of "a/Curls.HAIR".
-std::string extension_of(std::string_view path);
-
 }  // namespace hairnet

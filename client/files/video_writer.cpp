@@ -16,7 +16,7 @@
 
 extern char** environ;  // NOLINT: POSIX names it so
 
-#include "client/files/read_file.hpp"
+#include "core/file_name.hpp"
 
 namespace hairnet {
 namespace {

@@ -7,6 +7,7 @@
 #include "client/link/events.hpp"
 #include "client/link/link_core.hpp"
 #include "core/skin/skin_distance_field.hpp"
+#include "core/touch/hand.hpp"
 
 namespace hairnet::link {
 
@@ -25,6 +26,9 @@ class Conversation {
   virtual void send(wire::ClientMessage message) = 0;
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
   virtual void push_poses(std::vector<wire::PoseSample> poses) = 0;
+  // All hands of this client at now_ns(), which replace those before; they travel with the next poses. Empty: they are
+  // gone. Asserts that they are valid (validate).
+  virtual void push_hands(std::vector<Hand> hands) = 0;
   // How large members are on this screen. Sends at most four reports a second, of relevant changes only.
   virtual void report_importance(const std::vector<wire::MemberImportance>& members) = 0;
   // Offers a groom's file, and sends the bytes that the server lacks. `hash` is that of the bytes.
@@ -50,6 +54,7 @@ class CoreConversation final : public Conversation {
   std::vector<Event> poll() override { return core_.take_events(); }
   void send(wire::ClientMessage message) override { core_.send(std::move(message)); }
   void push_poses(std::vector<wire::PoseSample> poses) override { core_.push_poses(std::move(poses)); }
+  void push_hands(std::vector<Hand> hands) override { core_.push_hands(std::move(hands), now_ns_); }
   void report_importance(const std::vector<wire::MemberImportance>& members) override {
     core_.report_importance(members);
   }

@@ -9,15 +9,36 @@
 namespace hairnet::link {
 namespace {
 
-std::size_t bytes_of(const FrameBatch& batch) {
-  std::size_t bytes = sizeof(Event);
+// What an event holds beside itself.
+std::size_t content_bytes(const FrameBatch& batch) {
+  std::size_t bytes = 0;
   for (const Frame& frame : batch.frames) bytes += sizeof frame + frame.coefficients.size() * sizeof(float);
   return bytes;
 }
+std::size_t content_bytes(const GroomFetched& fetched) {
+  return wire::kTextBytesMax + (fetched.bytes ? fetched.bytes->size() : 0);
+}
+std::size_t content_bytes(const wire::RoomProps& props) {
+  return props.props.size() * sizeof(wire::Prop) + props.removed.size();
+}
+std::size_t content_bytes(const wire::RoomHands& hands) {
+  std::size_t bytes = hands.people.size() * sizeof(wire::RoomHands::Person);
+  for (const wire::RoomHands::Person& person : hands.people) {
+    for (const Hand& hand : person.hands) bytes += sizeof hand + hand.shapes.size() * sizeof(HandShape);
+  }
+  return bytes;
+}
+std::size_t content_bytes(const auto&) {
+  return wire::kTextBytesMax;
+}
 
 std::size_t bytes_of(const Event& event) {
-  const auto* fetched = std::get_if<GroomFetched>(&event);
-  return sizeof(Event) + wire::kTextBytesMax + (fetched && fetched->bytes ? fetched->bytes->size() : 0);
+  return sizeof event + std::visit([](const auto& e) { return content_bytes(e); }, event);
+}
+
+// The next ticks bring newer ones.
+bool is_of_one_tick(const Event& event) {
+  return std::holds_alternative<FrameBatch>(event) || std::holds_alternative<wire::RoomHands>(event);
 }
 
 // The dropped frame of `member` was discontinuous. Marks the next queued frame of that member as discontinuous, so that
@@ -42,10 +63,9 @@ void EventQueue::check_invariants() const {
 #ifdef HAIRNET_VALIDATE_ON
   std::size_t frame_bytes = 0, other_bytes = 0;
   for (const Event& event : events_) {
-    const auto* batch = std::get_if<FrameBatch>(&event);
     const bool is_last = ended_ && &event == &events_.back();
-    if (batch) {
-      frame_bytes += bytes_of(*batch);
+    if (is_of_one_tick(event)) {
+      frame_bytes += bytes_of(event);
     } else if (!is_last) {
       other_bytes += bytes_of(event);
     }
@@ -57,13 +77,13 @@ void EventQueue::check_invariants() const {
 
 bool EventQueue::push(Event event) {
   if (ended_) return true;
-  if (const auto* batch = std::get_if<FrameBatch>(&event)) {
-    frame_bytes_ += bytes_of(*batch);
+  const std::size_t bytes = bytes_of(event);
+  if (is_of_one_tick(event)) {
+    frame_bytes_ += bytes;
     events_.push_back(std::move(event));
     while (frame_bytes_ > kFrameBytesMax) drop_oldest_frames();
     return true;
   }
-  const std::size_t bytes = bytes_of(event);
   if (other_bytes_ + bytes > kOtherBytesMax) return false;
   other_bytes_ += bytes;
   events_.push_back(std::move(event));
@@ -77,17 +97,18 @@ void EventQueue::push_last(Disconnected event) {
 }
 
 void EventQueue::drop_oldest_frames() {
-  const auto oldest = std::find_if(events_.begin(), events_.end(),
-                                   [](const Event& e) { return std::holds_alternative<FrameBatch>(e); });
+  const auto oldest = std::find_if(events_.begin(), events_.end(), is_of_one_tick);
   HAIRNET_ASSERT(oldest != events_.end());  // their bytes are counted
-  const FrameBatch dropped = std::get<FrameBatch>(std::move(*oldest));
+  const Event dropped = std::move(*oldest);
   const auto after = events_.erase(oldest);
-  for (const Frame& frame : dropped.frames) {
-    if (frame.discontinuous) carry_discontinuity(frame.member, after, events_.end());
-  }
   HAIRNET_ASSERT(frame_bytes_ >= bytes_of(dropped));
   frame_bytes_ -= bytes_of(dropped);
-  frames_dropped_ += dropped.frames.size();
+  const auto* batch = std::get_if<FrameBatch>(&dropped);
+  if (!batch) return;
+  for (const Frame& frame : batch->frames) {
+    if (frame.discontinuous) carry_discontinuity(frame.member, after, events_.end());
+  }
+  frames_dropped_ += batch->frames.size();
 }
 
 std::vector<Event> EventQueue::take_all() {

@@ -8,14 +8,15 @@
 
 namespace hairnet::link {
 
-// Events that the caller has not taken yet, in order. The queue is bounded: it drops the oldest frames first and
-// counts them. One thread.
+// Events that the caller has not taken yet, in order. The queue is bounded: it drops the oldest frames and
+// hands of others first, and counts the frames. One thread.
 class EventQueue {
  public:
+  // Bounds frames and hands together.
   static constexpr std::size_t kFrameBytesMax = std::size_t{32} << 20;
   static constexpr std::size_t kOtherBytesMax = std::size_t{256} << 20;
 
-  // Returns false, and drops the event, when the events other than frames exceed kOtherBytesMax.
+  // Returns false, and drops the event, when the events other than frames and hands exceed kOtherBytesMax.
   [[nodiscard]] bool push(Event event);
   // Adds the last event. The queue always accepts it, and ignores every later event.
   void push_last(Disconnected event);

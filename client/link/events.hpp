@@ -38,8 +38,9 @@ struct GroomFetched {
   std::string fault;
 };
 // What a link reports to its caller, in order.
-using Event = std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded,
-                           wire::CharacterRemoved, wire::MemberJoined, wire::MemberChanged, wire::MemberLeft,
-                           wire::RoomWind, FrameBatch, GroomFetched, wire::Error>;
+using Event =
+    std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
+                 wire::MemberJoined, wire::MemberChanged, wire::MemberLeft, wire::RoomWind, wire::RoomProps,
+                 wire::MemberTouch, wire::Held, wire::RoomHands, FrameBatch, GroomFetched, wire::Error>;
 
 }  // namespace hairnet::link

@@ -295,6 +295,10 @@ void Link::push_poses(std::vector<wire::PoseSample> poses) {
   impl_->ask([&](LinkCore& core) { core.push_poses(std::move(poses)); });
 }
 
+void Link::push_hands(std::vector<Hand> hands) {
+  impl_->ask([&](LinkCore& core) { core.push_hands(std::move(hands), channel::monotonic_ns()); });
+}
+
 std::vector<Event> Link::poll() {
   return impl_->with_core([](LinkCore& core) { return core.take_events(); });
 }

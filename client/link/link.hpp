@@ -39,6 +39,7 @@ class Link final : public Conversation {
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) override;
   void request_groom(const wire::GroomHash& hash) override;
   void push_poses(std::vector<wire::PoseSample> poses) override;
+  void push_hands(std::vector<Hand> hands) override;
   std::vector<Event> poll() override;
   [[nodiscard]] std::int64_t now_ns() const override;
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const override;

@@ -68,10 +68,14 @@ std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
   return std::visit(refused, message);
 }
 
-// Poses, but for those that mark a jump, and for an empty batch, which is a sign of life.
+// Poses and hands, but for those that mark a jump, for hands that are gone, and for an empty batch, which is a sign of
+// life.
 bool may_be_lost(const wire::ClientMessage& message) {
   const auto* batch = std::get_if<wire::PoseBatch>(&message);
-  return batch && !batch->poses.empty() && std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
+  if (!batch || (batch->poses.empty() && !batch->hands)) return false;
+  if (batch->hands && (batch->hands->hands.empty() || std::ranges::any_of(batch->hands->hands, &Hand::has_jumped)))
+    return false;
+  return std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
 }
 
 bool may_come_first(const wire::Message& message) {
@@ -155,6 +159,13 @@ void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
     queue_.push_poses(std::move(poses));
   else
     queue_.drop_poses(poses);
+}
+
+void LinkCore::push_hands(std::vector<Hand> hands, std::int64_t now_ns) {
+  HAIRNET_ASSERT(validate(hands).empty());
+  if (!active() || (hands.empty() && !has_hands_)) return;
+  has_hands_ = !hands.empty();
+  queue_.push_hands({++hands_sequence_, now_ns, std::move(hands)});
 }
 
 // Without a session the message is not sent: RequestedState stores it and resends it after the next welcome.
@@ -331,13 +342,12 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
   taken_may_be_lost_ = may_be_lost(*message);
-  if (taken_may_be_lost_ && has_datagrams_) {
-    auto& batch = std::get<wire::PoseBatch>(*message);
-    if (batch.poses.size() <= kPosesPerDatagram) sent_poses_.repeat_in(batch);
-  }
+  const auto* batch = std::get_if<wire::PoseBatch>(&*message);
+  const bool is_datagram = taken_may_be_lost_ && has_datagrams_ && batch->poses.size() <= kPosesPerDatagram;
   if (const auto* removed = std::get_if<wire::RemoveCharacter>(&*message)) sent_poses_.forget(removed->character);
   sent_ns_ = now_ns;
-  std::vector<std::uint8_t> packet = wire::encode_client_packet(now_ns, *message);
+  std::vector<std::uint8_t> packet =
+      is_datagram ? encode_datagram(*message, now_ns) : wire::encode_client_packet(now_ns, *message);
   if (is_chunk)
     upload_scheduler_.sent_bulk();
   else
@@ -345,6 +355,21 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   counters_.bytes_sent += packet.size();
   check_invariants();
   return packet;
+}
+
+// What does not fit it is left out: first the poses of before, then the hands, which go alone. Hands alone that do not
+// fit make a packet that is no datagram.
+std::vector<std::uint8_t> LinkCore::encode_datagram(wire::ClientMessage& message, std::int64_t now_ns) {
+  auto& batch = std::get<wire::PoseBatch>(message);
+  sent_poses_.repeat_in(batch);
+  std::vector<std::uint8_t> packet = wire::encode_client_packet(now_ns, message);
+  if (packet.size() <= wire::kDatagramBytesMax || !batch.hands) return packet;
+  std::vector<wire::EarlierPose> earlier = std::exchange(batch.earlier, {});
+  packet = wire::encode_client_packet(now_ns, message);
+  if (packet.size() <= wire::kDatagramBytesMax || batch.poses.empty()) return packet;
+  queue_.put_back(*std::exchange(batch.hands, std::nullopt));
+  batch.earlier = std::move(earlier);
+  return wire::encode_client_packet(now_ns, message);
 }
 
 void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
@@ -370,6 +395,7 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
     counters_.frames_unknown += early->frames.size();  // a datagram that has overtaken the welcome
     return;
   }
+  if (state_ == State::greeting && std::holds_alternative<wire::RoomHands>(message)) return;  // so has this one
   // A new session may belong to another server with another clock.
   if (const auto* welcome = std::get_if<wire::Welcome>(&message); welcome && !welcome->resumed)
     clock_ = channel::ClockEstimate();
@@ -405,6 +431,7 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
     members_.mark_all_unconfirmed();
     members_due_ns_ = now_ns + kMembersResendWait_ns;
   } else {
+    if (again) requested_.forget_sessions();
     tell_left(members_.drop_all());
     for (const wire::GroomHash& file : members_.bases().clear()) fetch_.refuse(file);
     for (const wire::GroomHash& file : members_.learnt().clear()) fetch_.refuse(file);

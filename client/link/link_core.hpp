@@ -119,7 +119,7 @@ class FrameSink {
 // before its first welcome for half a minute: the lease of a server that has died must end first.
 //
 // When the connection breaks, the core asks for a new one after a wait, then sends the caller's requests again. The
-// caller may call it in every state: requests are stored and sent after the reconnect, but poses are dropped.
+// caller may call it in every state: requests are stored and sent after the reconnect, but poses and hands are dropped.
 class LinkCore {
  public:
   explicit LinkCore(LinkCoreOptions options);
@@ -137,6 +137,9 @@ class LinkCore {
   // refused at once, with an Error event.
   void send(wire::ClientMessage message);
   void push_poses(std::vector<wire::PoseSample> poses);
+  // All hands of this client at `now_ns`; empty: they are gone. Without a session they are dropped. Asserts that they
+  // are valid.
+  void push_hands(std::vector<Hand> hands, std::int64_t now_ns);
   // Sends at most four reports a second, of relevant changes only.
   void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
   // Requests the groom of another client: GroomFetched follows, or an Error (groom_unavailable).
@@ -191,6 +194,10 @@ class LinkCore {
   void on(wire::MemberChanged& changed, std::int64_t now_ns);
   void on(wire::MemberLeft& left, std::int64_t now_ns);
   void on(wire::RoomWind& wind, std::int64_t now_ns);
+  void on(wire::RoomProps& props, std::int64_t) { push(std::move(props)); }
+  void on(wire::MemberTouch& touch, std::int64_t) { push(std::move(touch)); }
+  void on(wire::Held& held, std::int64_t) { push(held); }
+  void on(wire::RoomHands& hands, std::int64_t) { push(std::move(hands)); }
   void on(wire::GroomBasis& announced, std::int64_t now_ns);
   void on(wire::GroomLearnt& announced, std::int64_t now_ns);
   void on(wire::GroomData& data, std::int64_t now_ns);
@@ -203,6 +210,7 @@ class LinkCore {
   void enqueue(wire::ClientMessage message);
   void resend_all(bool resumed, std::int64_t now_ns);
   void dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns);
+  std::vector<std::uint8_t> encode_datagram(wire::ClientMessage& message, std::int64_t now_ns);
   void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
@@ -244,6 +252,9 @@ class LinkCore {
   SendQueue queue_;
   // Holds what was sent over this connection, if it has datagrams.
   SentPoses sent_poses_;
+  std::uint32_t hands_sequence_ = 0;
+  // The newest sample that was sent had hands.
+  bool has_hands_ = false;
   Members members_;
   // Holds the frames of the batch in hand.
   std::vector<Members::DecodedFrame> decoded_;

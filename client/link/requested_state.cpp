@@ -83,6 +83,14 @@ bool RequestedState::on_error(const wire::Error& error) {
   return true;
 }
 
+void RequestedState::forget_sessions() {
+  for (auto& [number, character] : characters_) {
+    for (auto& [kind, message] : character.settings) {
+      if (auto* touch = std::get_if<wire::SetTouch>(&message)) touch->chosen.clear();
+    }
+  }
+}
+
 RequestedState::Resend RequestedState::take_resend(bool resumed) {
   HAIRNET_VALIDATE(std::ranges::all_of(characters_, [](const auto& c) { return c.first == c.second.added.character; }));
   Resend resend;

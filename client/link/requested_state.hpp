@@ -43,6 +43,9 @@ class RequestedState {
   // broke after the server had received the first.
   bool on_error(const wire::Error& error);
 
+  // Forgets the sessions that the caller has named: another server gives their numbers to others.
+  void forget_sessions();
+
   // The messages to send again after the welcome of a new connection. `resumed`: the server still has what it has
   // confirmed.
   struct Resend {

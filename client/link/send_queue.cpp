@@ -28,6 +28,17 @@ bool carry_teleport(std::deque<wire::ClientMessage>::iterator from,
   return false;
 }
 
+// A hand that has jumped in the waiting sample has not moved to its place in the newer one either.
+void replace(std::optional<wire::HandsSample>& waiting, wire::HandsSample newer) {
+  for (Hand& hand : newer.hands) {
+    const auto has_jumped = [&](const Hand& before) {
+      return before.first_number == hand.first_number && before.has_jumped;
+    };
+    hand.has_jumped |= waiting && std::ranges::any_of(waiting->hands, has_jumped);
+  }
+  waiting = std::move(newer);
+}
+
 }  // namespace
 
 void SendQueue::check_invariants() const {
@@ -81,6 +92,15 @@ void SendQueue::drop_oldest_poses() {
   }
 }
 
+void SendQueue::push_hands(wire::HandsSample hands) {
+  replace(hands_, std::move(hands));
+}
+
+void SendQueue::put_back(wire::HandsSample hands) {
+  messages_.push_front(wire::PoseBatch{{}, {}, std::move(hands)});
+  ++pose_batch_count_;
+}
+
 std::size_t SendQueue::next_pose_count() const {
   const auto* next = messages_.empty() ? nullptr : std::get_if<wire::PoseBatch>(&messages_.front());
   return next ? next->poses.size() : 0;
@@ -88,12 +108,15 @@ std::size_t SendQueue::next_pose_count() const {
 
 std::optional<wire::ClientMessage> SendQueue::pop(std::size_t poses_max) {
   HAIRNET_ASSERT(poses_max > 0);
+  const bool is_batch = !messages_.empty() && holds_poses(messages_.front());
+  if (hands_ && is_batch) replace(std::get<wire::PoseBatch>(messages_.front()).hands, *std::exchange(hands_, {}));
+  if (hands_) return wire::PoseBatch{{}, {}, std::exchange(hands_, {})};
   if (messages_.empty()) return std::nullopt;
   if (next_pose_count() > poses_max) {
-    std::vector<wire::PoseSample>& waiting = std::get<wire::PoseBatch>(messages_.front()).poses;
-    const auto end = waiting.begin() + static_cast<std::ptrdiff_t>(poses_max);
-    wire::PoseBatch part{{waiting.begin(), end}};
-    waiting.erase(waiting.begin(), end);
+    auto& waiting = std::get<wire::PoseBatch>(messages_.front());
+    const auto end = waiting.poses.begin() + static_cast<std::ptrdiff_t>(poses_max);
+    wire::PoseBatch part{{waiting.poses.begin(), end}, {}, std::exchange(waiting.hands, {})};
+    waiting.poses.erase(waiting.poses.begin(), end);
     return part;
   }
   wire::ClientMessage message = std::move(messages_.front());
@@ -109,6 +132,7 @@ void SendQueue::clear() {
     if (const auto* batch = std::get_if<wire::PoseBatch>(&message)) drop_poses(batch->poses);
   }
   messages_.clear();
+  hands_.reset();
   pose_batch_count_ = 0;
 }
 

@@ -38,6 +38,7 @@ PlayedWorld::Id PlayedWorld::add(PoseAt pose) {
   def.pose = rounded_to_wire(simulated->pose(now_s, now_s).pose);
   simulated->character = world_.add(def);
   if (!simulated->character) return 0;
+  world_.set_touch_rule(simulated->character, {TouchAudience::everyone});
   show(*simulated);
   simulated_.push_back(std::move(simulated));  // in the order of their numbers
   return next_id_++;
@@ -77,6 +78,14 @@ void PlayedWorld::set_wind(const Wind& wind) {
   world_.set_environment({Environment{}.gravity, WindField(wind)});
 }
 
+std::uint32_t PlayedWorld::grab(Id id, const Grab& grab) {
+  return world_.grab(at(id).character, grab);
+}
+
+void PlayedWorld::let_go(Id id, const TouchKey& hand, Release release) {
+  world_.let_go(at(id).character, hand, release);
+}
+
 double PlayedWorld::tick_time_s(std::uint64_t tick) const {
   return start_s_ + static_cast<double>(tick - start_tick_) / def_.tick_rate_hz;
 }
@@ -92,6 +101,7 @@ void PlayedWorld::tick() {
     const TickPose next = simulated->pose(from_s, to_s);
     world_.set_pose(simulated->character, rounded_to_wire(next.pose), next.teleport);
   }
+  if (bodies_) world_.set_bodies(0, bodies_(from_s, to_s));
   const std::int64_t began_ns = def_.clock_ns != nullptr ? def_.clock_ns() : 0;
   const StepReport report = world_.step();
   const double step_ms = def_.clock_ns != nullptr ? 1e-6 * static_cast<double>(def_.clock_ns() - began_ns) : 0;
@@ -132,6 +142,7 @@ void PlayedWorld::set_tick_rate(double hz) {
     def.pose = *view.pose;
     const CharacterId id = next.add(def);
     next.set_material(id, simulated->material);
+    next.set_touch_rule(id, {TouchAudience::everyone});
     const LatticeState& state = world_.state(simulated->character);
     if (view.level != LevelIndex::rigid) next.set_state(id, state.displacement, state.velocity);
     simulated->character = id;

@@ -35,6 +35,9 @@ class PlayedWorld {
     Wind wind;
     ClockNs clock_ns = nullptr;  // times steps; null: not timed
   };
+  // The hands and props at the end of a tick from `from_s` to `to_s`, in the order of their keys. Called once for each
+  // tick; it may grab and let go.
+  using BodiesAt = std::function<std::vector<TouchBody>(double from_s, double to_s)>;
   explicit PlayedWorld(const Def& def);  // asserts that the rate is in its range and the wind is valid
 
   // Its hair is rigid until it has levels. Returns 0 when there are kCharactersMax.
@@ -47,7 +50,12 @@ class PlayedWorld {
   void set_material(Id id, const MaterialScale& scale);  // asserts that it is valid
   void set_wind(const Wind& wind);                       // asserts that it is valid
   [[nodiscard]] const Wind& wind() const { return def_.wind; }
-  // Keeps the state of the hair.
+  // Everyone may touch everyone's hair, for this program alone has hands here.
+  void touch_by(BodiesAt bodies) { bodies_ = std::move(bodies); }
+  // As World::grab() and World::let_go(), for a hand of the last tick.
+  std::uint32_t grab(Id id, const Grab& grab);
+  void let_go(Id id, const TouchKey& hand, Release release);
+  // Keeps the state of the hair; hands let go of it.
   void set_tick_rate(double hz);
   [[nodiscard]] double tick_rate_hz() const { return def_.tick_rate_hz; }
 
@@ -112,6 +120,7 @@ class PlayedWorld {
   Def def_;
   World world_;
   std::vector<std::unique_ptr<Simulated>> simulated_;
+  BodiesAt bodies_;
   OnTick on_tick_;
   Id next_id_ = 1;
   std::uint64_t tick_ = 0, start_tick_ = 0;  // the second is the first tick at the present rate, at start_s_

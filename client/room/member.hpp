@@ -4,12 +4,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/link/playout.hpp"
 #include "client/link/requested_state.hpp"
 #include "core/groom/groom.hpp"
 #include "core/pose/pose.hpp"
 #include "core/skin/skin_distance_field.hpp"
+#include "core/touch/touch_rule.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::room {
@@ -29,6 +31,10 @@ struct Member {
   std::string tag;
   // None means the default of its number.
   std::optional<wire::Appearance> appearance;
+  // Says who may touch its hair; an own character's as it was set last.
+  TouchAudience touch = TouchAudience::oneself;
+  // Holds the sessions of TouchAudience::chosen.
+  std::vector<std::uint64_t> touch_chosen = {};
   // Is null when it is not here yet, or `error` says why it cannot be shown.
   std::shared_ptr<const Groom> groom;
   // Holds the bytes of its file; is null like `groom`.

@@ -33,6 +33,7 @@ void Room::advance() {
   arrivals_.on_awake(now_ns);
   fetch(now_ns);
   for (const auto& [number, member] : members_) sample(*member, now_ns);
+  play_hands(now_ns);
 }
 
 std::vector<Event> Room::take_events() {
@@ -216,8 +217,15 @@ void Room::set_state(State state, std::string detail, double wait_s, bool is_ref
 void Room::take(const link::Connected& connected) {
   session_ = connected.welcome.session;
   may_set_wind_ = connected.welcome.may_set_wind;
+  may_touch_ = connected.welcome.may_touch;
+  may_set_props_ = connected.welcome.may_set_props;
+  forget_touch();
   for (auto& [number, own] : own_) {
-    if (own.member) own.member->session = session_;
+    // As the link does: another server gives the numbers of sessions to others.
+    if (connected.again && !connected.welcome.resumed) own.touch_chosen.clear();
+    if (!own.member) continue;
+    own.member->session = session_;
+    set_touch(*own.member, own.touch, own.touch_chosen);
   }
   set_state(State::connected, "");
 }
@@ -265,6 +273,8 @@ void Room::take(const wire::CharacterAdded& added) {
   own.member->groom_hash = own.groom;
   own.member->tag = own.tag;
   own.member->appearance = own.appearance;
+  own.member->touch = own.touch;
+  own.member->touch_chosen = own.touch_chosen;
   meet(own.member);
   own.is_here = true;
 }
@@ -412,6 +422,14 @@ std::string describe(const Event& event) {
     std::string operator()(const Changed& e) const { return named(e.number, *e.member) + " has changed"; }
     std::string operator()(const WindChanged& e) const {
       return "the wind is " + std::to_string(e.wind.mean_m_per_s.norm()) + " m/s";
+    }
+    std::string operator()(const HeldChanged& e) const {
+      return "hand " + std::to_string(e.hand) + " holds " + std::to_string(e.point_count) + " points of member " +
+             std::to_string(e.member);
+    }
+    std::string operator()(const PropsChanged&) const { return "the props have changed"; }
+    std::string operator()(const TouchChanged& e) const {
+      return "another audience may touch the hair of member " + std::to_string(e.number);
     }
     std::string operator()(const Fault& e) const { return e.detail; }
     static std::string named(std::uint32_t number, const Member& member) {

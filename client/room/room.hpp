@@ -16,8 +16,10 @@
 #include "client/room/arrivals.hpp"
 #include "client/room/groom_queue.hpp"
 #include "client/room/member.hpp"
+#include "client/room/room_touch.hpp"
 #include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
+#include "core/world/grab.hpp"
 
 namespace hairnet::room {
 
@@ -48,6 +50,18 @@ struct WindChanged {
   Wind wind;
   std::uint64_t session = 0;  // who has set it: see wire::RoomWind
 };
+// A hand of this client holds so many points of the member's hair: the answer to take_hold(), and 0 when it holds them
+// no longer.
+struct HeldChanged {
+  std::uint32_t member = 0;
+  std::uint8_t hand = 0;
+  std::uint32_t point_count = 0;
+};
+struct PropsChanged {};
+// Another audience may touch the hair of the member of that number.
+struct TouchChanged {
+  std::uint32_t number = 0;
+};
 // The server refused something, or a hairstyle cannot be shown.
 struct Fault {
   std::string detail;                                  // one line for people
@@ -55,7 +69,8 @@ struct Fault {
   std::uint32_t character = 0;                         // this client's own; 0: none
   wire::GroomHash groom{};                             // zero: none
 };
-using Event = std::variant<StateChanged, Joined, Left, Changed, WindChanged, Fault>;
+using Event =
+    std::variant<StateChanged, Joined, Left, Changed, WindChanged, HeldChanged, PropsChanged, TouchChanged, Fault>;
 // One line for people.
 std::string describe(const Event& event);
 
@@ -105,6 +120,15 @@ class Room {
   // Is the room's wind; still air before it is known.
   [[nodiscard]] const Wind& wind() const { return wind_; }
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
+  // The room's own shapes, by number.
+  [[nodiscard]] const std::map<std::uint8_t, wire::Prop>& props() const { return touch_.props(); }
+  // The server let this client set them when it joined.
+  [[nodiscard]] bool may_set_props() const { return may_set_props_; }
+  // The hands of others near members, as they were when hair moved as it is shown. Each person that has any is there
+  // once.
+  [[nodiscard]] const std::vector<wire::RoomHands::Person>& hands() const { return touch_.hands(); }
+  // Whether this client's hands may touch its hair, as far as the client knows.
+  [[nodiscard]] bool may_touch(const Member& member) const;
   [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }
   // Counts what push() and set_ calls refused.
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }
@@ -118,7 +142,7 @@ class Room {
                                       const LearntHair* learnt = nullptr);
   // The same with a groom that is already in the room.
   Result<std::uint32_t> add_character_like(const Member& member, CharacterOptions options = {});
-  // The next six do nothing for a number that is not there. An error is one line, and changes nothing.
+  // The next seven do nothing for a number that is not there. An error is one line, and changes nothing.
   void remove_character(std::uint32_t own);
   void set_level(std::uint32_t own, LevelIndex level);
   Result<void> set_material(std::uint32_t own, const MaterialScale& scale);
@@ -128,6 +152,21 @@ class Room {
   // is not valid; the others are sent.
   Result<void> push(std::span<const OwnPose> poses);
   Result<void> push(std::uint32_t own, const Pose& pose, bool teleport = false);
+  // Says who may touch the hair of an own character, at first oneself. `chosen`: sessions, at most kTouchChosenMax, for
+  // that audience alone; after a reconnect as another session nobody is chosen any more, which a TouchChanged tells.
+  Result<void> set_touch(std::uint32_t own, TouchAudience audience, std::vector<std::uint64_t> chosen = {});
+  // All hands of this person now, best in one go with the poses; none: they are gone, as they are half a second after
+  // the last call.
+  Result<void> push_hands(std::span<const Hand> hands);
+  // The hand with a shape of that number takes hold of the hair of a member within `radius_m` (at most
+  // kGrabRadiusMax_m) of `place`, m, in own axes of the shape (append_bodies). HeldChanged answers. It holds until
+  // let_go(), until the hair is pulled out, the shape is gone or the connection lost. This and the next two are refused
+  // while the room is not connected.
+  Result<void> take_hold(std::uint32_t member, std::uint8_t hand, const Vec3f& place, float radius_m);
+  // Does nothing for a member that is not there.
+  Result<void> let_go(std::uint32_t member, std::uint8_t hand, Release release);
+  // Adds, moves and removes props of the room; PropsChanged follows, or a Fault.
+  Result<void> set_props(std::vector<wire::Prop> props, std::vector<std::uint8_t> removed = {});
   // Sets the whole room's wind, until another client sets one or this one leaves.
   Result<void> set_wind(const Wind& wind);
   // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a Fault follows.
@@ -148,6 +187,8 @@ class Room {
     wire::GroomHash groom{};
     std::string tag;
     std::optional<wire::Appearance> appearance;
+    TouchAudience touch = TouchAudience::oneself;
+    std::vector<std::uint64_t> touch_chosen;
     std::uint32_t sequence = 0;
     std::shared_ptr<Member> member;  // null until the server has added it; then it stays
     std::optional<Pose> pose;        // the newest
@@ -169,11 +210,17 @@ class Room {
   void take(const wire::CharacterAdded& added);
   void take(const wire::CharacterRemoved& removed);
   void take(const wire::RoomWind& wind);
+  void take(const wire::RoomProps& told);
+  void take(const wire::MemberTouch& told);
+  void take(const wire::Held& held);
+  void take(const wire::RoomHands& told);
   void take(const wire::GroomStatus& status);
   void take(const link::GroomFetched& fetched);
   void take(const link::FrameBatch& batch);
   void take(const wire::Error& error);
   std::uint32_t add(const wire::GroomHash& groom, CharacterOptions&& options);
+  void forget_touch();
+  void set_touch(Member& member, TouchAudience audience, std::vector<std::uint64_t> chosen);
   void meet(const std::shared_ptr<Member>& member);
   void drop(std::uint32_t number);
   [[nodiscard]] bool is_used(const wire::GroomHash& groom) const;
@@ -181,6 +228,7 @@ class Room {
   void give_groom(const wire::GroomHash& hash);
   void fetch(std::int64_t now_ns);
   void sample(Member& member, std::int64_t now_ns);
+  void play_hands(std::int64_t now_ns);
   void tell(Event event);
   void set_state(State state, std::string detail, double wait_s = 0, bool is_refused = false);
   Refusal dropped(std::string why);
@@ -190,7 +238,8 @@ class Room {
   State state_ = State::connecting;
   std::uint64_t session_ = 0;
   Wind wind_;
-  bool may_set_wind_ = true;
+  bool may_set_wind_ = true, may_touch_ = true, may_set_props_ = false;
+  RoomTouch touch_;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
   // Holds the same members as members_.
   std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;

@@ -10,6 +10,7 @@ export default defineConfig({
     lib: {
       entry: {
         index: "src/index.ts",
+        import: "src/import/index.ts",
         inline: "src/inline.ts",
         local: "src/local/index.ts",
         scene: "src/scene/index.ts",

@@ -7,22 +7,42 @@
 #include "core/assert.hpp"
 #include "core/solver/kernels.hpp"
 #include "core/solver/step_terms.hpp"
+#include "core/solver/touch_terms.hpp"
 
 namespace hairnet {
 namespace {
 
 constexpr std::size_t kCrowdWidthMax = 16;
 
-void put_terms(const StepTerms& terms, std::size_t lane, std::size_t width, float* lanes) {
+template <class Terms>
+void put_terms(const Terms& terms, std::size_t lane, std::size_t width, float* lanes) {
   HAIRNET_ASSERT(lane < width);
-  std::array<float, kStepTermCount> floats;
+  std::array<float, sizeof(Terms) / sizeof(float)> floats;
   std::memcpy(floats.data(), &terms, sizeof terms);
-  for (std::size_t f = 0; f < kStepTermCount; ++f) lanes[f * width + lane] = floats[f];
+  for (std::size_t f = 0; f < floats.size(); ++f) lanes[f * width + lane] = floats[f];
 }
 
-bool is_windy(std::span<const CrowdMember> members) {
-  return std::ranges::any_of(members, [](const CrowdMember& member) {
-    return std::ranges::any_of(member.inputs, [](const StepInput& i) { return i.environment->wind.acts(); });
+std::size_t bodies_at_most(std::span<CrowdMember* const> members) {
+  std::size_t most = 0;
+  for (const CrowdMember* member : members) {
+    for (const StepInput& input : member->inputs) most = std::max(most, body_count(input));
+  }
+  return most;
+}
+
+bool is_held(const CrowdMember& member) {
+  return std::ranges::any_of(member.inputs, [](const StepInput& input) { return hold_count(input) > 0; });
+}
+
+void step_alone(const Level& level, const SolverSettings& settings, StepScratch& scratch, CrowdMember& member) {
+  for (const StepInput& input : member.inputs) {
+    member.is_finite = step(level, input, settings, scratch, *member.state) && member.is_finite;
+  }
+}
+
+bool is_windy(std::span<CrowdMember* const> members) {
+  return std::ranges::any_of(members, [](const CrowdMember* member) {
+    return std::ranges::any_of(member->inputs, [](const StepInput& i) { return i.environment->wind.acts(); });
   });
 }
 
@@ -46,11 +66,12 @@ void check_member(const Level& level, const CrowdMember& member, std::size_t ste
 
 class Lanes {
  public:
-  Lanes(const Level& level, std::span<CrowdMember> members, StepScratch& scratch)
+  Lanes(const Level& level, std::span<CrowdMember* const> members, StepScratch& scratch)
       : level_(level),
         members_(members),
         width_(crowd_width()),
-        view_(make_view(level, {.wind = is_windy(members), .crowd = true}, scratch.view)),
+        view_(make_view(level, {.wind = is_windy(members), .crowd = true, .bodies = bodies_at_most(members)},
+                        scratch.view)),
         memory_(scratch.lanes.allocate(crowd_sizes(), view_)),
         terms_(scratch.lanes.terms()) {}
 
@@ -63,14 +84,15 @@ class Lanes {
 
   void step(std::size_t index, int iterations) {
     for (std::size_t l = 0; l < members_.size(); ++l) {
-      put_terms(step_terms(level_, members_[l].inputs[index], *members_[l].state), l, width_, terms_);
+      put_terms(step_terms(level_, members_[l]->inputs[index], *members_[l]->state), l, width_, terms_);
     }
-    for (std::size_t l = members_.size(); l < width_; ++l) put_terms({}, l, width_, terms_);
+    for (std::size_t l = members_.size(); l < width_; ++l) put_terms(StepTerms(), l, width_, terms_);
+    put_bodies(index);
     crowd_kernel(view_, memory_, iterations);
     for (std::size_t l = 0; l < members_.size(); ++l) {
-      members_[l].state->elastic_energy_max_j = memory_.elastic_energy_max_j[l];
-      members_[l].state->speed_max_m_per_s = memory_.speed_max[l];
-      members_[l].is_finite = members_[l].is_finite && memory_.is_finite[l] != 0;
+      members_[l]->state->elastic_energy_max_j = memory_.elastic_energy_max_j[l];
+      members_[l]->state->speed_max_m_per_s = memory_.speed_max[l];
+      members_[l]->is_finite = members_[l]->is_finite && memory_.is_finite[l] != 0;
     }
   }
 
@@ -82,15 +104,26 @@ class Lanes {
   }
 
  private:
+  void put_bodies(std::size_t index) {
+    for (std::size_t b = 0; b < view_.body_count; ++b) {
+      float* at = memory_.bodies + b * kBodyTermCount * width_;
+      for (std::size_t l = 0; l < width_; ++l) {
+        const StepInput* input = l < members_.size() ? &members_[l]->inputs[index] : nullptr;
+        const bool is_there = input && b < body_count(*input);
+        put_terms(is_there ? body_terms(*input, input->touch->bodies[b]) : BodyTerms(), l, width_, at);
+      }
+    }
+  }
+
   template <class Array, class Move>
   void exchange(Array array_of, Move move) {
     std::array<float*, kCrowdWidthMax> at{};
-    for (std::size_t l = 0; l < members_.size(); ++l) at[l] = array_of(*members_[l].state);
+    for (std::size_t l = 0; l < members_.size(); ++l) at[l] = array_of(*members_[l]->state);
     move(at.data(), 3 * view_.node_count);
   }
 
   const Level& level_;
-  std::span<CrowdMember> members_;
+  std::span<CrowdMember* const> members_;
   std::size_t width_;
   LevelView view_;
   LaneMemory memory_;
@@ -120,7 +153,17 @@ void step_crowd(const Level& level, std::span<CrowdMember> members, const Solver
     member.is_finite = true;
   }
   HAIRNET_VALIDATE(!has_shared_state(members));
-  Lanes lanes(level, members, scratch);
+  std::array<CrowdMember*, kCrowdWidthMax> free{};
+  std::size_t free_count = 0;
+  for (CrowdMember& member : members) {
+    if (is_held(member)) {
+      step_alone(level, settings, scratch, member);
+    } else {
+      free[free_count++] = &member;
+    }
+  }
+  if (free_count == 0) return;
+  Lanes lanes(level, std::span(free).first(free_count), scratch);
   lanes.load();
   for (std::size_t index = 0; index < members.front().inputs.size(); ++index) lanes.step(index, settings.iterations);
   lanes.store();

@@ -23,8 +23,9 @@ std::size_t crowd_width();
 std::size_t crowd_count_min();
 
 // Steps up to crowd_width() characters of one level at once, one per SIMD lane. Each gets the same bits as from `step`,
-// and no lane affects another. The time does not depend on the number of members. Asserts what `step` asserts of each
-// member, that all have the same number of inputs, and, with HAIRNET_VALIDATE, that no two share a state.
+// and no lane affects another. The time does not depend on the number of members, but for those that a hand holds:
+// these are stepped one by one. Asserts what `step` asserts of each member, that all have the same number of inputs,
+// and, with HAIRNET_VALIDATE, that no two share a state.
 void step_crowd(const Level& level, std::span<CrowdMember> members, const SolverSettings& settings,
                 StepScratch& scratch);
 

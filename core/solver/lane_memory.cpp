@@ -4,6 +4,7 @@
 
 #include "core/assert.hpp"
 #include "core/solver/step_terms.hpp"
+#include "core/solver/touch_terms.hpp"
 
 namespace hairnet {
 
@@ -38,6 +39,9 @@ LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
       Part{&memory.attachment_displacement, level.attachments.count * sizes.vector},
       Part{&memory.attachment_coefficient, level.attachments.count * sizes.real},
       Part{&memory.pull, (level.springs.count + level.attachments.count) * sizes.vector},
+      Part{&memory.bodies, level.body_count * kBodyTermCount * sizes.real},
+      Part{&memory.holds, level.hold_count * kHoldTermCount * sizes.real},
+      Part{&memory.hold_force, level.hold_count * sizes.vector},
       Part{&memory.elastic_energy_max_j, sizes.real},
       Part{&memory.speed_max, sizes.real},
       Part{&memory.is_finite, sizes.real},

@@ -27,6 +27,10 @@ struct LaneMemory {
   float* attachment_coefficient;                  // Reals
   float* pull;                                    // Vectors, sigma of springs, then of attachments
 
+  float* bodies;      // BodyTerms of each, one Real each
+  float* holds;       // HoldTerms of each
+  float* hold_force;  // Vectors: the forces on held points, N
+
   float *elastic_energy_max_j, *speed_max, *is_finite;  // one Real each: results of the step (LatticeState; 1 or 0)
 };
 

@@ -166,7 +166,9 @@ LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratc
           what_for.crowd ? put_incidences(level, scratch) : IncidenceView{},
           scratch.skin.data(),
           scratch.skin.size(),
-          make_view(level.contacts)};
+          make_view(level.contacts),
+          what_for.bodies,
+          what_for.holds};
 }
 
 }  // namespace hairnet

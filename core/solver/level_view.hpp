@@ -52,6 +52,7 @@ struct LevelView {
   const SkinDistanceFieldView* skin;
   std::size_t skin_count;
   ContactPointsView contacts;
+  std::size_t body_count, hold_count;  // in the step, of each character; a crowd has no holds
 };
 
 // The buffers that a view points to. They grow to the largest level seen and are never freed.
@@ -65,6 +66,7 @@ struct LevelViewScratch {
 
 struct ViewFor {
   bool wind = false, crowd = false;
+  std::size_t bodies = 0, holds = 0;
 };
 
 // Valid while `level` exists and until `scratch` is used again. Asserts that the level's counts agree and, with

@@ -1,8 +1,10 @@
 #include "core/solver/reference_step.hpp"
 
 #include <cmath>
+#include <span>
 
 #include "core/assert.hpp"
+#include "core/solver/body_contact_list.hpp"
 #include "core/solver/contact_list.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/node_terms.hpp"
@@ -18,6 +20,21 @@ struct Linearised {
   std::size_t index;
   Mat3 d_eps, d_eps_dot;
 };
+
+// Held points as attachments: their weighted sums, and where they are bound to.
+Stiffeners held_points(const ContactPoints& points, std::span<const StepHold> holds) {
+  Stiffeners held;
+  for (const StepHold& hold : holds) {
+    HAIRNET_ASSERT(hold.point < points.count());
+    for (std::uint32_t e = points.begin[hold.point]; e < points.begin[hold.point + 1]; ++e) {
+      held.nodes.push_back(points.nodes[e]);
+      held.weights.push_back(points.weights[e]);
+    }
+    held.begin.push_back(static_cast<std::uint32_t>(held.nodes.size()));
+    held.stiffness.push_back(static_cast<float>(kHoldStiffness_n_per_m));
+  }
+  return held;
+}
 
 struct System {
   // Holds the forces on nodes.
@@ -80,6 +97,35 @@ void add_contacts(const Level& level, const StepInput& input, const std::vector<
       system.f[i] += weight * (contact.force * contact.normal - input.step_s * K * rest_dot[i]);
       system.df_dp[i] += weight * K;
     }
+  }
+}
+
+void add_bodies(const Level& level, const StepInput& input, const std::vector<Vec3>& rest_dot,
+                const WorldLattice& lattice, System& system) {
+  const ContactPoints& points = level.contacts;
+  for (const BodyContact& contact : find_body_contacts(level, input, lattice)) {
+    for (std::uint32_t e = points.begin[contact.point]; e < points.begin[contact.point + 1]; ++e) {
+      const std::size_t i = points.nodes[e];
+      const double weight = double{points.weights[e]};
+      system.f[i] += weight * (contact.force + input.step_s * contact.stiffness * rest_dot[i]);
+      system.df_dp[i] -= weight * contact.stiffness;
+    }
+  }
+}
+
+// Eq. 4 of each held point: epsilon_0 is where it is bound to, against the place that its rest has.
+void add_holds(const Level& level, const StepInput& input, const Stiffeners& held, const std::vector<Vec3>& rest,
+               const std::vector<Vec3>& rest_dot, const WorldLattice& lattice, System& system) {
+  const double k = kHoldStiffness_n_per_m, h = input.step_s, q = h * k;
+  for (std::size_t s = 0; s < held.count(); ++s) {
+    const StepHold& hold = input.touch->holds[s];
+    const Vec3 at_rest = level.contacts.rest[hold.point].cast<double>();
+    const Vec3 before = input.from.head().point(at_rest), after = input.to.head().point(at_rest);
+    const Vec3 eps = weighted_sum(held, s, lattice.P) - weighted_sum(held, s, rest);
+    const Vec3 eps_dot = weighted_sum(held, s, lattice.P_dot) - weighted_sum(held, s, rest_dot);
+    const Vec3 eps_0 = hold.to - after, eps_0_dot = (hold.to - hold.from - (after - before)) / h;
+    scatter(held, s, -k * (eps - eps_0) - q * (eps_dot - eps_0_dot), system.f);
+    system.stiffeners.push_back({&held, s, -k * Mat3::Identity(), -q * Mat3::Identity()});
   }
 }
 
@@ -147,6 +193,9 @@ int reference_step(const Level& level, const StepInput& input, WorldLattice& lat
   add_springs(level, input, lattice, system);
   add_attachments(level, input, rest, rest_dot, lattice, system);
   add_contacts(level, input, rest_dot, lattice, system);
+  add_bodies(level, input, rest_dot, lattice, system);
+  const Stiffeners held = held_points(level.contacts, input.touch ? input.touch->holds : std::span<const StepHold>());
+  add_holds(level, input, held, rest, rest_dot, lattice, system);
 
   // (M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')
   const auto A = [&](const std::vector<Vec3>& x) {

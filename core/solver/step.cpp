@@ -8,6 +8,7 @@
 #include "core/solver/head_motion.hpp"
 #include "core/solver/kernels.hpp"
 #include "core/solver/step_terms.hpp"
+#include "core/solver/touch_terms.hpp"
 
 namespace hairnet {
 
@@ -26,6 +27,23 @@ void spread(const std::vector<Vec3f>& nodes, std::size_t stride, float* out) {
 }
 void gather(const float* in, std::size_t stride, std::vector<Vec3f>& nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) std::memcpy(nodes[i].data(), in + i * stride, sizeof(Vec3f));
+}
+
+void put_touch(const Level& level, const StepInput& input, const LaneMemory& memory) {
+  if (!input.touch) return;
+  float* bodies = memory.bodies;
+  for (const StepBody& body : input.touch->bodies) {
+    const BodyTerms terms = body_terms(input, body);
+    std::memcpy(bodies, &terms, sizeof terms);
+    bodies += kBodyTermCount;
+  }
+  float* holds = memory.holds;
+  for (const StepHold& hold : input.touch->holds) {
+    HAIRNET_ASSERT(hold.point < level.contacts.count());
+    const HoldTerms terms = hold_terms(input, hold);
+    std::memcpy(holds, &terms, sizeof terms);
+    holds += kHoldTermCount;
+  }
 }
 
 [[maybe_unused]] bool is_within_bound(const std::vector<Vec3f>& displacement, float most_m) {
@@ -57,10 +75,13 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
   HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   HAIRNET_ASSERT(input.environment);
   const LaneSizes sizes = single_sizes();
-  const LevelView level_view = make_view(level, {.wind = input.environment->wind.acts()}, scratch.view);
+  const LevelView level_view = make_view(
+      level, {.wind = input.environment->wind.acts(), .bodies = body_count(input), .holds = hold_count(input)},
+      scratch.view);
   const LaneMemory memory = scratch.lanes.allocate(sizes, level_view);
   const StepTerms terms = step_terms(level, input, state);
   std::memcpy(scratch.lanes.terms(), &terms, sizeof terms);
+  put_touch(level, input, memory);
   spread(state.displacement, sizes.vector, memory.displacement);
   spread(state.velocity, sizes.vector, memory.velocity);
   single_kernel(level_view, memory, settings.iterations);

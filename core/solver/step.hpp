@@ -10,6 +10,7 @@
 #include "core/pose/pose.hpp"
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/level_view.hpp"
+#include "core/solver/step_touch.hpp"
 #include "core/solver/wind.hpp"
 
 namespace hairnet {
@@ -44,6 +45,8 @@ struct StepInput {
   MaterialScale material;
   // Is the time at the end of the step, for the wind.
   double time_s = 0;
+  // Hands and props; null where nothing is near. Must outlive the step.
+  const StepTouch* touch = nullptr;
 };
 
 struct SolverSettings {

@@ -10,6 +10,7 @@
 
 #include "core/solver/contacts_inl.hpp"
 #include "core/solver/damping.hpp"
+#include "core/solver/holds_inl.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/step_data_inl.hpp"
 
@@ -36,9 +37,16 @@ struct Step : StepData<Lanes> {
     Contacts<Lanes>(level, m).add();
     add_springs();
     add_attachments();
+    if (has_holds()) Holds<Lanes>(level, m).add();
     if (level.wind_fraction) add_wind();
     precondition();
     advance(solve(iterations));
+  }
+
+  // Hair that a hand holds is stepped alone: few characters are held, and each by points of its own.
+  HWY_INLINE bool has_holds() const {
+    if constexpr (L::kIsCrowd) return false;
+    return level.hold_count > 0;
   }
 
   // Most stiffeners have the eight nodes of one cell: loops over these are unrolled.
@@ -317,7 +325,9 @@ struct Step : StepData<Lanes> {
     }
     const Real of_springs = pull_springs(), of_attachments = pull_attachments();
     if constexpr (L::kIsCrowd) own = collect_pulls();
-    return L::sum_of(own) + of_springs + of_attachments;
+    Real curvature = L::sum_of(own) + of_springs + of_attachments;
+    if (has_holds()) curvature = curvature + Holds<Lanes>(level, m).multiply();
+    return curvature;
   }
 
   // Adds a stiffener's force to its nodes. A single character adds it directly. A crowd is limited by memory traffic:
@@ -437,8 +447,10 @@ struct Step : StepData<Lanes> {
     }
     // A lower bound for the linearised step: a viscosity is -h k / 3 or more (damping.hpp), so y.(h^2 K / 2 + h Q) y is
     // no less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
-    const Real dissipation =
+    Real dissipation =
         hn::MulAdd(L::real(0.25f), hn::Max(solved.work - kinetic_end, L::real(0)), half() * kinetic_change);
+    // What hands put in is energy that the hair may have.
+    if (has_holds()) dissipation = dissipation + Holds<Lanes>(level, m).work();
     // Springs that have moved to a stiffer branch may have negative energy by the linear law.
     put(hn::Max(elastic_energy() + dissipation, L::real(0)), m.elastic_energy_max_j, 0);
 

@@ -14,17 +14,6 @@ static_assert(std::is_trivially_copyable_v<StepTerms> && sizeof(StepTerms) % siz
 
 static_assert(sizeof(StepTerms::AffineMap) == 12 * sizeof(float), "the kernels read twelve numbers without gaps");
 
-void put(const Mat3& m, float (&out)[9]) {
-  Eigen::Map<Mat3f>{out} = m.cast<float>();
-}
-void put(const Vec3& v, float (&out)[3]) {
-  Eigen::Map<Vec3f>{out} = v.cast<float>();
-}
-void put(const RigidTransform& t, StepTerms::AffineMap& out) {
-  put(t.rotation.toRotationMatrix(), out.turn);
-  put(t.position, out.shift);
-}
-
 // Only of bones that have skin; the head's own maps stay the identity.
 void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
   std::array<bool, kBoneCount> is_wanted{};
@@ -48,6 +37,17 @@ void check_step_input(const StepInput& input) {
 }
 
 }  // namespace
+
+void put(const Mat3& m, float (&out)[9]) {
+  Eigen::Map<Mat3f>{out} = m.cast<float>();
+}
+void put(const Vec3& v, float (&out)[3]) {
+  Eigen::Map<Vec3f>{out} = v.cast<float>();
+}
+void put(const RigidTransform& t, StepTerms::AffineMap& out) {
+  put(t.rotation.toRotationMatrix(), out.turn);
+  put(t.position, out.shift);
+}
 
 StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state) {
   check_step_input(input);

@@ -35,6 +35,11 @@ struct StepTerms {
 };
 inline constexpr std::size_t kStepTermCount = sizeof(StepTerms) / sizeof(float);
 
+// Write numbers as the kernels read them.
+void put(const Mat3& m, float (&out)[9]);
+void put(const Vec3& v, float (&out)[3]);
+void put(const RigidTransform& t, StepTerms::AffineMap& out);
+
 // Asserts that the input's fractions, factors and step are in range.
 StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state);
 

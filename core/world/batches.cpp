@@ -86,6 +86,7 @@ void Batches::step_lattices(const TickContext& terms, const Batch& batch, Scratc
     HAIRNET_ASSERT(character.model() == batch.model);
     HAIRNET_ASSERT(character.step_ticks == batch.ticks);
     put_inputs(terms, character, inputs_of(i));
+    if (character.touch) put_touch(character, inputs_of(i));
     scratch.members[i] = {inputs_of(i), &character.state};
   }
   step_members(*items_[batch.begin].character->model(), plan.iterations, scratch);

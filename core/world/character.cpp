@@ -8,15 +8,16 @@
 #include "core/assert.hpp"
 #include "core/smoothstep.hpp"
 #include "core/world/rigid_velocity.hpp"
+#include "core/world/stillness.hpp"
 
 namespace hairnet {
 namespace {
 
-// Bones that move less than this count as still: it is less than a headset's noise.
-constexpr double kStillShift_m = 3e-4;
-constexpr double kStillTurn_rad = 1e-3;
 constexpr float kStillSpeed_m_per_s = 1e-3f;
 constexpr double kSettleHalf_s = 1.0 / 15;  // in which hair that settles loses half its velocity
+// In which hair that settles on a body goes half as far: friction, which is a viscosity here, would let it creep for
+// ever.
+constexpr double kStickHalf_s = 1;
 
 // Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. Hair
 // within a metre of a head moves hardly faster than the head (is_teleport).
@@ -26,12 +27,8 @@ constexpr float kStateSpeedMax_m_per_s = 1000;
 constexpr float kStateRideSpeed_m_per_s = 25;
 
 bool is_still(const Pose& a, const Pose& b) {
-  static const double kTurnCosine = std::cos(kStillTurn_rad / 2);
-  for (std::size_t i = 0; i < kBoneCount; ++i) {
-    if ((a.bones[i].position - b.bones[i].position).squaredNorm() > kStillShift_m * kStillShift_m) return false;
-    if (std::abs(a.bones[i].rotation.dot(b.bones[i].rotation)) < kTurnCosine) return false;
-  }
-  return true;
+  return std::ranges::equal(a.bones, b.bones,
+                            [](const auto& bone, const auto& other) { return is_still(bone, other); });
 }
 
 // The effective shares of springs, attachments and contact after a level switch. They begin weak, not absent, so that
@@ -67,7 +64,9 @@ double still_s(const TickContext& terms, const Character& c) {
 // Sets the shares of springs and contact after level switches and untangling.
 void ease_in(const TickContext& terms, Character& c) {
   const double elapsed_s = terms.plan(c).interval_s;
-  c.untangle.update(c.to, still_s(terms, c), elapsed_s, *c.model(), c.state.displacement);
+  // What lies on a prop, or is held, may be folded for as long as it likes.
+  const double free_still_s = c.touch ? 0 : still_s(terms, c);
+  c.untangle.update(c.to, free_still_s, elapsed_s, *c.model(), c.state.displacement);
   c.contact_release = std::max(c.untangle.share(), 1 - SwitchEase(c.since_switch_s).contact());
   c.since_switch_s += elapsed_s;
   const double stiffness = std::min(c.untangle.stiffness(), SwitchEase(c.since_switch_s).stiffness());
@@ -87,21 +86,23 @@ void count_stillness(double elapsed_s, Character& c) {
 // Springs that turn far in one linearised step can keep a lattice in a cycle that never ends, or, scaled back by the
 // limit of its energy before each step, with a velocity that leads nowhere; light nodes may swing on and on. Long after
 // all else is at rest, each turn therefore goes half its way and velocities are damped, which ends all of it and
-// changes no state of rest, and the speed is that of the way.
+// changes no state of rest, and the speed is that of the way. Hair on a body goes less and less of it, so it sticks
+// where it has crept to.
 void settle(const TickContext& terms, Character& c) {
   if (still_s(terms, c) < kSettleAfter_s) return;
-  constexpr float kShare = 0.5f;
+  const double stuck = c.touch ? std::exp2(-(still_s(terms, c) - kSettleAfter_s) / kStickHalf_s) : 1;
+  const auto share = static_cast<float>(0.5 * stuck);
   const auto damping = static_cast<float>(std::exp2(-terms.plan(c).interval_s / kSettleHalf_s));
   HAIRNET_ASSERT(c.unsettled.displacement.size() == c.state.displacement.size());
   float farthest2_m2 = 0;
   for (std::size_t i = 0; i < c.state.displacement.size(); ++i) {
     Vec3f &d = c.state.displacement[i], &v = c.state.velocity[i];
     const Vec3f way = d - c.unsettled.displacement[i];
-    d = c.unsettled.displacement[i] + kShare * way;
+    d = c.unsettled.displacement[i] + share * way;
     v *= damping;
     farthest2_m2 = std::max(farthest2_m2, way.squaredNorm());
   }
-  c.state.speed_max_m_per_s = std::sqrt(farthest2_m2) / static_cast<float>(terms.plan(c).interval_s);
+  c.state.speed_max_m_per_s = static_cast<float>(stuck / terms.plan(c).interval_s) * std::sqrt(farthest2_m2);
 }
 
 bool is_due(const TickContext& terms, const Character& c) {
@@ -187,6 +188,7 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
     outcome = Outcome::eased;
   } else if (c.discontinuous) {
     outcome = Outcome::teleport;
+    end_hands(c);
     make_velocity_relative(c);
   } else if (c.model()) {
     if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
@@ -212,6 +214,7 @@ void put_inputs(const TickContext& terms, const Character& c, std::span<StepInpu
   for (std::size_t s = 0; s < inputs.size(); ++s) {
     StepInput& input = inputs[s];
     const double share = static_cast<double>(s + 1) / static_cast<double>(inputs.size());
+    input.touch = nullptr;
     input.from = s == 0 ? c.from : inputs[s - 1].to;
     input.to = s + 1 == inputs.size() ? c.to : interpolate(c.from, c.to, share);
     input.step_s = plan.substep_s();
@@ -230,11 +233,13 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
   c.from = c.to;
   if (!is_finite) {
     reset_to_rest(*c.model(), c.state);
+    end_holds(c);
     c.discontinuous = true;
     check_invariants(c);
     return Outcome::reset;
   }
   settle(terms, c);
+  if (c.touch) slip_holds(c);
   count_stillness(terms.plan(c).interval_s, c);
   check_invariants(c);
   return Outcome::stepped;
@@ -278,6 +283,7 @@ void step_learnt_turns(const TickContext& terms, std::span<Character* const> cha
 void suspend(Character& c) {
   HAIRNET_ASSERT(!c.suspended);
   c.suspended = true;
+  c.touch.reset();
   make_velocity_relative(c);
 }
 
@@ -300,6 +306,7 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   const auto within = [](float most) { return [most](const Vec3f& x) { return x.squaredNorm() <= most * most; }; };
   if (!std::ranges::all_of(displacement, within(farthest_m))) return false;
   if (!std::ranges::all_of(velocity, within(kStateSpeedMax_m_per_s))) return false;
+  end_holds(c);
   reset_to_rest(*level, c.state);
   HAIRNET_ASSERT(c.state.displacement.size() == displacement.size());
   std::ranges::copy(displacement, c.state.displacement.begin());

@@ -8,6 +8,8 @@
 #include "core/learnt/learnt_hair.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
+#include "core/touch/touch_rule.hpp"
+#include "core/world/character_touch.hpp"
 #include "core/world/step_plan.hpp"
 #include "core/world/untangle.hpp"
 
@@ -41,6 +43,11 @@ struct Character {
   LearntTurn learnt;
   MaterialScale material;
   std::uint32_t environment = 0;
+  // Its hands may touch the hair when nobody else may.
+  ToucherId owner = kRoomToucher;
+  TouchRule touch_rule;
+  // Is null while nothing is near the hair and nobody holds it.
+  std::unique_ptr<CharacterTouch> touch;
   // The state belongs to `from`, the pose at state_tick; `to` is the newest.
   Pose from, to;
   // The last substep began at this pose: with `from` it gives the rigid velocity.
@@ -120,7 +127,8 @@ enum class Outcome : std::uint8_t { waiting, idle, stepped, eased, teleport, res
 // no turn in this tick.
 Outcome begin_tick(const TickContext& terms, Character& character);
 
-// Makes the inputs of the steps in a character's turn; asserts that there is one for each substep of its plan.
+// Makes the inputs of the steps in a character's turn, without touch; asserts that there is one for each substep of its
+// plan.
 void put_inputs(const TickContext& terms, const Character& character, std::span<StepInput> inputs);
 
 // Call it after the last step. A lattice that is not finite returns to rest. Asserts that the character has a lattice.

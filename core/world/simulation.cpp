@@ -67,8 +67,25 @@ StepReport Simulation::step(const SimulationInputs& inputs) {
     const auto placed = characters_.find(pose.character);
     if (placed != characters_.end()) world_.set_pose(placed->second.id, pose.pose, pose.teleport);
   }
+  set_touch(inputs);
   HAIRNET_ASSERT(world_.character_count() == characters_.size());
   return world_.step();
+}
+
+CharacterId Simulation::id_of(CharacterKey key) const {
+  const auto placed = characters_.find(key);
+  return placed == characters_.end() ? CharacterId{} : placed->second.id;
+}
+
+void Simulation::set_touch(const SimulationInputs& inputs) {
+  for (const SimulationInputs::Rule& change : inputs.touch_rules)
+    world_.set_touch_rule(id_of(change.character), change.rule);
+  for (const SimulationInputs::RoomBodies& change : inputs.bodies) world_.set_bodies(change.room, change.bodies);
+  for (const SimulationInputs::LetGo& release : inputs.releases)
+    world_.let_go(id_of(release.character), release.hand, release.release);
+  held_counts_.clear();
+  for (const SimulationInputs::TakeHold& take : inputs.grabs)
+    held_counts_.push_back(world_.grab(id_of(take.character), take.grab));
 }
 
 void Simulation::add(const SimulationInputs::Add& added) {
@@ -79,6 +96,7 @@ void Simulation::add(const SimulationInputs::Add& added) {
   def.level = def.levels ? added.level : LevelIndex::rigid;
   def.pose = added.pose;
   def.environment = added.room;
+  def.owner = added.owner;
   const bool has_levels = def.levels != nullptr, has_learnt = has_levels && def.levels->learnt;
   const CharacterId id = world_.add(def);
   if (id) characters_[added.character] = {id, added.groom, has_levels, has_learnt};

@@ -31,7 +31,8 @@ class Simulation {
   }
 
   // Applies the inputs of a tick and steps the World. The order is: removed, added, levels, materials, strides,
-  // suspensions, states, winds, poses. Ignores inputs for unknown characters, and additions beyond the world's limit.
+  // suspensions, states, winds, poses, touch rules, bodies, releases, grabs. Ignores inputs for unknown characters, and
+  // additions beyond the world's limit.
   StepReport step(const SimulationInputs& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
@@ -41,6 +42,12 @@ class Simulation {
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;
   // Characters whose initial hair state did not fit in the last step.
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }
+  // How many contact points each of the last step's grabs holds; 0 for unknown characters.
+  [[nodiscard]] const std::vector<std::uint32_t>& held_counts() const { return held_counts_; }
+  // How many points of it that hand holds after the last step, without pins; 0 for unknown characters.
+  [[nodiscard]] std::uint32_t held_count(CharacterKey key, const TouchKey& hand) const {
+    return world_.held_count(id_of(key), hand);
+  }
   [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
   [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
 
@@ -53,6 +60,10 @@ class Simulation {
   void add(const SimulationInputs::Add& added);
   void set_levels(std::span<const SimulationInputs::Level> changes);
 
+  // Rules, bodies, releases and grabs.
+  void set_touch(const SimulationInputs& inputs);
+  // Null for unknown characters.
+  [[nodiscard]] CharacterId id_of(CharacterKey key) const;
   void set_wind(std::uint32_t room, const Wind& wind);
 
   // Holds for all rooms, without the wind.
@@ -61,6 +72,7 @@ class Simulation {
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<GroomHash, std::shared_ptr<const LevelSet>> levels_;
   std::vector<CharacterKey> hair_states_refused_;
+  std::vector<std::uint32_t> held_counts_;
   // Belong to one tick.
   std::vector<LevelChange> level_changes_;
 };

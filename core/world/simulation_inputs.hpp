@@ -8,6 +8,9 @@
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 #include "core/solver/wind.hpp"
+#include "core/touch/touch_body.hpp"
+#include "core/touch/touch_rule.hpp"
+#include "core/world/grab.hpp"
 
 namespace hairnet {
 
@@ -23,6 +26,7 @@ struct SimulationInputs {
     bool levels_ready = false;
     LevelIndex level = LevelIndex::rigid;
     Pose pose;
+    ToucherId owner = kRoomToucher;
   };
   struct Level {
     CharacterKey character = 0;
@@ -54,6 +58,25 @@ struct SimulationInputs {
     Pose pose;
   };
 
+  // All bodies of a room, from now on.
+  struct RoomBodies {
+    std::uint32_t room = 0;
+    std::vector<TouchBody> bodies;
+  };
+  struct Rule {
+    CharacterKey character = 0;
+    TouchRule rule;
+  };
+  struct LetGo {
+    CharacterKey character = 0;
+    TouchKey hand;
+    Release release = Release::drop;
+  };
+  struct TakeHold {
+    CharacterKey character = 0;
+    Grab grab;
+  };
+
   // The step comes after all of them, which are applied in this order.
   std::vector<CharacterKey> removed;
   std::vector<Add> added;
@@ -64,6 +87,10 @@ struct SimulationInputs {
   std::vector<State> states;
   std::vector<RoomWind> winds;
   std::vector<BonePose> poses;
+  std::vector<Rule> touch_rules;
+  std::vector<RoomBodies> bodies;
+  std::vector<LetGo> releases;
+  std::vector<TakeHold> grabs;
 };
 
 }  // namespace hairnet

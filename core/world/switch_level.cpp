@@ -79,6 +79,7 @@ bool has_level(LevelIndex level, const Character& c) {
 void switch_level(LevelIndex to, Character& c) {
   HAIRNET_ASSERT(has_level(to, c));
   c.wake();
+  if (to != c.level) end_holds(c);  // levels have other contact points
   if (to == LevelIndex::rigid) return switch_to_rigid(c);
   if (to == LevelIndex::learnt) return switch_to_learnt(c);
   const Level* old_level = c.model();
@@ -110,6 +111,7 @@ void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
   const std::shared_ptr<const LevelSet> old_levels = std::exchange(c.levels, std::move(levels));
   const Level* old_level = has_lattice(c.level) && old_levels ? &(*old_levels)[c.level] : nullptr;
   c.wake();
+  end_holds(c);
   if (has_same_nodes(old_level, c.model())) {
     c.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
     return;

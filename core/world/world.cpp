@@ -4,6 +4,7 @@
 #include <bit>
 #include <deque>
 #include <functional>
+#include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -11,6 +12,8 @@
 #include "core/assert.hpp"
 #include "core/world/batches.hpp"
 #include "core/world/character.hpp"
+#include "core/world/character_touch.hpp"
+#include "core/world/room_bodies.hpp"
 #include "core/world/switch_level.hpp"
 
 namespace hairnet {
@@ -29,6 +32,29 @@ class Fnv {
   void add(double x) { add(std::bit_cast<std::uint64_t>(x)); }
   void add(const Vec3f& v) {
     for (int a = 0; a < 3; ++a) add(v[a]);
+  }
+  void add(const Vec3& v) {
+    for (int a = 0; a < 3; ++a) add(v[a]);
+  }
+  void add(const RigidTransform& t) {
+    for (int i = 0; i < 4; ++i) add(t.rotation.coeffs()[i]);
+    add(t.position);
+  }
+  void add(const TouchKey& key) { add(std::uint64_t{key.toucher} << 8 | key.number); }
+  void add(const RoomBody& b) {
+    add(b.body.key);
+    add(b.body.shape.half_size_m);
+    add(b.body.shape.radius_m);
+    add(std::uint64_t{b.body.only_own} << 2 | std::uint64_t{b.body.shape.is_inside_out} << 1 | std::uint64_t{b.moves});
+    for (const RigidTransform& place : {b.from, b.body.place, b.still_place}) add(place);
+  }
+  void add(const CharacterTouch& touch) {
+    for (const CharacterTouch::MetBody& met : touch.bodies) add(met.key);
+    for (const Hold& hold : touch.holds) {
+      add(hold.hand);
+      add(std::uint64_t{hold.point} << 1 | std::uint64_t{hold.is_pinned});
+      add(hold.anchor);
+    }
   }
   [[nodiscard]] std::uint64_t value() const { return hash_; }
 
@@ -118,6 +144,22 @@ struct World::Impl {
     return true;
   }
 
+  [[nodiscard]] const RoomBodies& bodies_near(const Character& c) const {
+    static const RoomBodies kNone;
+    const auto room = bodies.find(c.environment);
+    return room == bodies.end() ? kNone : room->second;
+  }
+
+  // Costs nothing in a world without bodies.
+  void meet_all_bodies() {
+    touch_counts.clear();
+    if (bodies.empty() && !is_any_touched) return;
+    touch_counts.resize(order.size());
+    run_chunks(def.parallel_for, order.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) touch_counts[i] = meet_bodies(bodies_near(at(i)), def.tick_s, at(i));
+    });
+  }
+
   void begin_ticks() {
     const TickContext shared = terms();
     outcomes.resize(order.size());
@@ -136,8 +178,22 @@ struct World::Impl {
     batches.step(terms(), def.now_ns, def.parallel_for);
   }
 
-  [[nodiscard]] StepReport report() const {
+  void add_touch(StepReport& sum) {
+    for (std::size_t i = 0; i < touch_counts.size(); ++i) {
+      sum.bodies_refused += touch_counts[i].bodies_refused;
+      sum.bodies_left_out += touch_counts[i].bodies_left_out;
+      sum.holds_ended += touch_counts[i].holds_ended;
+      const Character& c = at(i);
+      if (!c.touch) continue;
+      ++sum.touched;
+      sum.holds_ended += c.touch->holds_stretched;
+    }
+    is_any_touched = sum.touched > 0;
+  }
+
+  [[nodiscard]] StepReport report() {
     StepReport sum;
+    add_touch(sum);
     for (const Outcome outcome : outcomes) {
       sum.stepped += outcome == Outcome::stepped || outcome == Outcome::reset;
       sum.teleports += outcome == Outcome::teleport;
@@ -163,7 +219,13 @@ struct World::Impl {
   bool is_arranged = false;
   // Holds the outcomes of the last tick, in this order.
   std::vector<Outcome> outcomes;
+  // Holds the outcomes of meet_bodies in this order; is empty when nobody can be touched.
+  std::vector<TouchCounts> touch_counts;
   Batches batches;
+  // By environment; a room without bodies has no entry.
+  std::map<std::uint32_t, RoomBodies> bodies;
+  // Some character may have a CharacterTouch.
+  bool is_any_touched = false;
   std::uint64_t tick = 0;
   // A thread is within World::step().
   bool is_stepping = false;
@@ -203,6 +265,7 @@ CharacterId World::add(const CharacterDef& def) {
   slot.character.state_tick = w.tick;
   slot.character.phase = index;
   slot.character.environment = def.environment;
+  slot.character.owner = def.owner;
   w.need_environment(def.environment);
   ++w.live_count;
   w.is_arranged = false;
@@ -315,13 +378,48 @@ bool World::set_state(CharacterId id, std::span<const Vec3f> displacement, std::
   return true;
 }
 
+void World::set_bodies(std::uint32_t environment, std::span<const TouchBody> bodies) {
+  Impl& w = between_steps();
+  HAIRNET_ASSERT(environment < kEnvironmentCountMax);
+  if (bodies.empty()) {
+    w.bodies.erase(environment);
+    return;
+  }
+  RoomBodies& room = w.bodies[environment];
+  room = move_bodies(room, bodies, w.def.tick_s);
+}
+
+void World::set_touch_rule(CharacterId id, const TouchRule& rule) {
+  Impl& w = between_steps();
+  HAIRNET_ASSERT(std::ranges::is_sorted(rule.chosen));
+  Character* c = w.find(id);
+  if (!c) return;
+  c->touch_rule = rule;
+  end_forbidden_holds(*c);
+}
+
+std::uint32_t World::grab(CharacterId id, const Grab& grab) {
+  Impl& w = between_steps();
+  HAIRNET_ASSERT(grab.place.allFinite());
+  HAIRNET_ASSERT(grab.radius_m >= 0);
+  HAIRNET_ASSERT(grab.radius_m <= kGrabRadiusMax_m);
+  Character* c = w.find(id);
+  return c ? take_hold(w.bodies_near(*c), grab, *c) : 0;
+}
+
+void World::let_go(CharacterId id, const TouchKey& hand, Release release) {
+  if (Character* c = between_steps().find(id)) hairnet::let_go(hand, release, *c);
+}
+
 StepReport World::step() {
   Impl& w = between_steps();
   w.is_stepping = true;
   if (!w.is_arranged) w.arrange();
   HAIRNET_VALIDATE(w.is_order_right());
+  w.meet_all_bodies();
   w.begin_ticks();
   w.step_batches();
+  for (auto& [room, bodies] : w.bodies) rest_bodies(bodies);
   ++w.tick;
   w.is_stepping = false;
   w.check_invariants();
@@ -348,13 +446,19 @@ LatticeView World::lattice(CharacterId id) const {
           .pose = &c.from,
           .asleep = c.is_asleep(),
           .stepped = stepped,
-          .discontinuous = c.discontinuous};
+          .discontinuous = c.discontinuous,
+          .is_touched = c.touch != nullptr};
 }
 
 const LatticeState& World::state(CharacterId id) const {
   const Slot* slot = std::as_const(between_steps()).find(id);
   HAIRNET_ASSERT(slot);
   return slot->character.state;
+}
+
+std::uint32_t World::held_count(CharacterId id, const TouchKey& hand) const {
+  const Slot* slot = std::as_const(between_steps()).find(id);
+  return slot ? hairnet::held_count(slot->character, hand) : 0;
 }
 
 std::uint64_t World::hash() const {
@@ -380,16 +484,18 @@ std::uint64_t World::hash() const {
             std::uint64_t{c.velocity_is_relative} << 3 | std::uint64_t{c.suspended} << 2 |
             std::uint64_t{c.steps_next_tick} << 1 | std::uint64_t{c.teleport});
     fnv.add(c.suspended ? 0 : w.tick - c.state_tick);
-    for (int a = 0; a < 3; ++a) fnv.add(c.head_velocity[a]);
+    fnv.add(c.head_velocity);
     for (const Pose* pose : {&c.from, &c.to}) {
-      for (const RigidTransform& bone : pose->bones) {
-        for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);
-        for (int i = 0; i < 3; ++i) fnv.add(bone.position[i]);
-      }
+      for (const RigidTransform& bone : pose->bones) fnv.add(bone);
     }
     for (const Vec3f& d : c.state.displacement) fnv.add(d);
     for (const Vec3f& v : c.state.velocity) fnv.add(v);
     for (const float hidden : c.learnt.state.hidden) fnv.add(hidden);
+    if (c.touch) fnv.add(*c.touch);
+  }
+  for (const auto& [room, bodies] : w.bodies) {
+    fnv.add(std::uint64_t{room});
+    for (const RoomBody& body : bodies) fnv.add(body);
   }
   return fnv.value();
 }

@@ -8,7 +8,10 @@
 #include "core/levels/level.hpp"
 #include "core/parallel_for.hpp"
 #include "core/solver/step.hpp"
+#include "core/touch/touch_body.hpp"
+#include "core/touch/touch_rule.hpp"
 #include "core/world/character.hpp"
+#include "core/world/grab.hpp"
 #include "core/world/step_cost.hpp"
 
 namespace hairnet {
@@ -41,6 +44,8 @@ struct CharacterDef {
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
   std::uint32_t environment = 0;
+  // Whose hands may touch it when only its owner may.
+  ToucherId owner = kRoomToucher;
 };
 
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
@@ -53,11 +58,15 @@ struct LevelChange {
 struct StepReport {
   std::uint32_t stepped = 0;  // characters whose lattice was stepped in this tick
   std::uint32_t teleports = 0;
-  std::uint32_t lattices_reset = 0;  // a non-finite lattice returned to rest
-  std::uint32_t asleep = 0;          // characters at rest that were not stepped
-  std::uint32_t waiting = 0;         // characters with a stride whose next step is in a later tick
-  std::uint32_t suspended = 0;       // suspended characters
-  StepCosts costs;                   // times only with WorldDef::now_ns
+  std::uint32_t lattices_reset = 0;   // a non-finite lattice returned to rest
+  std::uint32_t asleep = 0;           // characters at rest that were not stepped
+  std::uint32_t waiting = 0;          // characters with a stride whose next step is in a later tick
+  std::uint32_t suspended = 0;        // suspended characters
+  std::uint32_t touched = 0;          // characters that hands or props were near, or that are held
+  std::uint32_t bodies_refused = 0;   // pairs of a body and a character of its room that it may not touch, near or far
+  std::uint32_t bodies_left_out = 0;  // pairs beyond the nearest kStepBodiesMax of a character
+  std::uint32_t holds_ended = 0;      // grabs that ended since their hand has gone or the hair was stretched too far
+  StepCosts costs;                    // times only with WorldDef::now_ns
 };
 
 // The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
@@ -79,6 +88,8 @@ struct LatticeView {
   bool stepped = false;
   // The last change was a teleport, the end of a suspension or a reset: do not interpolate to it.
   bool discontinuous = false;
+  // A hand or a prop was near in the last tick, or holds the hair.
+  bool is_touched = false;
 };
 
 // The simulated characters. One thread at a time may call it; asserts that no call comes while step() runs.
@@ -125,6 +136,18 @@ class World {
   // changes nothing when the counts are not the level's, a number is not finite, a node is further from its design than
   // the level allows, or faster than 1000 m/s.
   bool set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity);
+  // Replaces the bodies in the rooms of that environment; each moves in the next step from where the one with its key
+  // was, and then stays. Asserts that the bodies are valid, and their keys ascend.
+  void set_bodies(std::uint32_t environment, std::span<const TouchBody> bodies);
+  // From the next step on; hair that someone holds who no longer may is let go. New characters have the default rule.
+  void set_touch_rule(CharacterId id, const TouchRule& rule);
+  // Takes hold of hair from the next step on, and returns how many contact points are held: 0 when the hand's body is
+  // not there, may not touch, or is too far away, and for hair without a lattice. A hand that holds hair of the
+  // character already lets go of it first. At most kStepHoldsMax points of a character are held, the nearest first.
+  // Asserts a finite place and a radius up to kGrabRadiusMax_m.
+  std::uint32_t grab(CharacterId id, const Grab& grab);
+  // Does nothing when that hand holds nothing of it.
+  void let_go(CharacterId id, const TouchKey& hand, Release release);
   // Exactly one tick. A character whose bones and hair have been still for kSleepAfter_s falls asleep and is not
   // stepped until its pose, its level, its material or the environment changes; any wind keeps all awake.
   StepReport step();
@@ -133,7 +156,9 @@ class World {
   [[nodiscard]] std::size_t character_count() const;
   [[nodiscard]] LatticeView lattice(CharacterId id) const;        // asserts contains(id)
   [[nodiscard]] const LatticeState& state(CharacterId id) const;  // asserts contains(id)
-  [[nodiscard]] std::uint64_t hash() const;                       // all live state, in order of slots
+  // How many points of it that hand holds, without pins; 0 for unknown ids.
+  [[nodiscard]] std::uint32_t held_count(CharacterId id, const TouchKey& hand) const;
+  [[nodiscard]] std::uint64_t hash() const;  // all live state, in order of slots
 
  private:
   struct Impl;

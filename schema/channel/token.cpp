@@ -183,6 +183,8 @@ std::string sign(const TokenClaims& claims, const TokenKey& key) {
   if (!claims.id.empty()) json["jti"] = claims.id;
   if (claims.upload) json["upload"] = *claims.upload;
   if (claims.wind) json["wind"] = *claims.wind;
+  if (claims.touch) json["touch"] = *claims.touch;
+  if (claims.props) json["props"] = *claims.props;
   if (claims.moderate) json["moderate"] = true;
   std::string token = sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::ignore), key);
   HAIRNET_ASSERT(!token.empty());
@@ -213,6 +215,8 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   claims.id = reader.text("jti").value_or("");
   claims.upload = reader.boolean("upload");
   claims.wind = reader.boolean("wind");
+  claims.touch = reader.boolean("touch");
+  claims.props = reader.boolean("props");
   claims.moderate = reader.boolean("moderate").value_or(false);
   if (!role || !expires_s) return tl::unexpected(TokenRefusal::malformed);
   if (!reader.sound() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name) ||

@@ -12,8 +12,8 @@
 namespace hairnet::channel {
 
 // The rights that a token grants. As claims of a JSON Web Token, in this order: room, role, exp, nbf, characters_max,
-// strands_max, name, sub, jti, upload, wind, moderate. Other claims are ignored, except `aud`, which must name
-// "hairnet" if it is present. A text of at most kTokenNameBytesMax bytes is empty when the token lacks it.
+// strands_max, name, sub, jti, upload, wind, touch, props, moderate. Other claims are ignored, except `aud`, which must
+// name "hairnet" if it is present. A text of at most kTokenNameBytesMax bytes is empty when the token lacks it.
 struct TokenClaims {
   // None means any room.
   std::optional<std::string> room;
@@ -36,6 +36,10 @@ struct TokenClaims {
   std::optional<bool> upload;
   // May set the wind of the room; none: as the server is set.
   std::optional<bool> wind;
+  // May touch the hair of others who allow it; none: a participant may, an observer may not.
+  std::optional<bool> touch;
+  // May set the props of the room; none: as the server is set.
+  std::optional<bool> props;
   // May remove and mute others of the room, and lock it.
   bool moderate = false;
 

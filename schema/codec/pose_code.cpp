@@ -1,23 +1,19 @@
 #include "schema/codec/pose_code.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/assert.hpp"
 #include "core/geometry/rounded_to_float.hpp"
-#include "schema/codec/golomb.hpp"
+#include "schema/codec/integers.hpp"
 #include "schema/limits.hpp"
 
 namespace hairnet::codec {
 namespace {
 
-using Integers = std::array<std::int32_t, 3>;
-
-constexpr unsigned kPositionWidthBits = 5, kRotationWidthBits = 4;
-constexpr unsigned kWidthMax = 30;
+constexpr unsigned kRotationWidthBits = 4;
 constexpr std::uint32_t kAnyRotation = 15;  // instead of a width
-constexpr unsigned kHeadBits = kPositionWidthBits + 3 * kWidthMax + 2 + 3 * kRotationBits;
+constexpr unsigned kHeadBits = kPointWidthBits + 3 * kWidthMax + 2 + 3 * kRotationBits;
 constexpr unsigned kBoneBits = kHeadBits + kRotationWidthBits;
 static_assert(kHeadBits + (kBoneCount - 1) * kBoneBits <= 8 * kPoseBytesMax);
 
@@ -31,56 +27,6 @@ Quat rounded(const Quat& q) {
           rounded_to_float(unit.z())};
 }
 
-Integers to_integers(const Vec3& x, double step) {
-  constexpr double kMost = (1 << (kWidthMax - 1)) - 1;
-  Integers out;
-  for (int c = 0; c < 3; ++c) {
-    out[static_cast<std::size_t>(c)] =
-        static_cast<std::int32_t>(std::clamp(std::nearbyint(x[c] / step), -kMost, kMost));
-  }
-  return out;
-}
-
-Vec3 from_integers(const Integers& integers, double step) {
-  return step * Vec3(integers[0], integers[1], integers[2]);
-}
-
-unsigned width_of(const Integers& integers) {
-  std::uint32_t bits = 0;
-  for (const std::int32_t integer : integers) bits |= zigzag(integer);
-  return static_cast<unsigned>(std::bit_width(bits));
-}
-
-void put_integers(const Integers& integers, unsigned width, BitWriter& writer) {
-  for (const std::int32_t integer : integers) writer.put(zigzag(integer), width);
-}
-
-Integers take_integers(BitReader& reader, unsigned width) {
-  Integers integers;
-  for (std::int32_t& integer : integers) integer = unzigzag(static_cast<std::uint32_t>(reader.take(width)));
-  return integers;
-}
-
-// The quaternion of length 1 whose component `largest` is positive and follows from the three others.
-Quat completed(std::size_t largest, const Vec3& others) {
-  std::array<double, 4> xyzw{};
-  int next = 0;
-  for (std::size_t c = 0; c < 4; ++c) xyzw[c] = c == largest ? 0 : others[next++];
-  xyzw[largest] = std::sqrt(std::max(1 - others.squaredNorm(), 0.0));
-  return Quat(xyzw[3], xyzw[0], xyzw[1], xyzw[2]).normalized();
-}
-
-// The three components beside `largest`, of the one of q and -q where that is positive.
-Vec3 others_of(const Quat& q, std::size_t largest) {
-  const double sign = q.coeffs()[static_cast<Eigen::Index>(largest)] < 0 ? -1 : 1;
-  Vec3 out;
-  int next = 0;
-  for (Eigen::Index c = 0; c < 4; ++c) {
-    if (c != static_cast<Eigen::Index>(largest)) out[next++] = sign * q.coeffs()[c];
-  }
-  return out;
-}
-
 // Most necks take half of the head's turn.
 Quat halfway(const Quat& a, const Quat& b) {
   const double sign = a.dot(b) < 0 ? -1 : 1;
@@ -89,24 +35,11 @@ Quat halfway(const Quat& a, const Quat& b) {
 
 constexpr std::size_t kW = 3;  // index in x y z w
 
-// Components of at most sqrt(1/2) in kRotationBits bits.
-const double kAnyRotationStep = std::sqrt(0.5) / ((1 << (kRotationBits - 1)) - 1);
-
 class Encoder {
  public:
   Encoder(const Pose& pose, BitWriter& writer) : pose_(pose), writer_(writer) {}
 
-  // The components of any rotation.
-  Quat any_rotation(const Quat& q) {
-    Eigen::Index largest = 0;
-    q.coeffs().cwiseAbs().maxCoeff(&largest);
-    const auto index = static_cast<std::size_t>(largest);
-    const Integers integers = to_integers(others_of(q, index), kAnyRotationStep);
-    writer_.put(index, 2);
-    put_integers(integers, kRotationBits, writer_);
-    return completed(index, from_integers(integers, kAnyRotationStep));
-  }
-  Quat any_rotation(Bone bone) { return any_rotation(pose_[bone].rotation); }
+  Quat any_rotation(Bone bone) { return put_rotation(pose_[bone].rotation, writer_); }
 
   // A rotation that is likely to be near `expected`.
   Quat rotation(Bone bone, const Quat& expected) {
@@ -115,7 +48,7 @@ class Encoder {
     const Quat turn = expected.conjugate() * pose_[bone].rotation;
     if (std::abs(turn.w()) < kNear) {
       writer_.put(kAnyRotation, kRotationWidthBits);
-      return expected * any_rotation(turn);
+      return expected * put_rotation(turn, writer_);
     }
     const Integers integers = to_integers(others_of(turn, kW), kBoneRotationStep);
     const unsigned width = width_of(integers);
@@ -128,9 +61,7 @@ class Encoder {
   // The point of a bone at `joint`, in axes turned by `axes`, that is likely to be near `expected`.
   Vec3 point(Bone bone, const Vec3& joint, const Quat& axes, const Vec3& expected, double step) {
     const Integers integers = to_integers(axes.conjugate() * (pose_[bone].point(joint) - expected), step);
-    const unsigned width = width_of(integers);
-    writer_.put(width, kPositionWidthBits);
-    put_integers(integers, width, writer_);
+    put_point(integers, writer_);
     return expected + axes * from_integers(integers, step);
   }
 
@@ -143,18 +74,14 @@ class Decoder {
  public:
   explicit Decoder(BitReader& reader) : reader_(reader) {}
 
-  Quat any_rotation(Bone) {
-    const auto index = static_cast<std::size_t>(reader_.take(2));
-    return completed(index, from_integers(take_integers(reader_, kRotationBits), kAnyRotationStep));
-  }
+  Quat any_rotation(Bone) { return take_rotation(reader_); }
   Quat rotation(Bone bone, const Quat& expected) {
     const auto width = static_cast<unsigned>(reader_.take(kRotationWidthBits));
     if (width == kAnyRotation) return expected * any_rotation(bone);
     return expected * completed(kW, from_integers(take_integers(reader_, width), kBoneRotationStep));
   }
   Vec3 point(Bone, const Vec3&, const Quat& axes, const Vec3& expected, double step) {
-    const auto width = std::min(static_cast<unsigned>(reader_.take(kPositionWidthBits)), kWidthMax);
-    return expected + axes * from_integers(take_integers(reader_, width), step);
+    return expected + axes * from_integers(take_point(reader_), step);
   }
 
  private:

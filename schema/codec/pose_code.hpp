@@ -14,8 +14,6 @@ inline constexpr double kHeadPositionStep_m = 1.0 / (1 << 13);
 inline constexpr double kBonePositionStep_m = 1.0 / (1 << 9);
 // Is the step of a component of a quaternion.
 inline constexpr double kBoneRotationStep = 1.0 / (1 << 9);
-// Holds the bits of each of three components of any rotation.
-inline constexpr unsigned kRotationBits = 14;
 
 // An upper bound of the bytes of a pose.
 inline constexpr std::size_t kPoseBytesMax = 96;

@@ -191,8 +191,10 @@ Offset<fb::PoseBatch> write(FlatBufferBuilder& to, const PoseBatch& m) {
   const auto poses_at = to.CreateVectorOfStructs(poses);
   std::vector<fb::EarlierPose> earlier;
   for (const EarlierPose& p : m.earlier) earlier.push_back(to_struct(p));
-  if (earlier.empty()) return fb::CreatePoseBatch(to, poses_at);
-  return fb::CreatePoseBatch(to, poses_at, to.CreateVectorOfStructs(earlier));
+  Offset<flatbuffers::Vector<const fb::EarlierPose*>> earlier_at;
+  if (!earlier.empty()) earlier_at = to.CreateVectorOfStructs(earlier);
+  const Offset<fb::Hands> hands = m.hands ? write_hands(to, *m.hands) : Offset<fb::Hands>();
+  return fb::CreatePoseBatch(to, poses_at, earlier_at, hands);
 }
 
 Fault read(const fb::PoseBatch& in, PoseBatch& out) {
@@ -210,7 +212,10 @@ Fault read(const fb::PoseBatch& in, PoseBatch& out) {
     if (Fault fault = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns); !fault.empty())
       return fault;
   }
-  return in.earlier() ? read_earlier(*in.earlier(), out) : Fault();
+  if (in.earlier()) {
+    if (Fault fault = read_earlier(*in.earlier(), out); !fault.empty()) return fault;
+  }
+  return in.hands() ? read_hands(*in.hands(), out.hands.emplace()) : Fault();
 }
 
 Offset<fb::SetMaterial> write(FlatBufferBuilder& to, const SetMaterial& m) {

@@ -13,6 +13,9 @@
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 #include "core/solver/wind.hpp"
+#include "core/touch/hand.hpp"
+#include "core/touch/touch_rule.hpp"
+#include "core/world/grab.hpp"
 #include "schema/enums.hpp"
 #include "schema/limits.hpp"
 #include "schema/wire/message.hpp"
@@ -118,9 +121,52 @@ struct EarlierPose {
   std::uint16_t sequence_before = 0;  // at least 1
   std::array<Bone, kBoneCount> bones{};
 };
+// All hands of a person. Those that are not in the newest sample are gone.
+struct HandsSample {
+  std::uint32_t sequence = 0;        // rises by any amount with each newer sample of the session
+  std::int64_t capture_time_ns = 0;  // the client's monotonic clock, the one in its envelopes
+  std::vector<Hand> hands = {};      // are rounded as codec::rounded_to_wire
+};
 struct PoseBatch {
   std::vector<PoseSample> poses;
   std::vector<EarlierPose> earlier = {};  // since datagrams get lost; each character's in order
+  std::optional<HandsSample> hands = {};
+};
+// Who may touch a character's hair; the owner always may unless it is nobody.
+struct SetTouch {
+  static constexpr Resent kResent = Resent::per_character;
+  std::uint32_t character = 0;
+  TouchAudience audience = TouchAudience::oneself;
+  // Are the owners of members, as MemberJoined names them; only in audience `chosen`.
+  std::vector<std::uint64_t> chosen = {};
+};
+// A hand takes hold of the hair of a member; answered by Held.
+struct TakeHold {
+  std::uint32_t member = 0;
+  // Is the number of one of the session's shapes.
+  std::uint8_t hand = 0;
+  // Is in own axes of that shape (append_bodies), m.
+  Vec3f place = Vec3f::Zero();
+  float radius_m = 0;
+};
+struct LetGo {
+  std::uint32_t member = 0;
+  std::uint8_t hand = 0;
+  Release release = Release::drop;
+};
+// A shape that a room has, hair falls over it.
+struct Prop {
+  std::uint8_t number = 0;
+  TouchShape shape;
+  // Maps its own axes to the world; rounded to float.
+  RigidTransform place;
+  // It has not moved here from where it was.
+  bool has_jumped = false;
+};
+// Adds, moves and removes props of the session's room; others stay.
+struct SetProps {
+  std::vector<Prop> props;
+  std::vector<std::uint8_t> removed = {};
 };
 // The decoder does not check these values: the session validates them, as it does poses.
 struct SetMaterial {
@@ -186,14 +232,16 @@ struct Goodbye {
   std::string detail;
 };
 
-using ClientMessage =
-    std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
-                 SetWind, SetAppearance, Observe, ReportImportance, GroomRequest, EvaluateLearnt, Moderate, Goodbye>;
+using ClientMessage = std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch,
+                                   SetMaterial, SetWind, SetAppearance, Observe, ReportImportance, GroomRequest,
+                                   EvaluateLearnt, Moderate, SetTouch, TakeHold, LetGo, SetProps, Goodbye>;
 
 // Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
 // against the level.
 std::string validate(const Observe& observe);
 std::string validate(const HairState& state);
+std::string validate(const TakeHold& hold);
+std::string validate(const Prop& prop);
 std::string validate_tag(std::string_view tag);
 
 }  // namespace hairnet::wire

@@ -7,7 +7,7 @@
 #include "schema/wire/messages.hpp"
 #include "schema/wire/text.hpp"
 
-// For client_messages.cpp, server_messages.cpp and packet.cpp alone. Each message has a `write`, and below it a
+// For *_messages.cpp and packet.cpp alone. Each message has a `write`, and below it a
 // `read` that copies the message out of a verified table and returns what is wrong with its values: empty, or one
 // line. Counts are checked before memory is taken for them, and no `read` copies the same bytes twice.
 namespace hairnet::wire {
@@ -44,6 +44,12 @@ inline Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_
   to_ns = from_ns;
   return {};
 }
+
+// A person's hands, within a PoseBatch (touch_messages.cpp).
+Offset<fb::Hands> write_hands(FlatBufferBuilder& to, const HandsSample& sample);
+Fault read_hands(const fb::Hands& in, HandsSample& out);
+// The other `write` of RoomHands (touch_messages.cpp).
+Offset<fb::RoomHands> write(FlatBufferBuilder& to, const EncodedRoomHands& hands);
 
 }  // namespace hairnet::wire
 

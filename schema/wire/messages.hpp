@@ -26,6 +26,8 @@ const char* to_string(DecodeError error);
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
 // The same for a client. A program that calls this has no code for what servers say.
 std::vector<std::uint8_t> encode_client_packet(std::int64_t clock_ns, const ClientMessage& message);
+// The packet of a RoomHands, as encode_packet makes it. Asserts that each person's bytes are at most kHandsBytesMax.
+std::vector<std::uint8_t> encode_room_hands(std::int64_t clock_ns, const EncodedRoomHands& hands);
 
 // Overwrites the clock of what encode_packet or encode_frame_datagram has made, for packets that waited in a queue.
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);

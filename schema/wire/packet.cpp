@@ -27,6 +27,25 @@ std::size_t bulk_bytes(const AddCharacter& add) {
 std::size_t bulk_bytes(const PoseBatch& batch) {
   return batch.poses.size() * sizeof(fb::PoseSample) + batch.earlier.size() * sizeof(fb::EarlierPose);
 }
+std::size_t bulk_bytes(const SetProps& set) {
+  return set.props.size() * sizeof(fb::Prop);
+}
+std::size_t bulk_bytes(const RoomProps& room) {
+  return room.props.size() * sizeof(fb::Prop);
+}
+std::size_t bulk_bytes(const RoomHands& hands) {
+  std::size_t shape_count = 0;
+  for (const RoomHands::Person& person : hands.people) {
+    for (const Hand& hand : person.hands) shape_count += hand.shapes.size();
+  }
+  // Hands take most where each has one shape, and in all whole bytes.
+  return hands.people.size() * (sizeof(fb::PersonHands) + 1) + shape_count * kHandsBytesMax / kHandShapesMax;
+}
+std::size_t bulk_bytes(const EncodedRoomHands& hands) {
+  std::size_t bytes = hands.people.size() * sizeof(fb::PersonHands);
+  for (const EncodedRoomHands::Person& person : hands.people) bytes += person.bytes.size();
+  return bytes;
+}
 std::size_t bulk_bytes(const FrameBatch& batch) {
   std::size_t bytes = 0;
   for (const Frame& f : batch.frames) bytes += frame_bytes(f);
@@ -37,17 +56,25 @@ std::size_t bulk_bytes(const M&) {
   return 0;
 }
 
-template <class... Ms>
-std::vector<std::uint8_t> encoded(std::int64_t clock_ns, const std::variant<Ms...>& message) {
-  const std::size_t bulk = std::visit([](const auto& m) { return bulk_bytes(m); }, message);
+// `write_body` returns the body's type, and where it is.
+template <class WriteBody>
+std::vector<std::uint8_t> encoded(std::int64_t clock_ns, std::size_t bulk, const WriteBody& write_body) {
   if (bulk > kPacketBytesMax) return {};
   FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
-  const auto [type, body] = std::visit([&](const auto& m) { return written(write(builder, m)); }, message);
+  const auto [type, body] = write_body(builder);
   builder.ForceDefaults(clock_ns == 0);  // the clock is there to be set later
   const auto root = fb::CreateEnvelope(builder, clock_ns, type, body);
   std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());
   if (packet.size() > kPacketBytesMax) packet.clear();
   return packet;
+}
+
+template <class... Ms>
+std::vector<std::uint8_t> encoded(std::int64_t clock_ns, const std::variant<Ms...>& message) {
+  const std::size_t bulk = std::visit([](const auto& m) { return bulk_bytes(m); }, message);
+  return encoded(clock_ns, bulk, [&](FlatBufferBuilder& builder) {
+    return std::visit([&](const auto& m) { return written(write(builder, m)); }, message);
+  });
 }
 
 template <class Table>
@@ -118,6 +145,11 @@ std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {
 
 std::vector<std::uint8_t> encode_client_packet(std::int64_t clock_ns, const ClientMessage& message) {
   return encoded(clock_ns, message);
+}
+
+std::vector<std::uint8_t> encode_room_hands(std::int64_t clock_ns, const EncodedRoomHands& hands) {
+  return encoded(clock_ns, bulk_bytes(hands),
+                 [&](FlatBufferBuilder& builder) { return written(write(builder, hands)); });
 }
 
 DecodedPacket decode_packet(std::span<const std::uint8_t> packet) {

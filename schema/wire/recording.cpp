@@ -8,6 +8,7 @@
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/learnt_hair_table.hpp"
+#include "schema/wire/recorded_touch.hpp"
 
 namespace hairnet::wire {
 namespace {
@@ -100,9 +101,11 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   const auto displacements_at = write_vectors(to, displacements);
   const auto velocities_at = write_vectors(to, velocities);
   const auto carried_at = winds_carried.empty() ? 0 : to.CreateVector(winds_carried);
+  const RecordedTouch touch = write_touch(to, e);
   return body(fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at,
                                      poses_at, materials_at, winds_at, strides_at, suspensions_at, states_at,
-                                     displacements_at, velocities_at, carried_at));
+                                     displacements_at, velocities_at, carried_at, touch.owners, touch.rules,
+                                     touch.chosen, touch.room_bodies, touch.bodies, touch.releases, touch.grabs));
 }
 
 bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
@@ -151,13 +154,6 @@ Fault read_pose(const fb::Bones& from, Pose& to) {
   to = from_flatbuffer(from);
   const PoseRefusal refusal = validate_pose(to);
   return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
-}
-
-Fault check_room(std::uint32_t room) {
-  static_assert(kRecordedRoomCountMax <= kEnvironmentCountMax);
-  return room < kRecordedRoomCountMax
-             ? Fault()
-             : "room " + std::to_string(room) + ", not below " + std::to_string(kRecordedRoomCountMax);
 }
 
 Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
@@ -259,6 +255,7 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   }
   if (fault.empty()) fault = read_states(in, out.states);
   if (fault.empty()) fault = read_all(*in.poses(), out.poses);
+  if (fault.empty()) fault = read_touch(in, out);
   return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;
 }
 

@@ -31,7 +31,7 @@ Offset<fb::Welcome> write(FlatBufferBuilder& to, const Welcome& m) {
   const auto listed = others.empty() ? 0 : to.CreateVector(others);
   return fb::CreateWelcome(to, m.session, m.tick, m.groom_bytes_max, m.tick_rate_hz, m.character_count_max,
                            m.protocol_version, to.CreateString(fit_text(m.room)), &secret, m.resumed, m.resume_grace_s,
-                           m.pose_delay_ns, m.may_set_wind, listed, m.signs_of_life);
+                           m.pose_delay_ns, m.may_set_wind, listed, m.signs_of_life, m.may_touch, m.may_set_props);
 }
 
 Fault read(const fb::Welcome& in, Welcome& out) {
@@ -45,6 +45,8 @@ Fault read(const fb::Welcome& in, Welcome& out) {
   out.resumed = in.resumed();
   out.may_set_wind = in.may_set_wind();
   out.signs_of_life = in.signs_of_life();
+  out.may_touch = in.may_touch();
+  out.may_set_props = in.may_set_props();
   out.resume_grace_s = in.resume_grace_s();
   if (in.others()) {
     if (in.others()->size() > kServersMax) return "welcome: more than " + std::to_string(kServersMax) + " servers";

@@ -39,6 +39,9 @@ struct Welcome {
   std::vector<ServerAt> others = {};
   // The client hears something of it in less than kSilence_ms, all the time.
   bool signs_of_life = false;
+  // The session may touch the hair of others who allow it, and set the room's props; a moderator may forbid it later.
+  bool may_touch = true;
+  bool may_set_props = false;
 };
 struct GroomNeed {
   GroomHash hash{};
@@ -95,6 +98,49 @@ struct RoomWind {
   Wind wind;
   // Names who has set it; zero means the server's setting.
   std::uint64_t session = 0;
+};
+// The room's props: all of them when a session joins, then what changes.
+struct RoomProps {
+  std::vector<Prop> props;
+  std::vector<std::uint8_t> removed = {};
+  // What is not in it is not there.
+  bool all = false;
+};
+// Who may touch a member's hair: after its MemberJoined or CharacterAdded, unless it is the default, and when it
+// changes.
+struct MemberTouch {
+  std::uint32_t member = 0;
+  TouchAudience audience = TouchAudience::oneself;
+  // Are sessions.
+  std::vector<std::uint64_t> chosen = {};
+};
+// How many points of a member's hair a hand of the session holds: the answer to TakeHold, and 0 when a hold ends
+// otherwise than by LetGo.
+struct Held {
+  std::uint32_t member = 0;
+  std::uint8_t hand = 0;
+  std::uint32_t point_count = 0;
+};
+// The hands of others that are near the members whose frames the session gets.
+struct RoomHands {
+  struct Person {
+    std::uint64_t session = 0;
+    std::vector<Hand> hands;  // none: they are gone
+  };
+  std::uint64_t tick = 0;
+  // Is as in FrameBatch.
+  std::int64_t sample_time_ns = 0;
+  std::vector<Person> people;
+};
+// The same, encoded once for all who get them: what codec::encode_hands makes of each person's.
+struct EncodedRoomHands {
+  struct Person {
+    std::uint64_t session = 0;
+    std::span<const std::uint8_t> bytes;  // belong to the caller
+  };
+  std::uint64_t tick = 0;
+  std::int64_t sample_time_ns = 0;
+  std::vector<Person> people;
 };
 struct MemberLeft {
   std::uint32_t member = 0;
@@ -154,8 +200,8 @@ struct Error {
   std::string detail;
 };
 
-using ServerMessage =
-    std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved, MemberJoined,
-                 MemberChanged, MemberLeft, RoomWind, GroomBasis, GroomLearnt, FrameBatch, Redirect, Error, Goodbye>;
+using ServerMessage = std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved,
+                                   MemberJoined, MemberChanged, MemberLeft, RoomWind, GroomBasis, GroomLearnt,
+                                   RoomProps, MemberTouch, Held, RoomHands, FrameBatch, Redirect, Error, Goodbye>;
 
 }  // namespace hairnet::wire

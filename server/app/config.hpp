@@ -92,7 +92,7 @@ struct Config {
   std::string token_revoked_file;
   // Bounds all hair states that wait for their levels.
   std::size_t state_bytes_max = std::size_t{256} << 20;
-  // An empty room exists this long, with its mutes and lock.
+  // An empty room exists this long, with its mutes, lock and props.
   std::int64_t room_grace_ns = 10'000'000'000;
   // At shutdown clients have this long to read what waits.
   double drain_s = 2;

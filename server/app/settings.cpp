@@ -165,6 +165,10 @@ void add_solver(List& list, Config& c) {
   list.integer(c.iterations, "iterations", 0, 256, "iterations of conjugate gradient a step; 0: each level's own");
 }
 
+std::vector<std::string> allowed_clients() {
+  return {"off", "moderators", "participants", "everyone"};
+}
+
 void add_wind(List& list, Config& c) {
   Wind& w = c.wind;
   list.section("wind");
@@ -178,7 +182,13 @@ void add_wind(List& list, Config& c) {
   list.integer(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
   list.boolean(w.carried, "carried", "the air goes along with each head, as in a vehicle", "--wind-carried");
   list.choice(c.sessions.wind_from_clients, "from_clients", "which clients may set their room's wind",
-              {"off", "moderators", "participants", "everyone"}, "--wind-from-clients");
+              allowed_clients(), "--wind-from-clients");
+}
+
+void add_props(List& list, Config& c) {
+  list.section("props");
+  list.choice(c.sessions.props_from_clients, "from_clients", "which clients may set their room's props",
+              allowed_clients(), "--props-from-clients");
 }
 
 void add_limits(List& list, Config& c) {
@@ -212,8 +222,8 @@ void add_limits(List& list, Config& c) {
   list.integer(s.bans_max, "bans_max", 0, 1 << 20, "bans, mutes and locks by moderators, of all rooms");
   list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean; costly ones count more");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
-  list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
-  list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
+  list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, and samples of its hands, mean");
+  list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, and samples of its hands, at once");
   list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600,
                "seconds without a Hello, then the session ends");
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400,
@@ -222,7 +232,7 @@ void add_limits(List& list, Config& c) {
                "seconds in which a client may resume after its connection broke");
   list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400,
-               "seconds that an empty room exists, with its mutes and lock");
+               "seconds that an empty room exists, with its mutes, lock and props");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
                "seconds in which a client reads nothing, or too slowly, then the session ends");
   list.seconds(s.download_stalled_ns, "download_stalled_s", 1, 3600,
@@ -392,6 +402,7 @@ std::vector<Setting> settings_of(Config& config) {
   add_server(list, config);
   add_solver(list, config);
   add_wind(list, config);
+  add_props(list, config);
   add_limits(list, config);
   add_transport(list, config);
   add_grooms(list, config);

@@ -16,7 +16,7 @@
 namespace hairnet::server {
 
 // Commands from the I/O thread to the tick thread, in order. Sessions have validated them: characters exist, and poses,
-// materials and winds are in range.
+// materials, winds, hands, props and holds are in range. A session is known to the World as the toucher of its number.
 struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<ObserverSink> sink;
@@ -27,6 +27,14 @@ struct OpenSession {
   bool resumed = false;
   // The room has this wind if it begins with this session; none: the server's setting.
   std::optional<Wind> wind = std::nullopt;
+  // The room's props, whatever it had before, if no other session is in it.
+  std::vector<wire::Prop> props = {};
+};
+// Whether the session may touch hair of others who allow it; without this command it may. It outlives the session's
+// connection.
+struct SetTouchRight {
+  SessionId session = 0;
+  bool may_touch_others = true;
 };
 // The session's connection is lost; its characters stay.
 struct DetachSession {
@@ -49,6 +57,12 @@ struct PutPoses {
   // Capture times are on the server's clock.
   std::vector<wire::PoseSample> poses;
 };
+struct PutHands {
+  SessionId session = 0;
+  std::int64_t arrived_ns = 0;
+  // Its capture time is on the server's clock.
+  wire::HandsSample sample;
+};
 struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
@@ -63,8 +77,10 @@ struct ForgetGroom {
   wire::GroomHash groom{};
 };
 
-using Command = std::variant<OpenSession, DetachSession, CloseSession, FromClient, PutPoses, GroomReady, ForgetGroom>;
-using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member that it names or that the
-                                             // session joins, 64 integers of hair
+using Command = std::variant<OpenSession, SetTouchRight, DetachSession, CloseSession, FromClient, PutPoses, PutHands,
+                             GroomReady, ForgetGroom>;
+// A command weighs one, and one more for each pose, shape of a hand, prop, chosen session, member that it names or that
+// the session joins, and 64 integers of hair.
+using CommandQueue = BoundedQueue<Command>;
 
 }  // namespace hairnet::server

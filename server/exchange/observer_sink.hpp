@@ -7,11 +7,11 @@
 
 namespace hairnet::server {
 
-// One packet, or frame datagram, of a tick's frames.
+// One packet, or frame datagram, of a tick's frames, or of hands.
 struct FramePacket {
   std::vector<std::uint8_t> bytes;
-  std::size_t frame_count = 0;
-  bool may_be_lost = false;  // newer frames replace it: it may travel where packets get lost, or overtake others
+  std::size_t frame_count = 0;  // 0: it is of hands
+  bool may_be_lost = false;     // newer frames replace it: it may travel where packets get lost, or overtake others
 };
 
 // Receives the messages and frames that the tick makes for one session; implemented by the session's Outbox. Any
@@ -27,9 +27,11 @@ class ObserverSink {
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
   // Whether those that may be lost can be frame datagrams, without an envelope.
   [[nodiscard]] virtual bool takes_frame_datagrams() const { return false; }
+  // Whether its client knows the message RoomHands, which goes with the frames.
+  [[nodiscard]] virtual bool takes_room_hands() const { return false; }
   // What its connection carries in a second, as the network said last; 0: unknown.
   [[nodiscard]] virtual double bytes_per_s() const { return 0; }
-  // Queues the frames of one tick, after the messages pushed so far.
+  // Queues the frames and hands of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
   // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true.
   virtual bool drop_if_congested() = 0;

@@ -1,6 +1,6 @@
-#include <spdlog/spdlog.h>
+#include "server/fleet/etcd_kept.hpp"
 
-#include "server/fleet/etcd_directory.hpp"
+#include <utility>
 
 namespace hairnet::server {
 namespace {
@@ -12,64 +12,102 @@ constexpr std::size_t kPutsPerPoll = 4;
 
 }  // namespace
 
-void EtcdDirectory::keep(std::string_view name, std::string text, std::int64_t) {
-  const auto found = rooms_.find(name);
-  if (found == rooms_.end() || found->second.state == Room::State::releasing || found->second.kept == text) return;
-  found->second.is_kept |= !text.empty();
-  found->second.kept = std::move(text);
-  kept_due_.insert(found->first);
+EtcdKept::EtcdKept(const FleetKeys& keys, EtcdCalls& calls, FleetCounters& counters)
+    : keys_(&keys), calls_(&calls), counters_(&counters) {}
+
+void EtcdKept::forget(const std::string& room) {
+  texts_.erase(room);
+  due_.erase(room);
 }
 
-etcd::Beside EtcdDirectory::kept_of(const std::string& name, const Room& room) const {
+void EtcdKept::clear() {
+  texts_.clear();
+  due_.clear();
+}
+
+void EtcdKept::put(const std::string& room, std::string text) {
+  Text& kept = texts_.at(room);
+  if (kept.text == text) return;
+  kept.is_kept |= !text.empty();
+  kept.text = std::move(text);
+  due_.insert(room);
+}
+
+const std::string& EtcdKept::take(const std::string& room, const etcd::KeyValue* found, bool was_ours) {
+  Text& kept = texts_.at(room);
+  // A room of ours whose text has vanished has it still: etcd has lost its data, or was away for longer than the lease.
+  if (!due_.contains(room) && (found || !was_ours)) kept.text = found ? found->value : std::string();
+  kept.is_kept = found || !kept.text.empty();
+  if (!kept.text.empty()) due_.insert(room);  // under a lease of ours: that of its former owner may end
+  return kept.text;
+}
+
+bool EtcdKept::may_release(const std::string& room) const {
+  return lease_ != 0 || !due_.contains(room);
+}
+
+etcd::Beside EtcdKept::beside_release(const std::string& room) const {
   using Action = etcd::Beside::Action;
-  const bool is_due = kept_due_.contains(name) || room.kept_call != 0;  // a put under way may fail, or come too late
-  if (!is_due || (room.kept.empty() && !room.is_kept)) return {};
-  if (room.kept.empty()) return {.action = Action::remove, .key = keys_.of_kept(name)};
-  return {.action = Action::put, .key = keys_.of_kept(name), .value = room.kept, .lease = kept_lease_};
+  const Text& kept = texts_.at(room);
+  const bool is_due = due_.contains(room) || kept.call != 0;  // a put under way may fail, or come too late
+  if (!is_due || (kept.text.empty() && !kept.is_kept)) return {};
+  if (kept.text.empty()) return {.action = Action::remove, .key = keys_->of_kept(room)};
+  return {.action = Action::put, .key = keys_->of_kept(room), .value = kept.text, .lease = lease_};
 }
 
-void EtcdDirectory::poll_kept(std::int64_t now_ns) {
-  if (kept_lease_ == 0) {
-    if (!kept_due_.empty() && !is_under_way(Purpose::keep_grant))
-      start(Purpose::keep_grant, etcd::grant(kKeptLease_s), now_ns);
+void EtcdKept::poll(const std::function<std::int64_t(const std::string& room)>& claim_of, std::int64_t now_ns) {
+  const auto take = [this, now_ns](const auto& answer, auto) { take_lease(answer, now_ns); };
+  if (lease_ == 0) {
+    if (!due_.empty() && !calls_->is_under_way(grant_))
+      grant_ = calls_->start(
+          {.request = etcd::grant(kKeptLease_s), .on_answer = calls_->reading(etcd::parse_grant, take)}, now_ns);
     return;
   }
-  if (now_ns >= kept_renewal_ns_ && !is_under_way(Purpose::keep_renewal))
-    start(Purpose::keep_renewal, etcd::keep_alive(kept_lease_), now_ns);
+  if (now_ns >= renewal_ns_ && !calls_->is_under_way(renewal_))
+    renewal_ = calls_->start(
+        {.request = etcd::keep_alive(lease_), .on_answer = calls_->reading(etcd::parse_keep_alive, take)}, now_ns);
   std::size_t left = kPutsPerPoll;
-  for (auto next = kept_due_.begin(); next != kept_due_.end() && left > 0 && calls_.size() < kCallsMax;) {
-    const std::string& name = *next;
-    Room& room = rooms_.find(name)->second;
-    if (room.state != Room::State::owned || room.kept_call != 0 || !fence_.is_open(now_ns)) {
+  for (auto next = due_.begin(); next != due_.end() && left > 0 && !calls_->is_full();) {
+    const std::string& room = *next;
+    Text& kept = texts_.at(room);
+    const std::int64_t claim = claim_of(room);
+    if (claim == 0 || kept.call != 0) {
       ++next;
       continue;
     }
     counters_->rooms_kept.add();
-    room.kept_call =
-        start(Purpose::keep, etcd::put_beside(keys_.of_room(name), room.claim, kept_of(name, room)), now_ns, name);
-    next = kept_due_.erase(next);
+    const auto lose = [this, room](auto) {
+      end_put(room, false);
+      lose_lease();
+    };
+    kept.call = calls_->start(
+        {.request = etcd::put_beside(keys_->of_room(room), claim, beside_release(room)),
+         .on_answer = calls_->reading(etcd::parse_txn, [this, room](const auto&, auto) { end_put(room, true); }),
+         .on_failure = [this, room](auto, auto) { end_put(room, false); },
+         .on_lease_gone = lose},
+        now_ns);
+    next = due_.erase(next);
     --left;
   }
 }
 
-void EtcdDirectory::take_kept_lease(const Call& call, const etcd::LeaseAnswer& answer) {
-  if (answer.ttl_s == 0) return lose_kept_lease();
-  kept_lease_ = answer.lease;
-  kept_renewal_ns_ = call.sent_ns + kKeptRenewal_ns;
+void EtcdKept::take_lease(const etcd::LeaseAnswer& answer, std::int64_t sent_ns) {
+  if (answer.ttl_s == 0) return lose_lease();
+  lease_ = answer.lease;
+  renewal_ns_ = sent_ns + kKeptRenewal_ns;
 }
 
-// What was kept has vanished with it: all of it is put again, under another one.
-void EtcdDirectory::lose_kept_lease() {
-  kept_lease_ = 0;
-  for (const auto& [name, room] : rooms_)
-    if (!room.kept.empty()) kept_due_.insert(name);
+void EtcdKept::lose_lease() {
+  lease_ = 0;
+  for (const auto& [room, kept] : texts_)
+    if (!kept.text.empty()) due_.insert(room);
 }
 
-void EtcdDirectory::end_keep(const Call& call, bool is_done) {
-  const auto found = rooms_.find(call.room);
-  if (found == rooms_.end()) return;
-  found->second.kept_call = 0;
-  if (!is_done) kept_due_.insert(found->first);
+void EtcdKept::end_put(const std::string& room, bool is_done) {
+  const auto found = texts_.find(room);
+  if (found == texts_.end()) return;
+  found->second.call = 0;
+  if (!is_done) due_.insert(room);
 }
 
 }  // namespace hairnet::server

@@ -1,12 +1,12 @@
+#include "server/fleet/etcd_rooms.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "core/assert.hpp"
 #include "schema/limits.hpp"
-#include "server/fleet/etcd_directory.hpp"
 #include "server/fleet/fleet_values.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -24,7 +24,52 @@ constexpr std::int64_t kHandOver_ns = 5'000'000'000;
 
 }  // namespace
 
-bool EtcdDirectory::claim(std::string_view name, std::int64_t now_ns) {
+EtcdRooms::EtcdRooms(const EtcdDirectoryDef& def, EtcdCalls& calls, EtcdLease& lease, const EtcdEntry& entry,
+                     EtcdCopy& copy, FleetCounters& counters, std::function<void(FleetEvent)> emit)
+    : def_(&def),
+      calls_(&calls),
+      lease_(&lease),
+      entry_(&entry),
+      copy_(&copy),
+      counters_(&counters),
+      emit_(std::move(emit)),
+      keys_(def.fleet),
+      kept_(keys_, calls, counters) {}
+
+Placement EtcdRooms::where(std::string_view name, std::int64_t now_ns) const {
+  using Kind = Placement::Kind;
+  const ServerStatus& self = entry_->status();
+  if (const auto own = rooms_.find(name); own != rooms_.end()) {
+    const Room& room = own->second;
+    if (room.state != Room::State::owned) return {.kind = Kind::pending};
+    // Nobody enters before what was kept of the room is known.
+    if (!room.is_told) return {.kind = Kind::pending, .server_id = self.id, .claim = room.claim};
+    if (lease_->is_open(now_ns))
+      return {.kind = Kind::here, .server_id = self.id, .address = self.address, .claim = room.claim};
+    return {.kind = Kind::unavailable, .claim = room.claim, .reason = "the lease has run out: etcd does not answer"};
+  }
+  const FleetView& view = copy_->view();
+  const FleetView::Owner* owner = view.owner(name);
+  if (owner && owner->server_id != self.id) {
+    const ServerStatus* server = view.server(owner->server_id);
+    if (!server) return {.kind = Kind::pending, .server_id = owner->server_id, .claim = owner->claim};
+    return {.kind = Kind::elsewhere, .server_id = server->id, .address = server->address, .claim = owner->claim};
+  }
+  const auto hand_over = hand_overs_.find(name);
+  const bool is_handed_over = hand_over != hand_overs_.end();
+  // The others hear of a release no later than this server's own copy does: a client that was sent on before that could
+  // be sent back here.
+  if (owner && (self.draining || is_handed_over)) return {.kind = Kind::pending};
+  if (is_handed_over) {
+    if (!hand_over->second.is_told) return {.kind = Kind::pending};
+    const ServerStatus* to = view.server(hand_over->second.to);
+    if (to && !to->draining) return {.kind = Kind::elsewhere, .server_id = to->id, .address = to->address};
+  }
+  if (!calls_->is_reachable()) return {.kind = Kind::unavailable, .reason = "etcd does not answer"};
+  return {.kind = copy_->is_listed() ? Kind::unowned : Kind::pending};
+}
+
+bool EtcdRooms::claim(std::string_view name, std::int64_t now_ns) {
   if (!wire::is_room_name(name)) {
     counters_->claims_refused_name.add();
     return false;
@@ -34,24 +79,19 @@ bool EtcdDirectory::claim(std::string_view name, std::int64_t now_ns) {
     found->second.is_wanted = true;
     return true;
   }
-  if (status_.draining || is_stopping_) {
+  if (entry_->status().draining || lease_->is_ending()) {
     counters_->claims_refused_draining.add();
     return false;
   }
-  if (rooms_.size() >= def_.rooms_max) {
+  if (rooms_.size() >= def_->rooms_max) {
     counters_->claims_refused_full.add();
     return false;
   }
-  begin_claim(std::string(name), now_ns + kClaimPatience_ns);
+  add(std::string(name), {.give_up_ns = now_ns + kClaimPatience_ns});
   return true;
 }
 
-void EtcdDirectory::begin_claim(const std::string& room, std::int64_t give_up_ns) {
-  rooms_.insert_or_assign(room, Room{.give_up_ns = give_up_ns});
-  due_.insert(room);
-}
-
-void EtcdDirectory::release(std::string_view name, std::int64_t) {
+void EtcdRooms::release(std::string_view name) {
   const auto found = rooms_.find(name);
   if (found == rooms_.end()) return;
   Room& room = found->second;
@@ -64,30 +104,84 @@ void EtcdDirectory::release(std::string_view name, std::int64_t) {
   }
 }
 
-void EtcdDirectory::hand_over(std::string_view name, std::uint64_t to, std::int64_t now_ns) {
+void EtcdRooms::hand_over(std::string_view name, std::uint64_t to) {
   const auto found = rooms_.find(name);
   if (found == rooms_.end() || found->second.state != Room::State::owned) return;
   hand_overs_.insert_or_assign(found->first, HandOver{.to = to});
-  release(name, now_ns);
+  release(name);
 }
 
-void EtcdDirectory::poll_hand_overs(std::int64_t now_ns) {
-  for (auto next = hand_overs_.begin(); next != hand_overs_.end();) {
-    auto& [name, hand_over] = *next;
-    const FleetView::Owner* owner = view_.owner(name);
-    const bool is_released = !rooms_.contains(name) && !(owner && owner->server_id == status_.id);
-    if (is_released && hand_over.released_ns == 0) hand_over.released_ns = now_ns;
-    if (is_released && !hand_over.is_told && now_ns - hand_over.released_ns >= kCopyLag_ns) {
-      hand_over.is_told = true;
-      counters_->rooms_handed_over.add();
-      emit({.kind = FleetEvent::Kind::room_handed_over, .room = name, .owner = hand_over.to});
-    }
-    const bool is_over = hand_over.is_told && now_ns - hand_over.released_ns >= kHandOver_ns;
-    next = is_over ? hand_overs_.erase(next) : std::next(next);
+void EtcdRooms::keep(std::string_view name, std::string text) {
+  const auto found = rooms_.find(name);
+  if (found == rooms_.end() || found->second.state == Room::State::releasing) return;
+  kept_.put(found->first, std::move(text));
+}
+
+std::vector<std::string> EtcdRooms::owned() const {
+  std::vector<std::string> owned;
+  for (const auto& [name, room] : rooms_)
+    if (room.state == Room::State::owned) owned.push_back(name);
+  return owned;
+}
+
+std::int64_t EtcdRooms::claim_of(std::string_view name) const {
+  const auto found = rooms_.find(name);
+  return found != rooms_.end() && found->second.state == Room::State::owned ? found->second.claim : 0;
+}
+
+void EtcdRooms::on_told(std::string_view name) {
+  if (const auto found = rooms_.find(name); found != rooms_.end()) found->second.is_told = true;
+}
+
+void EtcdRooms::on_lease_lost() {
+  for (auto& [name, room] : rooms_) {
+    room.is_sent = false;
+    if (room.state != Room::State::owned) continue;
+    room.is_wanted = true;
+    claim_again(name, room);
   }
 }
 
-void EtcdDirectory::poll_rooms(std::int64_t now_ns) {
+void EtcdRooms::check(const std::string& name, std::int64_t revision) {
+  const FleetView::Owner* owner = copy_->view().owner(name);
+  const auto found = rooms_.find(name);
+  if (found == rooms_.end()) {
+    // A claim of ours that was given up, and executed later.
+    const bool is_orphan =
+        owner && owner->server_id == def_->server_id && lease_->id() != 0 && owner->lease == lease_->id();
+    if (is_orphan) add(name, {.state = Room::State::releasing, .claim = owner->claim, .is_wanted = false});
+    return;
+  }
+  Room& room = found->second;
+  if (room.state != Room::State::owned || revision <= room.claim || (owner && owner->claim == room.claim)) return;
+  // Our key has vanished: with the lease, or an operator has deleted it. A claim finds out.
+  claim_again(name, room);
+}
+
+void EtcdRooms::check_all() {
+  const FleetView& view = copy_->view();
+  for (const auto& [name, owner] : view.rooms())
+    if (owner.server_id == def_->server_id) check(name, view.revision);
+  std::vector<std::string> own;
+  for (const auto& [name, room] : rooms_) own.push_back(name);
+  for (const std::string& name : own) check(name, view.revision);
+}
+
+void EtcdRooms::clear() {
+  rooms_.clear();
+  due_.clear();
+  kept_.clear();
+  hand_overs_.clear();
+}
+
+void EtcdRooms::poll(std::int64_t now_ns) {
+  poll_rooms(now_ns);
+  poll_hand_overs(now_ns);
+  if (lease_->is_open(now_ns) && calls_->may_start(now_ns))
+    kept_.poll([this](const std::string& name) { return claim_of(name); }, now_ns);
+}
+
+void EtcdRooms::poll_rooms(std::int64_t now_ns) {
   std::vector<std::string> vain, vanished;
   for (auto next = due_.begin(); next != due_.end();) {
     const std::string& name = *next;
@@ -96,94 +190,127 @@ void EtcdDirectory::poll_rooms(std::int64_t now_ns) {
     const bool is_claim = room.state == Room::State::claiming;
     if (is_claim && room.give_up_ns != 0 && now_ns >= room.give_up_ns) {
       vain.push_back(name);
-    } else if (!is_claim && lease_ == 0) {
+    } else if (!is_claim && lease_->id() == 0) {
       vanished.push_back(name);  // its key has gone with the lease
-    } else if (lease_ != 0 && now_ns >= room.try_at_ns && now_ns >= retry_at_ns_ && calls_.size() < kCallsMax &&
-               (is_claim ? fence_.is_open(now_ns) : kept_lease_ != 0 || !kept_due_.contains(name))) {
-      const std::string key = keys_.of_room(name);
+    } else if (lease_->id() != 0 && now_ns >= room.try_at_ns && calls_->may_start(now_ns) && !calls_->is_full() &&
+               (is_claim ? lease_->is_open(now_ns) : kept_.may_release(name))) {
       room.is_sent |= is_claim;
-      const std::string beside = room.skips_kept ? std::string() : keys_.of_kept(name);
-      room.call = is_claim
-                      ? start(Purpose::claim, etcd::claim(key, owner_value(status_.id), lease_, beside), now_ns, name)
-                      : start(Purpose::release, etcd::remove(key, room.claim, kept_of(name, room)), now_ns, name);
+      room.call = is_claim ? send_claim(name, room, now_ns) : send_release(name, room, now_ns);
       next = due_.erase(next);
       continue;
     }
     ++next;
   }
-  for (const std::string& name : vain) give_up(name, now_ns);
-  for (const std::string& name : vanished) take_release({.room = name}, now_ns);
+  for (const std::string& name : vain) give_up(name);
+  for (const std::string& name : vanished) take_release(name, now_ns);
+}
+
+void EtcdRooms::poll_hand_overs(std::int64_t now_ns) {
+  for (auto next = hand_overs_.begin(); next != hand_overs_.end();) {
+    auto& [name, hand_over] = *next;
+    const FleetView::Owner* owner = copy_->view().owner(name);
+    const bool is_released = !rooms_.contains(name) && !(owner && owner->server_id == def_->server_id);
+    if (is_released && hand_over.released_ns == 0) hand_over.released_ns = now_ns;
+    if (is_released && !hand_over.is_told && now_ns - hand_over.released_ns >= kCopyLag_ns) {
+      hand_over.is_told = true;
+      counters_->rooms_handed_over.add();
+      emit_({.kind = FleetEvent::Kind::room_handed_over, .room = name, .owner = hand_over.to});
+    }
+    const bool is_over = hand_over.is_told && now_ns - hand_over.released_ns >= kHandOver_ns;
+    next = is_over ? hand_overs_.erase(next) : std::next(next);
+  }
+}
+
+std::uint64_t EtcdRooms::send_claim(const std::string& name, const Room& room, std::int64_t now_ns) {
+  const std::int64_t lease = lease_->id();
+  const std::string beside = room.skips_kept ? std::string() : keys_.of_kept(name);
+  const auto take = [this, name, lease](const auto& answer, auto at_ns) {
+    return take_claim(name, lease, answer, at_ns);
+  };
+  const auto note_failure = [this, name](auto fault, auto) {
+    return fault == EtcdFault::oversize ? shorten_claim(name) : retry(name);
+  };
+  const auto lose_lease = [this, name, lease](auto at_ns) {
+    retry(name);
+    lease_->lose(lease, at_ns);
+  };
+  return calls_->start({.request = etcd::claim(keys_.of_room(name), owner_value(def_->server_id), lease, beside),
+                        .on_answer = calls_->reading(etcd::parse_txn, take),
+                        .on_failure = note_failure,
+                        .on_lease_gone = lose_lease},
+                       now_ns);
+}
+
+std::uint64_t EtcdRooms::send_release(const std::string& name, const Room& room, std::int64_t now_ns) {
+  const auto take = [this, name](const auto&, auto at_ns) { take_release(name, at_ns); };
+  // A release needs no lease, but for what is put beside it.
+  const auto lose_kept_lease = [this, name](auto) {
+    retry(name);
+    kept_.lose_lease();
+  };
+  return calls_->start({.request = etcd::remove(keys_.of_room(name), room.claim, kept_.beside_release(name)),
+                        .on_answer = calls_->reading(etcd::parse_txn, take),
+                        .on_failure = [this, name](auto, auto) { retry(name); },
+                        .on_lease_gone = lose_kept_lease},
+                       now_ns);
 }
 
 // A call for a room has ended without an outcome.
-void EtcdDirectory::retry_room(const Call& call) {
-  if (call.purpose == Purpose::keep) return end_keep(call, false);
-  const auto found = rooms_.find(call.room);
-  if ((call.purpose != Purpose::claim && call.purpose != Purpose::release) || found == rooms_.end()) return;
+void EtcdRooms::retry(const std::string& name) {
+  const auto found = rooms_.find(name);
+  if (found == rooms_.end()) return;
   found->second.call = 0;
-  due_.insert(call.room);
+  due_.insert(name);
 }
 
-void EtcdDirectory::take_claim(const Call& call, const etcd::TxnAnswer& answer, std::int64_t now_ns) {
-  const auto found = rooms_.find(call.room);
-  if (found == rooms_.end()) return;
-  Room& room = found->second;
+void EtcdRooms::claim_again(const std::string& name, Room& room) {
+  room.state = Room::State::claiming;
+  room.give_up_ns = 0;
+  room.is_sent = false;
+  due_.insert(name);
+}
+
+// `lease` is the one of the claim. Returns false when the answer lacks the room's entry.
+bool EtcdRooms::take_claim(const std::string& name, std::int64_t lease, const etcd::TxnAnswer& answer,
+                           std::int64_t now_ns) {
+  const auto own = rooms_.find(name);
+  if (own == rooms_.end()) return true;
+  Room& room = own->second;
   room.call = 0;
-  if (call.lease != lease_) {  // the key that was put has vanished
-    due_.insert(call.room);
-    return;
+  if (lease != lease_->id()) {  // the key that was put has vanished
+    due_.insert(name);
+    return true;
   }
   const auto entry_at = [&](const std::string& key) {
     const auto entry = std::ranges::find(answer.found, key, &etcd::KeyValue::key);
     return entry == answer.found.end() ? nullptr : &*entry;
   };
-  const etcd::KeyValue* kept = entry_at(keys_.of_kept(call.room));
+  const etcd::KeyValue* kept = entry_at(keys_.of_kept(name));
   if (kept && kept->is_too_long) {
-    skipped_.add(*kept);
+    copy_->skip(*kept);
     kept = nullptr;
   }
-  if (answer.succeeded) return win(call.room, room, answer.revision, kept);
-  const etcd::KeyValue* held = entry_at(keys_.of_room(call.room));
-  if (!held) return fail(call, EtcdFault::malformed, now_ns);
-  const etcd::KeyValue& existing = *held;
-  const std::uint64_t owner = parse_owner(existing.value).value_or(0);
-  if (owner == status_.id && existing.lease == lease_) return win(call.room, room, existing.create_revision, kept);
-  if (owner == status_.id) {
+  if (answer.succeeded) {
+    win(name, room, answer.revision, kept);
+    return true;
+  }
+  const etcd::KeyValue* existing = entry_at(keys_.of_room(name));
+  if (!existing) return false;
+  const std::uint64_t owner = parse_owner(existing->value).value_or(0);
+  if (owner == def_->server_id && existing->lease == lease) {
+    win(name, room, existing->create_revision, kept);
+  } else if (owner == def_->server_id) {
     room.try_at_ns = now_ns + kOwnOldKeyWait_ns;
-    due_.insert(call.room);
-    return;
+    due_.insert(name);
+  } else {
+    // The watch tells the end of this entry only if the copy has not come so far yet.
+    copy_->learn(*existing, answer.revision);
+    lose(name, owner, owner == 0 ? "its entry in etcd is not valid" : "another server owns the room");
   }
-  // The watch tells the end of this entry only if the copy has not come so far yet.
-  if (answer.revision > view_.revision) view_.apply({.entry = existing});
-  lose_claim(call.room, owner, owner == 0 ? "its entry in etcd is not valid" : "another server owns the room");
+  return true;
 }
 
-void EtcdDirectory::lose_claim(const std::string& name, std::uint64_t owner, std::string reason) {
-  counters_->claims_lost.add();
-  const bool was_ours = rooms_.at(name).give_up_ns == 0;
-  if (was_ours) {
-    counters_->rooms_lost.add();
-    spdlog::warn("event=room_lost room=\"{}\" owner={}", name, id_text(owner));
-  }
-  emit({.kind = was_ours ? FleetEvent::Kind::room_lost : FleetEvent::Kind::claim_failed,
-        .room = name,
-        .owner = owner,
-        .reason = std::move(reason)});
-  forget(name);
-}
-
-// Without what is kept of the room its answer is short, unless the room's own entry is too long.
-void EtcdDirectory::shorten_claim(const Call& call) {
-  const auto found = rooms_.find(call.room);
-  if (found == rooms_.end()) return;
-  if (found->second.skips_kept) return lose_claim(call.room, 0, "its entry in etcd is too long");
-  found->second.skips_kept = true;
-  counters_->entries_refused_oversize.add();
-  spdlog::warn("event=fleet_entry_skipped key={} reason=oversize", log_text(keys_.of_kept(call.room)));
-  retry_room(call);
-}
-
-void EtcdDirectory::win(const std::string& name, Room& room, std::int64_t claim, const etcd::KeyValue* kept) {
+void EtcdRooms::win(const std::string& name, Room& room, std::int64_t claim, const etcd::KeyValue* kept) {
   counters_->claims.add();
   room.claim = claim;
   room.state = room.is_wanted ? Room::State::owned : Room::State::releasing;
@@ -192,57 +319,64 @@ void EtcdDirectory::win(const std::string& name, Room& room, std::int64_t claim,
     due_.insert(name);
     return;
   }
-  // A room of ours whose text has vanished has it still: etcd has lost its data, or was away for longer than the lease.
-  if (!kept_due_.contains(name) && (kept || !was_ours)) room.kept = kept ? kept->value : std::string();
-  room.is_kept = kept || !room.kept.empty();
   room.is_told = false;
-  if (!room.kept.empty()) kept_due_.insert(name);  // under a lease of ours: that of its former owner may end
+  const std::string& text = kept_.take(name, kept, was_ours);
   spdlog::info("event=room_claimed room=\"{}\" claim={}", name, claim);
-  emit({.kind = FleetEvent::Kind::room_claimed, .room = name, .claim = claim, .kept = room.kept});
+  emit_({.kind = FleetEvent::Kind::room_claimed, .room = name, .claim = claim, .kept = text});
 }
 
-void EtcdDirectory::take_release(const Call& call, std::int64_t now_ns) {
-  const auto found = rooms_.find(call.room);
+void EtcdRooms::lose(const std::string& name, std::uint64_t owner, std::string reason) {
+  counters_->claims_lost.add();
+  const bool was_ours = rooms_.at(name).give_up_ns == 0;
+  if (was_ours) {
+    counters_->rooms_lost.add();
+    spdlog::warn("event=room_lost room=\"{}\" owner={}", name, id_text(owner));
+  }
+  emit_({.kind = was_ours ? FleetEvent::Kind::room_lost : FleetEvent::Kind::claim_failed,
+         .room = name,
+         .owner = owner,
+         .reason = std::move(reason)});
+  forget(name);
+}
+
+// Without what is kept of the room its answer is short, unless the room's own entry is too long.
+void EtcdRooms::shorten_claim(const std::string& name) {
+  const auto found = rooms_.find(name);
+  if (found == rooms_.end()) return;
+  if (found->second.skips_kept) return lose(name, 0, "its entry in etcd is too long");
+  found->second.skips_kept = true;
+  counters_->entries_refused_oversize.add();
+  spdlog::warn("event=fleet_entry_skipped key={} reason=oversize", log_text(keys_.of_kept(name)));
+  retry(name);
+}
+
+void EtcdRooms::take_release(const std::string& name, std::int64_t now_ns) {
+  const auto found = rooms_.find(name);
   if (found == rooms_.end()) return;
   const bool is_wanted = found->second.is_wanted;
   counters_->rooms_released.add();
-  forget(call.room);
-  if (is_wanted) begin_claim(call.room, now_ns + kClaimPatience_ns);
+  forget(name);
+  if (is_wanted) add(name, {.give_up_ns = now_ns + kClaimPatience_ns});
 }
 
-// A new claim has had no outcome for too long. etcd may still execute one that is on its way: check_room sees that.
-void EtcdDirectory::give_up(const std::string& room, std::int64_t) {
+// A new claim has had no outcome for too long. etcd may still execute one that is on its way: check() sees that.
+void EtcdRooms::give_up(const std::string& name) {
   counters_->claims_refused_unreachable.add();
-  emit({.kind = FleetEvent::Kind::claim_failed, .room = room, .reason = "etcd does not answer"});
-  forget(room);
-  check_room(room, view_.revision);
+  emit_({.kind = FleetEvent::Kind::claim_failed, .room = name, .reason = "etcd does not answer"});
+  forget(name);
+  check(name, copy_->view().revision);
 }
 
-void EtcdDirectory::forget(const std::string& room) {
-  const auto held = rooms_.extract(room);  // and not erased: `room` may be its key
-  due_.erase(room);
-  kept_due_.erase(room);
-}
-
-// The copy has got news of a room at this revision.
-void EtcdDirectory::check_room(const std::string& name, std::int64_t revision) {
-  const FleetView::Owner* owner = view_.owner(name);
-  const auto found = rooms_.find(name);
-  if (found == rooms_.end()) {
-    // A claim of ours that was given up, and executed later.
-    const bool is_orphan = owner && owner->server_id == status_.id && lease_ != 0 && owner->lease == lease_;
-    if (!is_orphan) return;
-    rooms_.emplace(name, Room{.state = Room::State::releasing, .claim = owner->claim, .is_wanted = false});
-    due_.insert(name);
-    return;
-  }
-  Room& room = found->second;
-  if (room.state != Room::State::owned || revision <= room.claim || (owner && owner->claim == room.claim)) return;
-  // Our key has vanished: with the lease, or an operator has deleted it. A claim finds out.
-  room.state = Room::State::claiming;
-  room.give_up_ns = 0;
-  room.is_sent = false;
+void EtcdRooms::add(const std::string& name, const Room& room) {
+  rooms_.insert_or_assign(name, room);
+  kept_.add(name);
   due_.insert(name);
+}
+
+void EtcdRooms::forget(const std::string& name) {
+  const auto held = rooms_.extract(name);  // and not erased: `name` may be its key
+  due_.erase(name);
+  kept_.forget(name);
 }
 
 }  // namespace hairnet::server

@@ -167,9 +167,7 @@ std::optional<std::uint64_t> parse_owner(std::string_view value) {
 
 std::string to_value(const RoomKept& kept, std::size_t& left_out) {
   left_out = 0;
-  const bool is_empty =
-      kept.bans.empty() && kept.mutes.empty() && !kept.is_locked && kept.members.empty() && kept.wind.empty();
-  if (is_empty) return {};
+  if (kept == RoomKept{}) return {};
   Json json{{"locked", kept.is_locked},
             {"wind", base64_of(kept.wind)},
             {"members", Json::array()},
@@ -188,6 +186,12 @@ std::string to_value(const RoomKept& kept, std::size_t& left_out) {
   for (const std::string& mute : kept.mutes) add("mutes", mute);
   for (const RoomKept::Ban& ban : kept.bans) add("bans", Json::array({ban.subject, ban.until_s}));
   for (const std::string& member : kept.members) add("members", member);
+  if (kept.props.empty()) return dump(json);
+  const Json props{{"props", base64_of(kept.props)}};
+  if (bytes + dump(props).size() > kKeptBytesMax)
+    ++left_out;
+  else
+    json.update(props);
   return dump(json);
 }
 
@@ -204,6 +208,10 @@ Result<RoomKept> parse_kept(std::string_view value) {
     return wrong;
   kept.is_locked = locked->get<bool>();
   if (!read_base64(*wind, kept.wind)) return wrong;
+  if (json.contains("props")) {
+    const auto props = text_at(json, "props");
+    if (!props || !read_base64(*props, kept.props)) return wrong;
+  }
   for (const Json& ban : *bans) {
     if (!ban.is_array() || ban.size() != 2 || !is_name(ban[0]) || !ban[1].is_number_unsigned() ||
         ban[1].get<std::uint64_t>() > kUnixTimeMax_s)

@@ -44,12 +44,14 @@ struct RoomKept {
   std::vector<std::string> members = {};
   // Is a packet; empty: the server's setting.
   std::vector<std::uint8_t> wind = {};
+  // Is a packet; empty: none.
+  std::vector<std::uint8_t> props = {};
   bool operator==(const RoomKept&) const = default;
 };
 inline constexpr std::size_t kKeptBytesMax = std::size_t{60} << 10;
 
-// JSON of at most kKeptBytesMax; empty where there is nothing to keep. `left_out` is how many names did not fit: mutes
-// come first, then bans in their order, then members.
+// JSON of at most kKeptBytesMax; empty where there is nothing to keep. `left_out` counts what did not fit: mutes come
+// first, then bans in their order, then members, then the props, all or none.
 std::string to_value(const RoomKept& kept, std::size_t& left_out);
 Result<RoomKept> parse_kept(std::string_view value);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/groom/material_scale.hpp"
+#include "core/touch/touch_rule.hpp"
 #include "core/world/world.hpp"
 #include "schema/codec/frame.hpp"
 #include "schema/wire/messages.hpp"
@@ -37,6 +38,8 @@ struct Character {
   std::string tag;  // this and the next: as its owner last set them
   std::optional<wire::Appearance> appearance;
   std::uint64_t appearance_told_next = 0;  // first tick at which a change may be told to others
+  TouchRule touch_rule;                    // as its owner last set it
+  std::uint64_t touch_rule_told_next = 0;  // first tick at which a change of it may be told
   std::optional<wire::HairState> state;    // sent by its owner; reset once the World has it
   std::uint64_t state_ticks = 0;           // ticks that it has waited for its levels
   PoseInbox inbox;
@@ -50,8 +53,9 @@ struct Character {
   bool pose_changed = false, pose_teleport = false;                // at this tick
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed
   bool lod_chosen = false;                                         // a Lod was chosen at least once
-  std::uint64_t lod_since = 0;    // tick at which level, stride or suspension last changed
-  std::uint64_t learnt_next = 0;  // first tick at which it may be on the learnt level again
+  std::uint64_t lod_since = 0;             // tick at which level, stride or suspension last changed
+  std::optional<std::uint64_t> held_tick;  // the last tick after which a hand held its hair
+  std::uint64_t learnt_next = 0;           // first tick at which it may be on the learnt level again
 
   // The character in the views of its observers, at the current tick.
   float screen_height = 0;  // the largest

@@ -7,10 +7,12 @@
 #include <set>
 #include <vector>
 
+#include "core/touch/hand.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/exchange/character_key.hpp"
 #include "server/exchange/observer_sink.hpp"
 #include "server/room/frame_throttle.hpp"
+#include "server/room/hands_inbox.hpp"
 
 namespace hairnet::server {
 
@@ -72,6 +74,16 @@ struct Observer {
   std::set<wire::GroomHash> bases_sent;
   std::map<wire::GroomHash, LearntTold> learnt_told;
   FrameThrottle throttle;
+
+  HandsInbox inbox;
+  // Are those of the last tick.
+  std::vector<Hand> hands;
+  // A moderator may forbid it.
+  bool may_touch_others = true;
+  // The session knows hands of these others; ascend.
+  std::vector<SessionId> hands_shown;
+  // Go with this tick's frames: hands of others.
+  std::vector<FramePacket> hand_packets;
 
   // This tick's frames.
   struct Request {

@@ -33,7 +33,9 @@ Room& Rooms::room_named(const std::string& name) {
   HAIRNET_ASSERT(index < kEnvironmentCountMax);
   Room& room = rooms_[index];
   HAIRNET_ASSERT(!room.in_use);
+  const bool is_touch_in_world = room.touch.is_in_world;
   room = {};
+  room.touch.is_in_world = room.touch.is_changed = is_touch_in_world;
   room.index = index;
   room.in_use = true;
   room.name = name;
@@ -64,6 +66,7 @@ void Rooms::close(SessionId session, std::int64_t now_ns) {
   const auto first = characters_.lower_bound(character_key(session, 0));
   HAIRNET_ASSERT(first == characters_.end() || session_of(first->first) != session);
   Room& room = rooms_[found->second.room];
+  end_hands(found->second);
   const std::size_t erased = std::erase(room.observers, &found->second);
   HAIRNET_ASSERT(erased == 1);
   observers_.erase(found);
@@ -152,6 +155,9 @@ void Rooms::forget(Room& room) {
   HAIRNET_ASSERT(room.is_empty());
   by_name_.erase(room.name);
   room.in_use = false;
+  HAIRNET_ASSERT(room.touch.touchers.empty());
+  room.touch.props.clear();
+  room.touch.is_changed = room.touch.is_in_world;
   free_rooms_.push_back(room.index);
   counters_->rooms_closed.add();
   check_invariants();
@@ -198,6 +204,33 @@ void Rooms::put(const PutPoses& batch) {
         break;
     }
   }
+}
+
+void Rooms::put(const PutHands& hands) {
+  Observer* const observer = this->observer(hands.session);
+  if (!observer) return counters_->hands_rejected_unknown.add();
+  switch (observer->inbox.put(hands.sample, hands.arrived_ns)) {
+    case HandsInbox::Put::accepted:
+      break;
+    case HandsInbox::Put::stale:
+      return counters_->hands_rejected_stale.add();
+    case HandsInbox::Put::out_of_order:
+      return counters_->hands_rejected_out_of_order.add();
+    case HandsInbox::Put::future:
+      return counters_->hands_rejected_future.add();
+  }
+  counters_->hands_accepted.add();
+  std::vector<Observer*>& touchers = rooms_[observer->room].touch.touchers;
+  const auto at = std::ranges::lower_bound(touchers, observer->session, {}, &Observer::session);
+  if (at == touchers.end() || *at != observer) touchers.insert(at, observer);
+}
+
+void Rooms::end_hands(Observer& observer) {
+  observer.inbox.end();
+  RoomTouch& touch = rooms_[observer.room].touch;
+  std::erase(touch.touchers, &observer);
+  touch.is_changed = touch.is_changed || !observer.hands.empty();
+  observer.hands.clear();
 }
 
 PoseInbox::Sample Rooms::sample(Character& character, std::int64_t time_ns) {

@@ -16,6 +16,7 @@
 #include "server/room/character.hpp"
 #include "server/room/observer.hpp"
 #include "server/room/room_counters.hpp"
+#include "server/room/room_touch.hpp"
 
 namespace hairnet::server {
 
@@ -43,6 +44,7 @@ struct Room {
   std::optional<Wind> wind_in_world;
   // The World may get another wind from this tick on.
   std::uint64_t wind_changes_next = 0;
+  RoomTouch touch;
   // Is the largest stride of the frames for its observers.
   int stride_max = 1;
   // Is zero while the room is not empty.
@@ -67,6 +69,9 @@ class Rooms {
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);
   void put(const PutPoses& batch);
+  void put(const PutHands& hands);
+  // The session has no hands until it sends some again.
+  void end_hands(Observer& observer);
   // Removes rooms that have been empty for the grace time.
   void poll(std::int64_t now_ns);
 
@@ -85,6 +90,7 @@ class Rooms {
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
   [[nodiscard]] const std::map<SessionId, Observer>& observers() const { return observers_; }
   [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // including unused ones
+  [[nodiscard]] const std::deque<Room>& rooms() const { return rooms_; }
   [[nodiscard]] std::size_t room_count() const { return by_name_.size(); }
 
   // The character's pose at a time of the server clock.

@@ -14,6 +14,12 @@ struct RoomCounters : CounterSet {
   Counter poses_rejected_future{*this, "poses_rejected", "reason", "future"};  // captured more than 1 s from now
   // The character was removed while the pose waited.
   Counter poses_rejected_unknown{*this, "poses_rejected", "reason", "unknown"};
+  Counter hands_accepted{*this, "hands_accepted", "Samples of hands that entered the inboxes of their sessions."};
+  // These are as those of poses. The session had ended while the hands waited.
+  Counter hands_rejected_stale{*this, "hands_rejected", "reason", "stale"};
+  Counter hands_rejected_out_of_order{*this, "hands_rejected", "reason", "out_of_order"};
+  Counter hands_rejected_future{*this, "hands_rejected", "reason", "future"};
+  Counter hands_rejected_unknown{*this, "hands_rejected", "reason", "unknown"};
   Counter poses_stale{*this, "poses_stale", "Samples of poses beyond the longest extrapolation."};
   Counter poses_extrapolated{*this, "poses_extrapolated", "Samples of poses beyond the newest pose."};
 };

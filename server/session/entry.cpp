@@ -208,7 +208,7 @@ class Entry {
 
 std::size_t entry_weight(const SessionContext& context, const std::string& room) {
   constexpr std::size_t kCountedMax = 512;
-  return 1 + std::min(context.rooms.count(room).characters, kCountedMax);
+  return 1 + context.props.count(room) + std::min(context.rooms.count(room).characters, kCountedMax);
 }
 
 EntryOutcome decide_entry(const wire::Hello& hello, SessionIdentity& identity, SessionContext& context,

@@ -39,8 +39,8 @@ using EntryOutcome = std::variant<Joins, Resumes, WaitsForRoom, BelongsElsewhere
 EntryOutcome decide_entry(const wire::Hello& hello, SessionIdentity& identity, SessionContext& context,
                           const Connection& connection, std::int64_t now_ns);
 
-// Weighs the command that tells the tick of a session. The members of the room count: each is announced to the session,
-// over several ticks if there are many.
+// Weighs the command that tells the tick of a session. The room's props count, and its members: each is announced to
+// the session, over several ticks if there are many.
 std::size_t entry_weight(const SessionContext& context, const std::string& room);
 
 }  // namespace hairnet::server

@@ -73,6 +73,7 @@ Refused act_on_person(const wire::Moderate& request, const Target& target, const
   } else if (!context.rules.mute(by.room, target.subject, context.limits.bans_max)) {
     return {ErrorReason::limit_exceeded, "the server has its maximum of bans, mutes and locks"};
   }
+  for (Session* session : target.sessions) session->update_touch_right();
   return {};
 }
 

@@ -16,12 +16,12 @@ Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::si
 void Outbox::check_invariants() const {
   HAIRNET_ASSERT(control_bytes_ <= control_bytes_max_);
   HAIRNET_ASSERT(ticks_waiting_ <= waiting_.size());
-  HAIRNET_ASSERT(joined_.size() + changed_.size() <= waiting_.size());
+  HAIRNET_ASSERT(joined_.size() + replaceable_.size() <= waiting_.size());
 #ifdef HAIRNET_VALIDATE_ON
   std::size_t message_bytes = 0, ticks = 0;
   std::uint64_t tick = 0;
   for (const Waiting& waiting : waiting_) {
-    HAIRNET_ASSERT((waiting.tick == 0) == (waiting.frame_count == 0));
+    HAIRNET_ASSERT(waiting.tick != 0 || waiting.frame_count == 0);
     if (waiting.tick == 0) {
       message_bytes += waiting.packet.size();
     } else {
@@ -47,9 +47,9 @@ void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t
   const std::lock_guard lock(mutex_);
   const auto* left = std::get_if<wire::MemberLeft>(&message);
   if (left && cancel_joined(left->member)) return;
-  const auto* changed = std::get_if<wire::MemberChanged>(&message);
   if (closed_ || overflowed_) return;
-  if (changed) cancel_changed(changed->member);
+  const Replaceable replaceable = replaceable_of(message);
+  cancel_replaced(replaceable);
   if (control_bytes_ + packet.size() > control_bytes_max_) {
     overflowed_ = true;
     return;
@@ -64,10 +64,8 @@ void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t
     last.joined_in_tick = last_tick_;
     joined_[joined->member] = std::prev(waiting_.end());
   }
-  if (changed) {
-    last.changed_member = changed->member;
-    changed_[changed->member] = std::prev(waiting_.end());
-  }
+  last.replaceable = replaceable;
+  if (replaceable.member != 0) replaceable_[replaceable] = std::prev(waiting_.end());
   check_invariants();
 }
 
@@ -82,17 +80,24 @@ bool Outbox::cancel_joined(std::uint32_t member) {
     drop_frames();
     frames_lost_ = true;
   }
-  cancel_changed(member);
+  cancel_replaced(replaceable_of(wire::MemberChanged{.member = member}));
+  cancel_replaced(replaceable_of(wire::MemberTouch{.member = member}));
   erase_message(joined);
   return true;
 }
 
-void Outbox::cancel_changed(std::uint32_t member) {
-  const auto found = changed_.find(member);
-  if (found == changed_.end()) return;
-  const Queue::iterator changed = found->second;
-  changed_.erase(found);
-  erase_message(changed);
+Outbox::Replaceable Outbox::replaceable_of(const wire::Message& message) {
+  if (const auto* changed = std::get_if<wire::MemberChanged>(&message)) return {message.index(), changed->member};
+  if (const auto* touch = std::get_if<wire::MemberTouch>(&message)) return {message.index(), touch->member};
+  return {};
+}
+
+void Outbox::cancel_replaced(const Replaceable& newer) {
+  const auto found = replaceable_.find(newer);
+  if (found == replaceable_.end()) return;
+  const Queue::iterator replaced = found->second;
+  replaceable_.erase(found);
+  erase_message(replaced);
 }
 
 void Outbox::erase_message(Queue::iterator message) {
@@ -111,7 +116,6 @@ void Outbox::push_frames(std::vector<FramePacket> packets) {
   ++ticks_waiting_;
   for (const FramePacket& packet : packets) {
     HAIRNET_ASSERT(!packet.bytes.empty());
-    HAIRNET_ASSERT(packet.frame_count > 0);
     HAIRNET_ASSERT(!packet.may_be_lost || packet.bytes.size() <= datagram_bytes_max_);
   }
   for (FramePacket& packet : packets) {
@@ -154,7 +158,7 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
   if (overflowed_) {
     waiting_.clear();
     joined_.clear();
-    changed_.clear();
+    replaceable_.clear();
     control_bytes_ = 0;
     overflowed_ = false;
   }
@@ -201,7 +205,7 @@ std::vector<std::uint8_t> Outbox::take_out(Queue::iterator taken) {
   }
   const auto joined = joined_.find(taken->joined_member);
   if (joined != joined_.end() && joined->second == taken) joined_.erase(joined);
-  if (taken->changed_member != 0) changed_.erase(taken->changed_member);
+  replaceable_.erase(taken->replaceable);
   waiting_.erase(taken);
   check_invariants();
   return packet;

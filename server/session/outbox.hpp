@@ -1,8 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <list>
+#include <map>
 #include <mutex>
 #include <unordered_map>
 #include <vector>
@@ -13,11 +16,11 @@
 
 namespace hairnet::server {
 
-// The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. A full
-// queue drops all frames together: only the newest are worth sending. While the connection is blocked, the
+// The send queue of one session: messages, bounded in bytes, and the frames and hands of a few ticks, in order. A full
+// queue drops all of these together: only the newest are worth sending. While the connection is blocked, the
 // announcement of a member that leaves before it was sent is removed instead of followed by a MemberLeft: members that
-// come and go do not fill the queue of a client that reads slowly. For the same reason only the newest MemberChanged of
-// a member waits. The tick and I/O threads push; the I/O thread takes.
+// come and go do not fill the queue of a client that reads slowly. For the same reason only the newest MemberChanged
+// and the newest MemberTouch of a member wait. The tick and I/O threads push; the I/O thread takes.
 class Outbox final : public ObserverSink {
  public:
   static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
@@ -40,6 +43,9 @@ class Outbox final : public ObserverSink {
   void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) override;
   [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_bytes_max_; }
   [[nodiscard]] bool takes_frame_datagrams() const override { return datagram_layout_ >= wire::kFrameDatagramLayout; }
+  [[nodiscard]] bool takes_room_hands() const override {
+    return wire::Message(wire::RoomHands{}).index() < message_max_;
+  }
   [[nodiscard]] double bytes_per_s() const override { return bytes_per_s_.load(std::memory_order_relaxed); }
   void push_frames(std::vector<FramePacket> packets) override;
   void withdraw_frames();  // those that wait are not sent, and the observer hears that they are lost
@@ -67,6 +73,13 @@ class Outbox final : public ObserverSink {
   [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:
+  // A message of a kind of which the newest of a member replaces the one before; member 0: it is of no such kind.
+  struct Replaceable {
+    std::size_t kind = 0;  // in wire::Message
+    std::uint32_t member = 0;
+    friend auto operator<=>(const Replaceable&, const Replaceable&) = default;
+  };
+  static Replaceable replaceable_of(const wire::Message& message);
   struct Waiting {
     std::vector<std::uint8_t> packet;
     // Counts pushes of frames; zero: it is a message.
@@ -75,9 +88,9 @@ class Outbox final : public ObserverSink {
     bool may_be_lost = false;
     // The messages before this one are sent by then, at kReadLeast_bytes_per_s.
     std::int64_t expected_ns = 0;
-    // A MemberJoined and a MemberChanged name their member; zero: it is neither.
+    // A MemberJoined names its member; zero: it is none.
     std::uint32_t joined_member = 0;
-    std::uint32_t changed_member = 0;
+    Replaceable replaceable = {};
     // Is last_tick_ when the MemberJoined was pushed.
     std::uint64_t joined_in_tick = 0;
   };
@@ -85,8 +98,8 @@ class Outbox final : public ObserverSink {
   // The mutex is held.
   // Removes the MemberJoined of that member if it waits and the connection is blocked.
   bool cancel_joined(std::uint32_t member);
-  // Removes the MemberChanged of that member, if it waits.
-  void cancel_changed(std::uint32_t member);
+  // Removes the message that it replaces, if one waits.
+  void cancel_replaced(const Replaceable& newer);
   void erase_message(Queue::iterator message);
   // Takes it out of the queue, to be sent.
   std::vector<std::uint8_t> take_out(Queue::iterator taken);
@@ -100,8 +113,8 @@ class Outbox final : public ObserverSink {
   std::atomic<double> bytes_per_s_{0};
   mutable std::mutex mutex_;
   Queue waiting_;
-  std::unordered_map<std::uint32_t, Queue::iterator> joined_;   // by member: the last MemberJoined that waits
-  std::unordered_map<std::uint32_t, Queue::iterator> changed_;  // by member: the MemberChanged that waits
+  std::unordered_map<std::uint32_t, Queue::iterator> joined_;  // by member: the last MemberJoined that waits
+  std::map<Replaceable, Queue::iterator> replaceable_;         // those that wait
   std::size_t control_bytes_ = 0;
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;

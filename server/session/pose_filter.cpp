@@ -15,6 +15,7 @@ using wire::ErrorReason;
 
 // A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
 constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
+constexpr const char* kFarCapture = "capture time is far from the envelope's clock";
 
 Counter* counter_of(wire::PoseRefusal refusal, SessionCounters& counters) {
   switch (refusal) {
@@ -62,12 +63,23 @@ Refused PoseFilter::check(wire::PoseSample& sample) {
   const std::optional<std::int64_t> captured_ns = clock.to_server(sample.capture_time_ns);
   if (!captured_ns) {
     counters.poses_rejected_time.add();
-    return {ErrorReason::pose_invalid, "capture time is far from the envelope's clock"};
+    return {ErrorReason::pose_invalid, kFarCapture};
   }
   HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
   sample.capture_time_ns = *captured_ns;
   std::optional<std::uint32_t>& newest = own->second.pose_sequence;
   if (!newest || wire::is_newer_sequence(sample.sequence, *newest)) newest = sample.sequence;
+  return {};
+}
+
+Refused PoseFilter::check(wire::HandsSample& sample) {
+  const std::optional<std::int64_t> captured_ns = clock.to_server(sample.capture_time_ns);
+  if (!captured_ns) {
+    counters.hands_rejected_time.add();
+    return {ErrorReason::touch_invalid, kFarCapture};
+  }
+  HAIRNET_VALIDATE(validate(sample.hands).empty());  // the decoder has checked it
+  sample.capture_time_ns = *captured_ns;
   return {};
 }
 

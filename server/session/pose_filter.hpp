@@ -8,7 +8,7 @@
 
 namespace hairnet::server {
 
-// Decides which poses of a session go on to the tick, and counts the others. I/O thread.
+// Decides which poses and hands of a session go on to the tick, and counts the others. I/O thread.
 struct PoseFilter {
   SessionIdentity& identity;
   const PeerClock& clock;
@@ -20,6 +20,8 @@ struct PoseFilter {
   // Returns why the pose is refused; otherwise converts its capture time to the server's clock, and takes note of its
   // sequence.
   [[nodiscard]] Refused check(wire::PoseSample& sample);
+  // Does the same for hands, but leaves their sequence to the tick.
+  [[nodiscard]] Refused check(wire::HandsSample& sample);
   // True when the pose, which has passed check(), is left out because it was captured too close to the character's last
   // one. The next pose then has its teleport.
   [[nodiscard]] bool is_too_close(wire::PoseSample& sample);

@@ -15,11 +15,20 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kBan_s_max = 10LL * 365 * 24 * 3600;
 
-std::optional<wire::SetWind> wind_of(const std::vector<std::uint8_t>& packet) {
+bool is_valid(const wire::SetWind& set) {
+  return validate(set.wind).empty();
+}
+bool is_valid(const wire::SetProps& set) {
+  return std::ranges::all_of(set.props, [](const wire::Prop& prop) { return wire::validate(prop).empty(); });
+}
+
+// What a packet sets; none where it is empty or not valid.
+template <class Message>
+std::optional<Message> read_kept(const std::vector<std::uint8_t>& packet) {
   if (packet.empty()) return std::nullopt;
   wire::DecodedPacket decoded = wire::decode_packet(packet);
-  const auto* set = std::get_if<wire::SetWind>(&decoded.envelope.message);
-  if (decoded.error != wire::DecodeError::none || !set || !validate(set->wind).empty()) return std::nullopt;
+  const auto* set = std::get_if<Message>(&decoded.envelope.message);
+  if (decoded.error != wire::DecodeError::none || !set || !is_valid(*set)) return std::nullopt;
   return *set;
 }
 
@@ -30,15 +39,17 @@ void RoomKeeper::take(const std::string& room, const std::string& text, std::int
   if (context_->rooms_changed.contains(room)) return;
   RoomRules::OfRoom rules;
   context_->winds.erase(room);
+  context_->props.forget(room);
   if (!text.empty()) {
     const Result<RoomKept> kept = parse_kept(text);
-    const std::optional<wire::SetWind> wind = kept ? wind_of(kept->wind) : std::nullopt;
-    if (!kept || (!kept->wind.empty() && !wind)) {
-      context_->counters.rooms_kept_refused.add();
-      spdlog::warn("event=room_kept_refused room={} detail={}", log_text(room),
-                   log_text(kept ? "its wind is not valid" : kept.error()));
-    }
+    std::string wrong = kept ? "" : kept.error();
     if (kept) {
+      const auto wind = read_kept<wire::SetWind>(kept->wind);
+      if (wind) context_->winds[room] = {wind->wind};
+      if (!wind && !kept->wind.empty()) wrong = "its wind is not valid";
+      const auto props = read_kept<wire::SetProps>(kept->props);
+      if (props) context_->props.set(room, *props, context_->limits.room_count_max);
+      if (!props && !kept->props.empty()) wrong = "its props are not valid";
       const std::int64_t unix_s = context_->unix_time_s();
       for (const RoomKept::Ban& ban : kept->bans)
         if (ban.until_s > unix_s)
@@ -47,7 +58,10 @@ void RoomKeeper::take(const std::string& room, const std::string& text, std::int
       rules.is_locked = kept->is_locked;
       rules.returning = kept->members;
     }
-    if (wind) context_->winds[room] = {wind->wind};
+    if (!wrong.empty()) {
+      context_->counters.rooms_kept_refused.add();
+      spdlog::warn("event=room_kept_refused room={} detail={}", log_text(room), log_text(wrong));
+    }
   }
   rules.return_until_ns = now_ns + kReturn_ns;
   const std::size_t left_out = context_->rules.replace(room, rules, now_ns, context_->limits.bans_max);
@@ -63,6 +77,7 @@ void RoomKeeper::end(const std::string& room, std::int64_t now_ns) {
   context_->rooms_changed.erase(room);
   keep(room, true, now_ns);
   context_->winds.erase(room);
+  context_->props.forget(room);
 }
 
 void RoomKeeper::keep(const std::string& room, bool has_ended, std::int64_t now_ns) {
@@ -85,6 +100,8 @@ void RoomKeeper::keep(const std::string& room, bool has_ended, std::int64_t now_
     }
     if (const auto wind = context_->winds.find(room); wind != context_->winds.end())
       kept.wind = wire::encode_packet({0, wire::SetWind{wind->second.wind}});
+    if (context_->props.count(room) > 0)
+      kept.props = wire::encode_packet({0, wire::SetProps{context_->props.of_room(room)}});
   }
   std::size_t left_out = 0;
   std::string text = to_value(kept, left_out);

@@ -7,8 +7,8 @@
 
 namespace hairnet::server {
 
-// What belongs to a room of a fleet and moves with it: what moderators have decided, and the wind. It is kept as text
-// in the directory, where the room's next owner finds it at its claim. I/O thread.
+// What belongs to a room of a fleet and moves with it: what moderators have decided, the wind and the props. It is kept
+// as text in the directory, where the room's next owner finds it at its claim. I/O thread.
 class RoomKeeper {
  public:
   // Those who were in a locked room may come back to it for this long at its next server.

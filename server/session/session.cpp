@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/session/rights.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -76,7 +77,7 @@ void Session::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns)
   } else if (!reads_datagram_ || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message)) {
     on_message(std::move(decoded.envelope), now_ns);
   } else if (take_message(now_ns)) {
-    refuse_unexpected("a datagram has poses only", now_ns);
+    refuse_unexpected("a datagram has poses and hands only", now_ns);
   }
   // It was this packet for which no memory was left.
   if (!was_full && context_->is_memory_full()) end_for_memory(now_ns);
@@ -161,6 +162,12 @@ void Session::remove(std::uint32_t character) {
   context_->bearers.remove_character(identity_.subject.bearer);
   context_->counters.characters_removed.add();
   context_->commands.put(FromClient{id(), wire::RemoveCharacter{character}});
+}
+
+void Session::update_touch_right() {
+  const bool may_touch = may_touch_others(identity_) && !is_muted(identity_, *context_);
+  if (std::exchange(identity_.touches_others, may_touch) != may_touch)
+    context_->commands.put(SetTouchRight{id(), may_touch});
 }
 
 void Session::revoke_groom(const wire::GroomHash& groom) {
@@ -365,7 +372,10 @@ void Session::leave(std::int64_t now_ns) {
   if (!goes_on_elsewhere_) forget_wind(is_empty);
   if (is_empty) {
     context_->rules.close_room(identity_.room, now_ns + context_->room_grace_ns);
-    if (context_->fleet) context_->rooms_left.insert(identity_.room);
+    if (context_->fleet)
+      context_->rooms_left.insert(identity_.room);  // its release ends what it has
+    else
+      context_->props.close_room(identity_.room, now_ns + context_->room_grace_ns);
   }
   context_->subjects.leave(identity_.subject.name, identity_.characters.size());
   context_->bearers.leave(identity_.subject.bearer, identity_.characters.size());

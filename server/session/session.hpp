@@ -22,6 +22,7 @@
 #include "server/session/downloads.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
+#include "server/session/props_of_rooms.hpp"
 #include "server/session/revoked_tokens.hpp"
 #include "server/session/room_rules.hpp"
 #include "server/session/session_counters.hpp"
@@ -46,7 +47,7 @@ struct SessionContext {
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
   std::int64_t pose_delay_ns = 0;
-  // An empty room, with its mutes and lock, exists this long.
+  // An empty room, with its mutes, lock and props, exists this long.
   std::int64_t room_grace_ns = 0;
   // Without a key no token is needed.
   std::optional<channel::TokenKey> token_key = {};
@@ -71,7 +72,8 @@ struct SessionContext {
   std::set<std::string> rooms_left = {};
   // Clients have set these by room, in a fleet.
   std::map<std::string, KeptWind> winds = {};
-  // Their rules, wind or members (where locked) have changed.
+  PropsOfRooms props = {};
+  // Their rules, wind, props or members (where locked) have changed.
   std::set<std::string> rooms_changed = {};
   // Takes no newcomers: this server has no time for more; empty: none.
   std::string outgrown_room = {};
@@ -117,6 +119,8 @@ class Session final : public PacketSink {
   // The file that GroomService::fetch was asked for; null when it could not be read.
   void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
                      std::int64_t now_ns);
+  // Tells the tick whether the session may touch hair of others, where a mute or a new token has changed that.
+  void update_touch_right();
   // The session may not use the groom any more: removes the characters that use it.
   void revoke_groom(const wire::GroomHash& groom);
 
@@ -166,7 +170,7 @@ class Session final : public PacketSink {
   channel::Silence silence_;
   std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
-  std::int64_t pose_error_next_ns_;           // at most one error about poses is sent a second
+  std::int64_t pose_error_next_ns_;           // at most one error about poses and hands is sent a second
   std::optional<wire::Hello> waiting_hello_;  // for the directory of the fleet
   bool joined_ = false;                       // the room knows the session
   bool gives_signs_of_life_ = false;          // the client has promised to

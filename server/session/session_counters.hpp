@@ -70,7 +70,7 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_memory{*this, "sessions_closed_by_server", "reason", "memory"};
   Counter sessions_closed_by_server_removed{*this, "sessions_closed_by_server", "reason", "removed"};
   Counter kept_left_out{*this, "fleet_kept_left_out",
-                        "Bans, mutes and members that were too many to move with a room."};
+                        "Bans, mutes, members and sets of props that were too many to move with a room."};
   Counter rooms_kept_refused{*this, "fleet_rooms_kept_refused",
                              "What earlier owners kept of rooms, and was not valid."};
   Counter moderations_remove{*this, "moderations", "action", "remove", "Actions of moderators, by action."};
@@ -98,6 +98,9 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_appearance{*this, "requests_refused", "request", "appearance"};
   Counter requests_refused_material{*this, "requests_refused", "request", "material"};
   Counter requests_refused_wind{*this, "requests_refused", "request", "wind"};
+  Counter requests_refused_touch{*this, "requests_refused", "request", "touch"};  // who may touch a character
+  Counter requests_refused_hold{*this, "requests_refused", "request", "hold"};
+  Counter requests_refused_props{*this, "requests_refused", "request", "props"};
   Counter requests_refused_moderate{*this, "requests_refused", "request", "moderate"};
   Counter requests_refused_groom{*this, "requests_refused", "request", "groom"};
   Counter requests_refused_chunk{*this, "requests_refused", "request", "chunk"};
@@ -120,6 +123,11 @@ struct SessionCounters : CounterSet {
   Counter poses_rejected_not_finite{*this, "poses_rejected", "reason", "not_finite"};
   Counter poses_rejected_not_unit{*this, "poses_rejected", "reason", "not_unit"};
   Counter poses_rejected_too_far{*this, "poses_rejected", "reason", "too_far"};
+  Counter hands_received{*this, "hands_received", "Samples of a person's hands received."};
+  Counter hands_dropped_over_rate{*this, "hands_dropped", "reason", "over_rate",
+                                  "Samples of hands dropped, by reason."};
+  Counter hands_dropped_busy{*this, "hands_dropped", "reason", "busy"};
+  Counter hands_rejected_time{*this, "hands_rejected", "reason", "time", "Samples of hands rejected, by reason."};
   Counter commands_dropped{*this, "commands_dropped", "Commands dropped, since the queue to the tick was full."};
   Counter frames_sent{*this, "frames_sent", "Frames sent."};
   Counter frames_superseded{*this, "frames_superseded", "Frames replaced by newer ones before they were sent."};

@@ -45,6 +45,8 @@ struct SessionIdentity {
   // Its newest token has these; none when the server needs no token.
   std::optional<channel::TokenClaims> claims;
   std::size_t character_count_max = 0;
+  // The tick lets it touch hair of others.
+  bool touches_others = true;
   std::unordered_map<std::uint32_t, OwnCharacter> characters;
   TokenBucket messages, poses;
   // It was last resumed at this time.

@@ -5,8 +5,8 @@
 
 namespace hairnet::server {
 
-// Who may set the wind of a room. A value includes those before it.
-enum class WindFromClients : std::uint8_t { off, moderators, participants, everyone };
+// Which clients may change what belongs to a whole room. A value includes those before it.
+enum class AllowedClients : std::uint8_t { off, moderators, participants, everyone };
 
 struct SessionLimits {
   // Sessions that have joined, including detached ones. As many connections again may wait for their Welcome, so that a
@@ -30,7 +30,8 @@ struct SessionLimits {
   std::size_t downloads_per_session_max = 64;
   // Bounds what a session gets of grooms in a second, and at once.
   double download_bytes_per_s = 32 << 20;
-  WindFromClients wind_from_clients = WindFromClients::participants;
+  AllowedClients wind_from_clients = AllowedClients::participants;
+  AllowedClients props_from_clients = AllowedClients::moderators;
   // Bounds bans, mutes and locks by moderators, of all rooms.
   std::size_t bans_max = 4096;
   // Counts plain messages: message_price.hpp has what other messages count. Requested groom bytes do not count.

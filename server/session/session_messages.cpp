@@ -11,6 +11,7 @@
 #include "server/session/message_price.hpp"
 #include "server/session/moderation.hpp"
 #include "server/session/pose_filter.hpp"
+#include "server/session/rights.hpp"
 #include "server/session/room_route.hpp"
 #include "server/session/session.hpp"
 #include "server/telemetry/log_hash.hpp"
@@ -38,6 +39,17 @@ std::size_t weight_of(const wire::AddCharacter& add) {
 }
 std::size_t weight_of(const wire::SetAppearance& set) {
   return 1 + set.tag.size() / kTagBytesPerWeight;
+}
+std::size_t weight_of(const wire::SetTouch& set) {
+  return 1 + set.chosen.size();
+}
+std::size_t weight_of(const wire::SetProps& set) {
+  return 1 + set.props.size();
+}
+std::size_t weight_of(const wire::HandsSample& sample) {
+  std::size_t shapes = 0;
+  for (const Hand& hand : sample.hands) shapes += hand.shapes.size();
+  return 1 + shapes;
 }
 std::size_t weight_of(const auto& request) {
   if constexpr (requires { request.members; }) return 1 + request.members.size();
@@ -102,6 +114,9 @@ struct Session::MessageHandler {
   static bool needs_memory(const wire::GroomRequest&) { return true; }
   static bool needs_memory(const wire::AddCharacter&) { return true; }
   static bool needs_memory(const wire::SetAppearance& set) { return !set.tag.empty(); }
+  static bool needs_memory(const wire::SetTouch& set) { return !set.chosen.empty(); }
+  static bool needs_memory(const wire::TakeHold&) { return true; }
+  static bool needs_memory(const wire::SetProps& set) { return !set.props.empty(); }
   static bool needs_memory(const auto&) { return false; }
   // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
   Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
@@ -113,6 +128,10 @@ struct Session::MessageHandler {
   Counter* refused_counter(const wire::SetAppearance&) { return &counters.requests_refused_appearance; }
   Counter* refused_counter(const wire::SetMaterial&) { return &counters.requests_refused_material; }
   Counter* refused_counter(const wire::SetWind&) { return &counters.requests_refused_wind; }
+  Counter* refused_counter(const wire::SetTouch&) { return &counters.requests_refused_touch; }
+  Counter* refused_counter(const wire::TakeHold&) { return &counters.requests_refused_hold; }
+  Counter* refused_counter(const wire::LetGo&) { return &counters.requests_refused_hold; }
+  Counter* refused_counter(const wire::SetProps&) { return &counters.requests_refused_props; }
   Counter* refused_counter(const wire::Moderate&) { return &counters.requests_refused_moderate; }
   Counter* refused_counter(const wire::Observe&) { return &counters.requests_refused_observe; }
   Counter* refused_counter(const auto&) { return nullptr; }
@@ -176,6 +195,7 @@ struct Session::MessageHandler {
     ++context.session_count;
     context.rooms.enter(identity.room);
     context.rules.open_room(identity.room);
+    context.props.open_room(identity.room);
     session.note_member_change();
     context.subjects.enter(identity.subject.name);
     context.bearers.enter(identity.subject.bearer);
@@ -225,18 +245,27 @@ struct Session::MessageHandler {
     welcome.resumed = resumed;
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
-    welcome.may_set_wind = may_set_wind() && !is_muted();
+    const bool is_heard = !is_muted(identity, context);
+    welcome.may_set_wind = is_heard && may_set_wind(identity, context);
+    welcome.may_touch = is_heard && may_touch_others(identity);
+    welcome.may_set_props = is_heard && may_set_props(identity, context);
     welcome.signs_of_life = true;
     if (context.fleet) welcome.others = others_than_this(*context.fleet);
     session.connection_->mark_joined();
     session.send(welcome, now_ns);
-    Command open =
-        OpenSession{session.id(), session.outbox_, identity.room, context.subjects.count(identity.subject.name).number,
-                    resumed,      wind_of_room()};
+    Command open = OpenSession{
+        session.id(), session.outbox_, identity.room,   context.subjects.count(identity.subject.name).number,
+        resumed,      wind_of_room(),  props_for_tick()};
     // decide_entry() said that it fits; another command may have come since.
     if (!context.commands.try_put(open, entry_weight(context, identity.room))) context.commands.put(std::move(open));
+    session.update_touch_right();
   }
 
+  // Once one session is in the room, the tick has its props.
+  [[nodiscard]] std::vector<wire::Prop> props_for_tick() const {
+    return context.rooms.count(identity.room).sessions == 1 ? context.props.of_room(identity.room)
+                                                            : std::vector<wire::Prop>();
+  }
   [[nodiscard]] std::optional<Wind> wind_of_room() const {
     const auto found = context.winds.find(identity.room);
     return found == context.winds.end() ? std::nullopt : std::optional(found->second.wind);
@@ -334,8 +363,7 @@ struct Session::MessageHandler {
     return put(set);
   }
   Refused operator()(wire::SetWind& set) {
-    if (!may_set_wind()) return {ErrorReason::not_allowed, "this session may not set the wind"};
-    if (is_muted()) return {ErrorReason::not_allowed, "a moderator does not let this user set the wind"};
+    if (Refused refused = check_right(may_set_wind(identity, context), "set the wind")) return refused;
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     if (Refused refused = put(set)) return refused;
     if (context.fleet) {
@@ -344,16 +372,36 @@ struct Session::MessageHandler {
     }
     return {};
   }
-  // What the token says counts; else the setting.
-  [[nodiscard]] bool may_set_wind() const {
-    if (identity.claims && identity.claims->wind) return *identity.claims->wind;
-    const WindFromClients who = context.limits.wind_from_clients;
-    if (is_moderator(identity.claims)) return who >= WindFromClients::moderators;
-    if (identity.role == wire::Role::participant) return who >= WindFromClients::participants;
-    return who == WindFromClients::everyone;
+  // Refuses what the session may not do, or may not do while it is muted.
+  [[nodiscard]] Refused check_right(bool has_right, const std::string& what) const {
+    if (!has_right) return {ErrorReason::not_allowed, "this session may not " + what};
+    if (is_muted(identity, context)) return {ErrorReason::not_allowed, "a moderator does not let this user " + what};
+    return {};
   }
-  [[nodiscard]] bool is_muted() const {
-    return !is_moderator(identity.claims) && context.rules.is_muted(identity.room, identity.subject.name);
+  Refused operator()(wire::SetTouch& set) {
+    if (Refused refused = check_own(set.character, "set_touch")) return refused;
+    return put(std::move(set));
+  }
+  // The tick knows whose the member is, and so whether the session may touch it.
+  Refused operator()(wire::TakeHold& hold) {
+    if (std::string fault = wire::validate(hold); !fault.empty()) return {ErrorReason::touch_invalid, std::move(fault)};
+    return put(hold);
+  }
+  Refused operator()(wire::LetGo& let_go) {
+    if (let_go.hand >= kHandShapesMax)
+      return {ErrorReason::touch_invalid, "let_go: a hand has the number of a shape, which is below 32"};
+    return put(let_go);
+  }
+  Refused operator()(wire::SetProps& set) {
+    if (Refused refused = check_right(may_set_props(identity, context), "set props")) return refused;
+    for (const wire::Prop& prop : set.props) {
+      if (std::string fault = wire::validate(prop); !fault.empty())
+        return {ErrorReason::touch_invalid, std::move(fault)};
+    }
+    if (Refused refused = put(set)) return refused;
+    context.props.set(identity.room, set, context.limits.room_count_max);
+    if (context.fleet) context.rooms_changed.insert(identity.room);
+    return {};
   }
   Refused operator()(wire::Moderate& request) { return moderate(request, identity, context, now_ns); }
   Refused operator()(wire::Observe& observe) {
@@ -381,22 +429,34 @@ struct Session::MessageHandler {
   Refused operator()(wire::PoseBatch& batch) {
     PoseFilter filter{identity, session.clock_, counters};
     filter.add_missing(batch);
-    const std::size_t received = batch.poses.size();
-    counters.poses_received.add(received);
-    if (!identity.poses.take(static_cast<double>(received), now_ns)) {
-      counters.poses_dropped_over_rate.add(received);
-      session.take_message(now_ns, kDroppedPosePrice * static_cast<double>(received));
+    const std::size_t poses = batch.poses.size(), hands = batch.hands ? 1 : 0;
+    counters.poses_received.add(poses);
+    counters.hands_received.add(hands);
+    if (const auto samples = static_cast<double>(poses + hands); !identity.poses.take(samples, now_ns)) {
+      counters.poses_dropped_over_rate.add(poses);
+      counters.hands_dropped_over_rate.add(hands);
+      session.take_message(now_ns, kDroppedPosePrice * samples);
       return {};
     }
-    PutPoses passed{session.id(), now_ns, std::move(batch.poses)};
+    if (batch.hands) put_hands(filter, std::move(*batch.hands));
+    put_poses(filter, std::move(batch.poses));
+    return {};
+  }
+  void put_hands(PoseFilter& filter, wire::HandsSample sample) {
+    if (const Refused refused = filter.check(sample)) return refuse_sample(refused);
+    const std::size_t weight = weight_of(sample);
+    Command command = PutHands{session.id(), now_ns, std::move(sample)};
+    if (!context.commands.try_put(command, weight)) counters.hands_dropped_busy.add();
+  }
+  void put_poses(PoseFilter& filter, std::vector<wire::PoseSample> poses) {
+    const std::size_t received = poses.size();
+    PutPoses passed{session.id(), now_ns, std::move(poses)};
     std::size_t kept = 0;
     for (wire::PoseSample& sample : passed.poses) {
       if (const Refused refused = filter.check(sample)) {
         // A datagram may come before its character's AddCharacter, or after its end.
         if (session.reads_datagram_ && refused.reason == ErrorReason::character_unknown) continue;
-        if (now_ns < session.pose_error_next_ns_) continue;
-        session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
-        session.refuse(refused, now_ns, sample.character);
+        refuse_sample(refused, sample.character);
       } else if (!filter.is_too_close(sample)) {
         passed.poses[kept++] = sample;
       }
@@ -405,7 +465,11 @@ struct Session::MessageHandler {
     passed.poses.resize(kept);
     Command command = std::move(passed);
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
-    return {};
+  }
+  void refuse_sample(const Refused& refused, std::uint32_t character = 0) {
+    if (now_ns < session.pose_error_next_ns_) return;
+    session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
+    session.refuse(refused, now_ns, character);
   }
 };
 

@@ -11,8 +11,8 @@
 namespace hairnet::server {
 namespace {
 
-// The tokens of all sessions, and bans, are checked this often.
-constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;
+// The tokens of all sessions, bans, and what empty rooms have, are checked this often.
+constexpr std::int64_t kCheckInterval_ns = 1'000'000'000;
 // Rooms without sessions are looked for this often.
 constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;
 // A server's rooms are given up this long after the news that it drains, or sooner: others make the grooms of these
@@ -131,11 +131,14 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   std::size_t detached = 0, packets_waiting = 0;
   check_invariants();
   if (context_->fleet) poll_fleet(now_ns);
-  if (context_->token_key && now_ns >= tokens_due_ns_) {
-    tokens_due_ns_ = now_ns + kTokenInterval_ns;
-    const std::int64_t unix_s = context_->unix_time_s();
-    for (auto& [id, session] : sessions_) session->check_token(unix_s, now_ns);
+  if (now_ns >= checks_due_ns_) {
+    checks_due_ns_ = now_ns + kCheckInterval_ns;
+    if (context_->token_key) {
+      const std::int64_t unix_s = context_->unix_time_s();
+      for (auto& [id, session] : sessions_) session->check_token(unix_s, now_ns);
+    }
     context_->rules.expire(now_ns);
+    context_->props.expire(now_ns);
   }
   for (auto& [id, session] : sessions_) {
     session->poll(now_ns);
@@ -230,6 +233,7 @@ void SessionRegistry::release_empty_rooms(std::int64_t now_ns) {
 void SessionRegistry::release(const std::string& room, std::int64_t now_ns) {
   context_->fleet->release(room, now_ns);
   context_->rules.forget(room);
+  context_->props.forget(room);
 }
 
 void SessionRegistry::send_on(std::int64_t now_ns) {
@@ -257,6 +261,7 @@ void SessionRegistry::hand_over(const std::string& room, std::uint64_t to, std::
 
 void SessionRegistry::on_room_lost(const std::string& room, std::int64_t now_ns) {
   context_->winds.erase(room);
+  context_->props.forget(room);
   context_->rooms_changed.erase(room);
   const std::vector<Session*> sessions = in_room(room);
   if (sessions.empty()) return context_->rules.forget(room);  // asking for its place would claim it

@@ -51,14 +51,14 @@ class SessionRegistry final : public SessionDirectory {
   // One that nobody has entered has no grace: claims of names at random do not pile up.
   struct EmptyRoom {
     std::int64_t since_ns = 0;
-    std::int64_t grace_ns = 0;  // for its wind, and its moderators' mutes and lock
+    std::int64_t grace_ns = 0;  // for its wind, props, mutes and lock
     bool was_used = false;      // a session was in it, on this server
   };
   void check_invariants() const;
   void end_all(std::int64_t now_ns);
   void poll_fleet(std::int64_t now_ns);
   void release_empty_rooms(std::int64_t now_ns);
-  void release(const std::string& room, std::int64_t now_ns);  // and forgets what was decided of it
+  void release(const std::string& room, std::int64_t now_ns);  // and forgets what was decided of it, and its props
   void give_up_rooms(std::int64_t now_ns);
   void send_on(std::int64_t now_ns);     // while draining in a fleet: sessions whose rooms have been released
   void end_silent(std::int64_t now_ns);  // the one that has waited longest for a hello
@@ -71,8 +71,8 @@ class SessionRegistry final : public SessionDirectory {
   // These wait until their connections are closed completely.
   std::vector<std::unique_ptr<Session>> released_;
   SessionId last_id_ = 0;
-  // The tokens of all sessions are checked, and bans expire, at this time next.
-  std::int64_t tokens_due_ns_ = 0;
+  // The tokens of all sessions are checked, and bans and what empty rooms have expire, at this time next.
+  std::int64_t checks_due_ns_ = 0;
   // This server holds these, and no session is in them.
   std::map<std::string, EmptyRoom> empty_rooms_;
   // These are looked for at this time next.

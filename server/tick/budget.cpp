@@ -82,10 +82,12 @@ constexpr auto kRungErrors = [] {
   return errors;
 }();
 
-// The weight of a character's error: its size on screen times 0.5 (the head is still) to 1 (it moves fast).
+// The weight of a character's error: its size on screen times 0.5 (the head is still) to 1 (it moves fast). Who touches
+// hair looks at it closely: it weighs as if it filled the screen.
 double weight_of(const BudgetCharacter& c) {
-  constexpr double kMin = 1e-3, kMax = 2, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
-  const double size = c.importance > kMin ? std::min<double>(c.importance, kMax) : kMin;
+  constexpr double kMin = 1e-3, kMax = 2, kTouched = 1, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
+  const double least = c.is_touched ? kTouched : kMin;
+  const double size = c.importance > least ? std::min<double>(c.importance, kMax) : least;
   const double motion =
       static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_angular_speed_rad_per_s);
   const double lively = motion > 0 ? std::min(1.0, motion / kLively_m_per_s) : 0;

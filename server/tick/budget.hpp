@@ -40,10 +40,11 @@ struct BudgetCharacter {
   bool levels_ready = false;
   // The learnt level holds: there is one, for its material, its motion and the wind.
   bool may_learn = false;
-  // Comes from LatticeView.
+  // These come from LatticeView.
   bool asleep = false;
+  bool is_touched = false;
   Lod now;
-  // It changed this long ago; infinite for a new character.
+  // It changed this long ago; infinite for a new character, zero for one that should not change.
   double since_s = std::numeric_limits<double>::infinity();
 };
 

@@ -23,6 +23,9 @@ void update_character_gauges(const Rooms& rooms, const Simulation& simulation, T
   gauges.characters_by_state_stepped.set(stepped);
   gauges.characters_by_state_asleep.set(asleep);
   gauges.characters_by_state_suspended.set(suspended);
+  std::size_t prop_count = 0;
+  for (const Room& room : rooms.rooms()) prop_count += room.touch.props.size();
+  gauges.props.set(static_cast<double>(prop_count));
   gauges.rooms.set(static_cast<double>(rooms.room_count()));
   gauges.characters_by_state_waiting.set(waiting);
 }

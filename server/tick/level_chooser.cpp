@@ -41,6 +41,7 @@ bool LevelChooser::note_unseen(Rooms& rooms, const Simulation& simulation) const
     if (!character.in_world) continue;
     character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
     is_urgent = is_urgent || (character.suspended && character.seen) ||
+                (character.lattice.is_touched && character.level == LevelIndex::learnt) ||
                 (character.requested_level > character.level && character.requested_level != LevelIndex::learnt) ||
                 (character.level == LevelIndex::rigid && character.requested_level != LevelIndex::rigid &&
                  !character.lod_chosen && simulation.has_levels(character.groom));
@@ -61,10 +62,12 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   b.requested_level = character.requested_level;
   b.levels_ready = ready;
   b.asleep = character.asleep;
+  b.is_touched = character.lattice.is_touched;
   b.now = lod_of(character);
   HAIRNET_ASSERT(!character.lod_chosen || character.lod_since <= tick);
   HAIRNET_ASSERT(b.importance >= 0);
   if (character.lod_chosen) b.since_s = static_cast<double>(tick - character.lod_since) * def_.tick_s;
+  if (character.held_tick == tick - 1) b.since_s = 0;  // another level would end the hold
   return b;
 }
 
@@ -74,8 +77,9 @@ bool LevelChooser::may_learn(const Room& room, const Simulation& simulation, Cha
   if (!is_learnt_tick(def_.tick_s) || !learnt) return false;
   if (character.lattice.level == LevelIndex::learnt && !character.lattice.is_covered)
     character.learnt_next = tick + static_cast<std::uint64_t>(kUncovered_s / def_.tick_s);
-  return tick >= character.learnt_next && learnt->covers_air(gust_m_per_s(room.wind)) &&
-         character.material == MaterialScale{};
+  // Networks know of no hands.
+  return tick >= character.learnt_next && !character.lattice.is_touched &&
+         learnt->covers_air(gust_m_per_s(room.wind)) && character.material == MaterialScale{};
 }
 
 void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -308,7 +309,7 @@ class Publisher::Packer {
 };
 
 void Publisher::send(const Terms& terms, Observer& observer) const {
-  if (observer.requests.empty()) return;
+  if (observer.requests.empty() && observer.hand_packets.empty()) return;
   const std::int64_t begun_ns = clock_ns();
   std::size_t evaluated_count = 0;
   std::vector<FramePacket> packets;
@@ -340,8 +341,17 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   losable.flush();
   counters_->frames_published.add(observer.requests.size());
   counters_->frames_evaluated_by_clients.add(evaluated_count);
-  for (const FramePacket& packet : packets) observer.sent_bytes += packet.bytes.size();
-  counters_->frame_bytes_published.add(observer.sent_bytes);
+  const auto bytes_of = [](std::span<const FramePacket> some) {
+    std::size_t bytes = 0;
+    for (const FramePacket& packet : some) bytes += packet.bytes.size();
+    return bytes;
+  };
+  const std::size_t frame_bytes = bytes_of(packets), hand_bytes = bytes_of(observer.hand_packets);
+  observer.sent_bytes = frame_bytes + hand_bytes;
+  counters_->frame_bytes_published.add(frame_bytes);
+  counters_->hand_bytes_published.add(hand_bytes);
+  std::ranges::move(observer.hand_packets, std::back_inserter(packets));
+  observer.hand_packets.clear();
   observer.sink->push_frames(std::move(packets));
   observer.send_ns += clock_ns() - begun_ns;
 }

@@ -51,8 +51,11 @@ void Recorder::put(const wire::RecordedLearnt& learnt) {
 void Recorder::put(wire::RecordedTick tick) {
   const auto bytes_of = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
   std::size_t bytes = sizeof(tick) + bytes_of(tick.removed, tick.added, tick.levels, tick.materials, tick.strides,
-                                              tick.suspensions, tick.states, tick.winds, tick.poses);
+                                              tick.suspensions, tick.states, tick.winds, tick.poses, tick.touch_rules,
+                                              tick.bodies, tick.releases, tick.grabs);
   for (const wire::RecordedState& state : tick.states) bytes += bytes_of(state.displacements, state.velocities);
+  for (const SimulationInputs::Rule& change : tick.touch_rules) bytes += bytes_of(change.rule.chosen);
+  for (const SimulationInputs::RoomBodies& room : tick.bodies) bytes += bytes_of(room.bodies);
   put(std::move(tick), bytes);
 }
 

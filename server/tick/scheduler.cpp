@@ -97,6 +97,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       recorder_(recorder),
       rooms_(room_counters, def.wind, def.room_grace_ns, def.room_count_max),
       simulation_(def_.world, def_.wind),
+      touch_(rooms_, counters, def.tick_rate_hz),
       level_chooser_(def_.levels, counters),
       publisher_(def_.publish, counters) {
   counters_->gauges.tick_period_seconds.set(def_.world.tick_s);
@@ -129,10 +130,13 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   inputs_.sample_time_ns = tick.time_ns - def_.pose_delay_ns;
 
   announce_members(now_ns);
+  touch_.begin_tick(inputs_);
   take_commands(now_ns);
   tell_appearances(now_ns);
+  touch_.tell_rules(inputs_.tick, now_ns, character_messages_left_);
   sample_poses();
   update_interest();
+  touch_.put_inputs(now_ns, inputs_);
   level_chooser_.choose(rooms_, simulation_, inputs_);
   apply_hair_states();
   change_materials();
@@ -140,6 +144,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   record_grooms();
   counters_->schedule_ns_total.add(static_cast<std::uint64_t>(clock_ns() - begun_ns));
   const StepReport report = step(now_ns);
+  touch_.show_hands(inputs_, def_.world.parallel_for, now_ns);
   publisher_.publish(rooms_, simulation_, inputs_, def_.world.parallel_for, now_ns);
   if (tick.tick % def_.tick_rate_hz == 0) update_character_gauges(rooms_, simulation_, counters_->gauges);
   record();
@@ -206,7 +211,8 @@ void Scheduler::place(Character& character) {
   const bool ready = simulation_.has_levels(character.groom);
   character.in_world = true;
   character.discontinuous = true;
-  inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose});
+  inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose,
+                           session_of(character.key)});
 }
 
 void Scheduler::note_motion(Character& character, double moved_m, double turned_rad) const {
@@ -361,6 +367,10 @@ StepReport Scheduler::step(std::int64_t now_ns) {
   counters_->teleports.add(report.teleports);
   counters_->lattices_reset.add(report.lattices_reset);
   counters_->characters_asleep.add(report.asleep);
+  counters_->bodies_refused.add(report.bodies_refused);
+  counters_->bodies_left_out.add(report.bodies_left_out);
+  counters_->gauges.characters_touched.set(report.touched);
+  touch_.tell_holds(simulation_, inputs_, now_ns);
   for (const CharacterKey key : simulation_.hair_states_refused()) {
     counters_->hair_states_dropped_unfit.add();
     refuse_hair_state(key, "the hair state does not fit the level", now_ns);

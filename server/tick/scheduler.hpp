@@ -18,6 +18,7 @@
 #include "server/tick/recorder.hpp"
 #include "server/tick/tick_clock.hpp"
 #include "server/tick/tick_counters.hpp"
+#include "server/tick/touch.hpp"
 
 namespace hairnet::server {
 
@@ -89,6 +90,7 @@ class Scheduler {
   Recorder* recorder_;
   Rooms rooms_;
   Simulation simulation_;
+  Touch touch_;
   LevelChooser level_chooser_;
   Publisher publisher_;
   // The ones before next_command_ are done.

@@ -29,7 +29,8 @@ struct Scheduler::CommandHandler {
 
   void operator()(OpenSession& c) const {
     Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
-    if (!observer) {
+    const bool is_new = !observer;
+    if (is_new) {
       observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
       observer->subject = c.subject;
       Room& room = scheduler.rooms_.room(observer->room);
@@ -38,19 +39,26 @@ struct Scheduler::CommandHandler {
         room.wind_told = {*c.wind, wire::RoomWind::kOfEarlierServer};
       }
     } else {
+      // The connection before may still be open: its hands end with it.
+      scheduler.rooms_.end_hands(*observer);
       observer->sink = std::move(c.sink);
       observer->bases_sent.clear();
       observer->learnt_told.clear();
       observer->forget_sent();
     }
     if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_told, now_ns);
+    scheduler.touch_.open(c.props, is_new, *observer, now_ns);
     const bool is_waiting = observer->unannounced_from.has_value();
     observer->unannounced_from = 0;
     scheduler.announce_members(*observer, now_ns);
     if (observer->unannounced_from && !is_waiting) scheduler.announcements_.push_back(c.session);
   }
+  void operator()(const SetTouchRight& c) const { scheduler.touch_.set_right(c); }
   void operator()(const DetachSession& c) const {
-    if (Observer* observer = scheduler.rooms_.observer(c.session)) observer->sink = nullptr;
+    Observer* observer = scheduler.rooms_.observer(c.session);
+    if (!observer) return;
+    observer->sink = nullptr;
+    scheduler.rooms_.end_hands(*observer);
   }
   void operator()(const CloseSession& c) const {
     auto& characters = scheduler.rooms_.characters();
@@ -118,6 +126,14 @@ struct Scheduler::CommandHandler {
     room.wind = set.wind;
     room.wind_session = session;
   }
+  void handle(SessionId session, const wire::SetTouch& set) const { scheduler.touch_.set_rule(set, session); }
+  void handle(SessionId session, const wire::TakeHold& take) const {
+    scheduler.touch_.take_hold(take, session, now_ns, scheduler.inputs_);
+  }
+  void handle(SessionId session, const wire::LetGo& let_go) const {
+    scheduler.touch_.let_go(let_go, session, now_ns, scheduler.inputs_);
+  }
+  void handle(SessionId session, const wire::SetProps& set) const { scheduler.touch_.set_props(set, session); }
   void handle(SessionId session, wire::Observe& observe) const {
     Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
@@ -152,6 +168,7 @@ struct Scheduler::CommandHandler {
                            now_ns);
   }
   void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
+  void operator()(const PutHands& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
     if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
     if (c.learnt) scheduler.publisher_.put_learnt(c.groom, *c.learnt);
@@ -224,6 +241,7 @@ void Scheduler::announce(const Observer& observer, const Character& c, std::int6
     observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c), c.generation}, now_ns);
   else
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
+  if (c.touch_rule != TouchRule{}) observer.sink->push(touch_message(c), now_ns);
 }
 
 // What earlier ticks have left comes first, so the order of commands is kept.

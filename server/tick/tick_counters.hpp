@@ -43,6 +43,8 @@ struct TickGauges : GaugeSet {
   // They are not stepped, since no observer sees them.
   Gauge characters_by_state_suspended{*this, "characters_by_state", "state", "suspended"};
   Gauge characters_by_state_waiting{*this, "characters_by_state", "state", "waiting"};  // for their first pose
+  Gauge characters_touched{*this, "characters_touched", "Characters that hands or props are near, or that are held."};
+  Gauge props{*this, "props", "Props of all rooms."};
   LevelGauges step_cost_seconds{*this, "step_cost_seconds",
                                 "Measured time of one step of one character, in seconds, by level."};
   Gauge budget_available_seconds{*this, "budget_available_seconds",
@@ -109,6 +111,16 @@ struct TickCounters : CounterSet {
   Counter hair_states_dropped_unfit{*this, "hair_states_dropped", "reason", "unfit",
                                     "Hair states of clients that were dropped, by reason."};
   Counter hair_states_dropped_full{*this, "hair_states_dropped", "reason", "full"};
+  Counter bodies_refused{*this, "bodies_refused",
+                         "Pairs of a shape and a character of its room that it may not touch, once a tick."};
+  Counter bodies_left_out{*this, "bodies_left_out", "Shapes near hair that more and nearer ones touched, once a tick."};
+  Counter holds_taken{*this, "holds_taken", "Holds of hair that hands took."};
+  Counter holds_refused_unknown{*this, "holds_refused", "reason", "unknown", "Holds that were not taken, by reason."};
+  Counter holds_refused_not_allowed{*this, "holds_refused", "reason", "not_allowed"};
+  // The hand is not there, or no hair is near it.
+  Counter holds_refused_out_of_reach{*this, "holds_refused", "reason", "out_of_reach"};
+  Counter holds_ended{*this, "holds_ended", "Holds of hair that ended before the hand let go."};
+  Counter hand_bytes_published{*this, "hand_bytes_published", "Bytes of others' hands published to observers."};
   Counter bases_announced{*this, "bases_announced", "Bases of grooms announced to sessions."};
   Counter learnt_announced{*this, "learnt_announced", "Networks of learnt hair announced to sessions."};
   Counter evaluations_refused{*this, "evaluations_refused", "Requests to evaluate learnt hair that was not announced."};

@@ -6,6 +6,7 @@
 #include "schema/channel/packet_splitter.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/load/attack_grooms.hpp"
+#include "tests/load/attack_hands.hpp"
 #include "tests/load/attack_session.hpp"
 #include "tests/load/attack_socket.hpp"
 #include "tests/load/attack_upload.hpp"
@@ -267,10 +268,63 @@ TEST_F(AttackTest, grooms_are_valid_within_the_default_limits) {
   EXPECT_FALSE(wire::decode_groom(make_rubbish(1000)));
 }
 
+TEST_F(AttackTest, hands_are_valid_unless_they_are_meant_to_be_bad) {
+  AttackHands attack(context_, 9, {.room = "attack", .characters = 2, .hands_hz = 90, .holds_hz = 60, .props_hz = 10});
+  welcome(attack);
+  wire_.answer(wire::MemberJoined{7, 3, 1}, kSecond_ns);
+  for (int i = 0; i < 60; ++i) attack.act(2 * kSecond_ns + i * kSecond_ns / 60);
+  std::size_t shapes = 0;
+  for (const wire::PoseBatch& batch : wire_.all<wire::PoseBatch>()) {
+    if (!batch.hands) continue;
+    EXPECT_EQ(validate(batch.hands->hands), "");
+    for (const Hand& hand : batch.hands->hands) shapes += hand.shapes.size();
+  }
+  EXPECT_GE(shapes, kHandShapesMax);
+  ASSERT_THAT(wire_.all<wire::TakeHold>(), SizeIs(testing::Ge(1u)));
+  EXPECT_EQ(wire_.all<wire::TakeHold>()[0].member, 7u);
+  EXPECT_EQ(wire::validate(wire_.all<wire::TakeHold>()[0]), "");
+  EXPECT_EQ(wire_.all<wire::SetTouch>()[0].audience, TouchAudience::everyone);
+  EXPECT_THAT(wire_.all<wire::SetProps>(), SizeIs(testing::Ge(1u)));
+
+  std::set<std::pair<std::uint32_t, std::uint8_t>> taken;
+  std::size_t releases = 0;
+  for (const wire::Message& message : wire_.messages()) {
+    if (const auto* take = std::get_if<wire::TakeHold>(&message)) taken.emplace(take->member, take->hand);
+    if (const auto* release = std::get_if<wire::LetGo>(&message)) {
+      ++releases;
+      EXPECT_EQ(taken.erase({release->member, release->hand}), 1u) << "it holds nothing there";
+      EXPECT_THAT(taken, testing::Not(testing::IsEmpty())) << "in the same tick it would hold nothing";
+    }
+  }
+  EXPECT_GT(releases, 10u);
+  wire_.answer(wire::Held{7, 3, 12}, 3 * kSecond_ns);
+  wire_.answer(wire::Held{7, 3, 0}, 3 * kSecond_ns);
+  EXPECT_EQ(events_["holds"], 1u);
+  EXPECT_EQ(events_["holds_ended"], 1u);
+}
+
+TEST_F(AttackTest, bad_touches_are_refused_and_none_ends_its_session) {
+  AttackHands attack(context_, 9, {.room = "attack", .bad_hz = 400});
+  welcome(attack);
+  const std::size_t good_bytes = wire_.sent.size();
+  for (int i = 0; i < 10; ++i) attack.act(2 * kSecond_ns + i * kSecond_ns / 10);
+  int bad_hands = 0;
+  channel::PacketSplitter splitter(wire::kPacketBytesMax);
+  splitter.feed(std::span(wire_.sent).subspan(good_bytes), [&](std::span<const std::uint8_t> packet) {
+    const wire::DecodedPacket decoded = wire::decode_packet(packet);
+    EXPECT_THAT(decoded.error, testing::AnyOf(wire::DecodeError::none, wire::DecodeError::invalid)) << decoded.detail;
+    if (decoded.error != wire::DecodeError::none) bad_hands += decoded.detail.starts_with("hand");
+    if (const auto* hold = std::get_if<wire::TakeHold>(&decoded.envelope.message)) {
+      EXPECT_NE(wire::validate(*hold), "");
+    }
+  });
+  EXPECT_GT(bad_hands, 70);
+}
+
 TEST_F(AttackTest, each_attack_has_a_meaning_and_attackers) {
   EXPECT_THAT(attack_meanings(), Each(testing::Ne("")));
   for (const Attack attack : {Attack::resume, Attack::silent, Attack::hellos, Attack::prologue, Attack::churn,
-                              Attack::rooms, Attack::observe, Attack::wind, Attack::poses})
+                              Attack::rooms, Attack::observe, Attack::wind, Attack::poses, Attack::hands})
     EXPECT_FALSE(make_attackers(attack, context_).empty());
 }
 

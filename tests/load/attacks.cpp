@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/load/attack_grooms.hpp"
+#include "tests/load/attack_hands.hpp"
 #include "tests/load/attack_session.hpp"
 #include "tests/load/attack_socket.hpp"
 #include "tests/load/attack_upload.hpp"
@@ -36,6 +37,9 @@ class Cast {
   }
   void add_persons(int persons, const SessionAttack& session) {
     for (int i = 0; i < persons; ++i, next_person()) add<AttackSession>(1, session);
+  }
+  void add_hands(int persons, const HandsAttack& attack) {
+    for (int i = 0; i < persons; ++i, next_person()) add<AttackHands>(1, attack);
   }
   void add_rooms(int count, SessionAttack session) {
     for (int i = 0; i < count; ++i) {
@@ -113,7 +117,10 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "in the witnesses' rooms: 4 clients change tags and appearances of 64 characters 900 times a second, one "
       "30 000 times, and 2 send tags of too many bytes, changes of characters that are not theirs, and damaged "
       "packets",
-      "in the witnesses' rooms: 4 clients whose 64 characters ride at 30 to 300 m/s on circles, and stop at once"};
+      "in the witnesses' rooms: 4 clients whose 64 characters ride at 30 to 300 m/s on circles, and stop at once",
+      "in a room of their own and in the witnesses': 20 people with 32 shapes each, anywhere and of any size, 90 times "
+      "a second, who "
+      "take hold of everyone's hair, pin it, set props and send bad hands"};
   return meanings;
 }
 
@@ -206,6 +213,15 @@ std::vector<std::unique_ptr<Attacker>> make_attackers(Attack attack, const Attac
         session.room = "load-" + std::to_string(room);
         session.ride_m_per_s = std::array{30.0, 60.0, 100.0, 300.0}[static_cast<std::size_t>(room)];
         cast.add_persons(1, session);
+      }
+      break;
+    case Attack::hands:
+      for (int room = 0; room < 5; ++room) {
+        const bool is_own = room == 4;
+        const std::string name = is_own ? "attack" : "load-" + std::to_string(room);
+        cast.add_hands(4,
+                       {.room = name, .characters = is_own ? 8u : 1u, .hands_hz = 90, .holds_hz = 60, .props_hz = 10});
+        cast.add_hands(1, {.room = name, .bad_hz = 200});
       }
       break;
   }

@@ -181,6 +181,7 @@ const std::vector<Preset>& presets() {
                    "steady:14s:name=calm,measured=no", "steady:15s:name=poses,attack=poses",
                    "steady:14s:name=calm,measured=no", "steady:15s:name=appearances,attack=appearances",
                    "steady:14s:name=calm,measured=no", "steady:15s:name=rides,attack=rides",
+                   "steady:14s:name=calm,measured=no", "steady:15s:name=hands,attack=hands",
                    "steady:14s:name=calm,measured=no"],
         "require": ["frames_missed_share_over_calm<0.005", "gap_ticks_max<=2", "level_high_share_over_calm>-0.1",
                     "errors==0", "server_ticks_skipped==0", "server_resident_after_mib_over_calm<64",

@@ -38,11 +38,12 @@ enum class Attack : std::uint8_t {
   wind,
   poses,
   appearances,
-  rides
+  rides,
+  hands
 };
-inline constexpr std::array<std::string_view, 15> kAttackNames{"zigzag",  "body",   "big",      "resume",      "offers",
-                                                               "silent",  "hellos", "prologue", "churn",       "rooms",
-                                                               "observe", "wind",   "poses",    "appearances", "rides"};
+inline constexpr std::array<std::string_view, 16> kAttackNames{
+    "zigzag", "body",  "big",     "resume", "offers", "silent",      "hellos", "prologue",
+    "churn",  "rooms", "observe", "wind",   "poses",  "appearances", "rides",  "hands"};
 
 // So many, or so large a share of the well-behaved clients.
 struct Headcount {

@@ -48,7 +48,7 @@ BOOST_DESCRIBE_STRUCT(Groom, (),
                       (name, points, strand_begin, strands, group_names, materials, root_blends, clumps, threads, cards,
                        cloths, knots, body))
 
-BOOST_DESCRIBE_STRUCT(SimulationInputs::Add, (), (character, groom, room, levels_ready, level, pose))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Add, (), (character, groom, room, levels_ready, level, pose, owner))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::Level, (), (character, level))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::Material, (), (character, scale))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::Stride, (), (character, stride))
@@ -56,6 +56,17 @@ BOOST_DESCRIBE_STRUCT(SimulationInputs::Suspension, (), (character, suspended))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::State, (), (character, displacements, velocities))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::RoomWind, (), (room, wind))
 BOOST_DESCRIBE_STRUCT(SimulationInputs::BonePose, (), (character, teleport, pose))
+BOOST_DESCRIBE_STRUCT(TouchKey, (), (toucher, number))
+BOOST_DESCRIBE_STRUCT(TouchShape, (), (half_size_m, radius_m, is_inside_out))
+BOOST_DESCRIBE_STRUCT(TouchBody, (), (key, shape, place, has_jumped, only_own))
+BOOST_DESCRIBE_STRUCT(HandShape, (), (from, to, radius_m, is_inside_out))
+BOOST_DESCRIBE_STRUCT(Hand, (), (first_number, place, has_jumped, shapes))
+BOOST_DESCRIBE_STRUCT(TouchRule, (), (audience, chosen))
+BOOST_DESCRIBE_STRUCT(Grab, (), (hand, place, radius_m))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::RoomBodies, (), (room, bodies))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::Rule, (), (character, rule))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::LetGo, (), (character, hand, release))
+BOOST_DESCRIBE_STRUCT(SimulationInputs::TakeHold, (), (character, grab))
 
 namespace wire {
 
@@ -72,7 +83,13 @@ BOOST_DESCRIBE_STRUCT(SetAppearance, (), (character, tag, appearance))
 BOOST_DESCRIBE_STRUCT(SetLevel, (), (character, level))
 BOOST_DESCRIBE_STRUCT(RemoveCharacter, (), (character))
 BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, teleport, pose))
-BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses))
+BOOST_DESCRIBE_STRUCT(HandsSample, (), (sequence, capture_time_ns, hands))
+BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses, hands))
+BOOST_DESCRIBE_STRUCT(SetTouch, (), (character, audience, chosen))
+BOOST_DESCRIBE_STRUCT(TakeHold, (), (member, hand, place, radius_m))
+BOOST_DESCRIBE_STRUCT(LetGo, (), (member, hand, release))
+BOOST_DESCRIBE_STRUCT(Prop, (), (number, shape, place, has_jumped))
+BOOST_DESCRIBE_STRUCT(SetProps, (), (props, removed))
 BOOST_DESCRIBE_STRUCT(SetMaterial, (), (character, scale))
 BOOST_DESCRIBE_STRUCT(SetWind, (), (wind))
 BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, stride, error_m, bytes_per_s))
@@ -84,7 +101,8 @@ BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
 BOOST_DESCRIBE_STRUCT(ServerAt, (), (host, port))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
-                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others, signs_of_life))
+                       secret, resumed, resume_grace_s, pose_delay_ns, may_set_wind, others, signs_of_life, may_touch,
+                       may_set_props))
 BOOST_DESCRIBE_STRUCT(GroomNeed, (), (hash, offset))
 BOOST_DESCRIBE_STRUCT(GroomStatus, (), (hash, state))
 BOOST_DESCRIBE_STRUCT(GroomData, (), (hash, byte_count, offset, bytes))
@@ -92,6 +110,11 @@ BOOST_DESCRIBE_STRUCT(CharacterAdded, (), (character, groom, level, member, gene
 BOOST_DESCRIBE_STRUCT(MemberJoined, (), (member, session, character, groom, tag, appearance, generation))
 BOOST_DESCRIBE_STRUCT(MemberChanged, (), (member, tag, appearance))
 BOOST_DESCRIBE_STRUCT(RoomWind, (), (wind, session))
+BOOST_DESCRIBE_STRUCT(RoomProps, (), (props, removed, all))
+BOOST_DESCRIBE_STRUCT(MemberTouch, (), (member, audience, chosen))
+BOOST_DESCRIBE_STRUCT(Held, (), (member, hand, point_count))
+BOOST_DESCRIBE_STRUCT(RoomHands::Person, (), (session, hands))
+BOOST_DESCRIBE_STRUCT(RoomHands, (), (tick, sample_time_ns, people))
 BOOST_DESCRIBE_STRUCT(MemberLeft, (), (member))
 BOOST_DESCRIBE_STRUCT(CharacterRemoved, (), (character))
 BOOST_DESCRIBE_STRUCT(GroomBasis, (), (groom, basis))
@@ -107,7 +130,7 @@ BOOST_DESCRIBE_STRUCT(RecordedGroom, (), (bytes))
 BOOST_DESCRIBE_STRUCT(RecordedLearnt, (), (groom, hair))
 BOOST_DESCRIBE_STRUCT(RecordedTick, (),
                       (tick, sample_time_ns, removed, added, levels, materials, strides, suspensions, states, winds,
-                       poses, state_hash))
+                       poses, touch_rules, bodies, releases, grabs, state_hash))
 
 }  // namespace wire
 

@@ -1,9 +1,11 @@
 #include "tests/support/random_messages.hpp"
 
+#include <algorithm>
 #include <array>
 #include <ranges>
 #include <utility>
 
+#include "schema/codec/hand_code.hpp"
 #include "tests/support/fields.hpp"
 
 namespace hairnet::wire {
@@ -41,14 +43,50 @@ Vec3f RandomMessages::vector(float most) {
   return {x, y, z};
 }
 
+RigidTransform RandomMessages::place(float most_m) {
+  const Vec3f axis = vector(1).normalized();
+  const Eigen::Quaternionf turn(Eigen::AngleAxisf(static_cast<float>(real(0, 3)), axis));
+  return {turn.cast<double>(), vector(most_m).cast<double>()};
+}
+
 Pose RandomMessages::pose() {
   Pose pose;
-  for (RigidTransform& bone : pose.bones) {
-    const Vec3 axis = vector(1).cast<double>().normalized();
-    bone.rotation = Quat(Eigen::AngleAxisd(real(0, 3), axis));
-    bone.position = vector(1000).cast<double>();
-  }
+  for (RigidTransform& bone : pose.bones) bone = place(1000);
   return rounded_to_wire(pose);
+}
+
+std::vector<Hand> RandomMessages::hands() {
+  std::vector<Hand> hands;
+  std::size_t next = integer(0, 5);
+  while (next < kHandShapesMax && coin()) {
+    Hand& hand = hands.emplace_back(Hand{static_cast<std::uint8_t>(next), place(coin() ? 2.f : 9000.f), coin()});
+    for (std::size_t n = integer(1, std::min<std::size_t>(kHandShapesMax - next, 7)); n > 0; --n) {
+      const Vec3 from = vector(0.1f).cast<double>(), to = from + vector(0.1f).cast<double>();
+      hand.shapes.push_back({from, coin() ? to : from, real(0.001, coin() ? 0.02 : 3), coin()});
+    }
+    next += hand.shapes.size() + integer(0, 3);
+  }
+  return codec::rounded_to_wire(hands);
+}
+
+std::vector<std::uint8_t> RandomMessages::prop_numbers() {
+  std::vector<std::uint8_t> numbers(integer(0, 6));
+  for (std::uint8_t& number : numbers) number = static_cast<std::uint8_t>(integer(0, kPropsMax - 1));
+  return numbers;
+}
+
+void RandomMessages::draw(Prop& prop) {
+  prop = {static_cast<std::uint8_t>(integer(0, kPropsMax - 1)), {}, place(100), coin()};
+  prop.shape = {vector(1).cwiseAbs().cast<double>(), static_cast<float>(real(0.01, 1)), coin()};
+}
+void RandomMessages::draw(SetProps& set) {
+  for (std::size_t n = integer(0, 4); n > 0; --n) draw(set.props.emplace_back());
+  set.removed = prop_numbers();
+}
+void RandomMessages::draw(RoomProps& room) {
+  for (std::size_t n = integer(0, 4); n > 0; --n) draw(room.props.emplace_back());
+  room.removed = prop_numbers();
+  room.all = coin();
 }
 
 // A random partition into active and trimmed nodes, each trimmed one of up to three active ones.
@@ -161,6 +199,8 @@ void RandomMessages::draw(Welcome& w) {
   draw(w.pose_delay_ns);
   draw(w.may_set_wind);
   draw(w.signs_of_life);
+  draw(w.may_touch);
+  draw(w.may_set_props);
   w.others.resize(integer(0, kServersMax));
   for (ServerAt& other : w.others) draw(other);
 }
@@ -354,7 +394,38 @@ RecordedTick RandomMessages::recorded_tick() {
     t.states.push_back(std::move(state));
   }
   for (std::size_t n = integer(0, 5); n > 0; --n) t.poses.push_back({u64(), coin(), pose()});
+  if (coin()) add_touch(t);
   return t;
+}
+
+// Its numbers are exact only as doubles.
+TouchBody RandomMessages::touch_body(std::uint8_t number) {
+  TouchBody body{{u32(), number}, capsule(real(0, 1), real(0.01, 1)), {}, coin(), coin()};
+  body.shape.is_inside_out = coin();
+  body.place.rotation = Quat(Eigen::AngleAxisd(real(0, 3), vector(1).cast<double>().normalized()));
+  for (double& x : body.place.position) x = real(-1000, 1000);
+  return body;
+}
+
+void RandomMessages::add_touch(RecordedTick& t) {
+  for (RecordedAdd& added : t.added) added.owner = u32();
+  for (std::size_t n = integer(0, 3); n > 0; --n) {
+    TouchRule rule{static_cast<TouchAudience>(integer(0, 3))};
+    for (std::size_t i = integer(0, 4); i > 0; --i) rule.chosen.push_back(u32());
+    std::ranges::sort(rule.chosen);
+    t.touch_rules.push_back({u64(), rule});
+  }
+  for (std::size_t n = integer(0, 3); n > 0; --n) {
+    RecordedTick::RoomBodies room{static_cast<std::uint32_t>(integer(0, 99)), {}};
+    for (std::size_t i = integer(0, 5); i > 0; --i) room.bodies.push_back(touch_body(static_cast<std::uint8_t>(i)));
+    std::ranges::sort(room.bodies, {}, &TouchBody::key);
+    t.bodies.push_back(std::move(room));
+  }
+  const auto key = [&] { return TouchKey{u32(), static_cast<std::uint8_t>(integer(0, 255))}; };
+  for (std::size_t n = integer(0, 3); n > 0; --n)
+    t.releases.push_back({u64(), key(), static_cast<Release>(integer(0, 2))});
+  for (std::size_t n = integer(0, 3); n > 0; --n)
+    t.grabs.push_back({u64(), {key(), vector(1).cast<double>() / 3, real(0, kGrabRadiusMax_m)}});
 }
 
 }  // namespace hairnet::wire

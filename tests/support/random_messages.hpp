@@ -24,6 +24,8 @@ class RandomMessages {
   HairState hair_state();
   Observe observe();
   Pose pose();
+  // As they arrive.
+  std::vector<Hand> hands();
   Material material();
   MaterialScale material_scale();
   Wind wind();
@@ -45,7 +47,11 @@ class RandomMessages {
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
+  RigidTransform place(float most_m);  // in float
+  std::vector<std::uint8_t> prop_numbers();
   void add_features(Groom& groom);  // threads, cards, cloths, knots, clumps, root blends
+  TouchBody touch_body(std::uint8_t number);
+  void add_touch(RecordedTick& tick);
   std::vector<std::uint8_t> bytes(std::size_t count);
 
   // A value of any type: a struct's fields one after the other. Overloads are for what has ranges of its own.
@@ -56,6 +62,12 @@ class RandomMessages {
   void draw(LevelIndex& index) { index = level(); }
   void draw(GroomState& state) { state = static_cast<GroomState>(integer(0, 3)); }
   void draw(ModerateAction& action) { action = static_cast<ModerateAction>(integer(0, 4)); }
+  void draw(TouchAudience& audience) { audience = static_cast<TouchAudience>(integer(0, 3)); }
+  void draw(Release& release) { release = static_cast<Release>(integer(0, 2)); }
+  void draw(std::vector<Hand>& any) { any = hands(); }
+  void draw(Prop& prop);
+  void draw(SetProps& set);
+  void draw(RoomProps& room);
   void draw(Pose& sound) { sound = pose(); }
   void draw(MaterialScale& scale) { scale = material_scale(); }
   void draw(Wind& any) { any = wind(); }

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-// Rules for the source tree itself: who includes whom, that pages name files that exist, and that comments are
-// sentences.
+// Rules for the source tree itself: who includes whom, that pages name files that exist, that comments are sentences,
+// and that a class is in one file.
 namespace hairnet::tree {
 
 // Which folder may include which: one line a folder, `FOLDER: FOLDER ... <library> ...`; `any` allows everything.
@@ -25,5 +25,9 @@ std::vector<std::string> broken_links(const std::filesystem::path& root, const s
 // Looks through the C and C++ files of core, schema, server, client and tests for comments that begin with a lower-case
 // of, that, from or to. Such a comment is a fragment that leans on the line it stands in.
 std::vector<std::string> comments_that_begin_with_a_preposition(const std::filesystem::path& root);
+// Looks through the same folders, without client/web, for classes whose member functions are defined in more than one
+// .cpp file. `excused` are allowed to: `folder/Class` with a reason. An excuse that is not needed is a fault, too.
+std::vector<std::string> classes_in_several_files(const std::filesystem::path& root,
+                                                  const std::map<std::string, std::string>& excused);
 
 }  // namespace hairnet::tree

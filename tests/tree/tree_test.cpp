@@ -94,5 +94,38 @@ TEST_F(Planted, comment_that_goes_on_with_a_preposition_is_not_found) {
   EXPECT_THAT(comments_that_begin_with_a_preposition(root_), IsEmpty());
 }
 
+// Classes may only stand in several files for a reason that is written here.
+const std::map<std::string, std::string> kExcusedClasses{
+    {"client/room/Room", "what it does about touch is compiled for size in the browser's module, all else for speed"},
+    {"server/quic/Connection", "ngtcp2's callbacks stand beside the function that hands them over, with its settings"},
+    {"server/session/Session", "the handler of each message is a class of its own that only on_message() knows"},
+    {"server/tick/Scheduler", "commands come between ticks and change what ticks step; both need all of it"},
+    {"tests/load/fleet_plan/Simulation", "servers, rooms and clients of a model change each other in each step"},
+    {"tests/whole/Player", "the checks compare what arrives with all that the player has sent"},
+    {"tests/whole/fleet_chaos/Chaos", "each action has its own check, and both act on the whole fleet"},
+};
+
+TEST(Classes, are_in_one_file) {
+  EXPECT_THAT(classes_in_several_files(kRoot, kExcusedClasses), IsEmpty());
+}
+TEST_F(Planted, class_in_two_files_is_found) {
+  write("server/room/room.cpp", "Room::Room() = default;\n");
+  write("server/room/room_doors.cpp", "const std::vector<Door>& Room::doors(int floor) const {\n}\n");
+  EXPECT_THAT(classes_in_several_files(root_, {}),
+              ElementsAre(HasSubstr("server/room/Room: its member functions stand in room.cpp room_doors.cpp")));
+  EXPECT_THAT(classes_in_several_files(root_, {{"server/room/Room", "a reason"}}), IsEmpty());
+}
+TEST_F(Planted, call_and_class_of_the_same_name_elsewhere_are_not_found) {
+  write("server/room/room.cpp", "Room::~Room() {\n  Door::close(0);\n}\nbool Room::operator==(int) const {\n");
+  write("server/room/door.cpp", "void Door::close(int) {\n  Room::count();\n}\nconst int Room::kMax = min(1);\n");
+  write("client/room/room.cpp", "void Room::enter() {\n}\n");
+  EXPECT_THAT(classes_in_several_files(root_, {}), IsEmpty());
+}
+TEST_F(Planted, excuse_without_a_class_is_found) {
+  write("server/room/room.cpp", "Room::Room() = default;\n");
+  EXPECT_THAT(classes_in_several_files(root_, {{"server/room/Room", "a reason"}}),
+              ElementsAre(HasSubstr("server/room/Room: is excused")));
+}
+
 }  // namespace
 }  // namespace hairnet::tree

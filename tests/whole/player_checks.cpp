@@ -164,6 +164,11 @@ struct Player::EventHandler {
     p.room_wind_ = e.wind;
     p.journal_->count("wind told");
   }
+  // Players have no hands, and their rooms no props.
+  void operator()(const wire::RoomProps&) const { p.fault("is told of props"); }
+  void operator()(const wire::MemberTouch&) const { p.fault("is told who may touch hair"); }
+  void operator()(const wire::Held&) const { p.fault("is told of a hold"); }
+  void operator()(const wire::RoomHands&) const { p.fault("is told of hands"); }
   void operator()(const wire::MemberLeft& e) const {
     p.journal_->mix(e.member);
     const auto found = p.members_.find(e.member);

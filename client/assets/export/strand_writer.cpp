@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "client/assets/export/formats.hpp"
-#include "client/files/read_file.hpp"
+#include "core/file_name.hpp"
 
 namespace hairnet {
 namespace {

@@ -210,7 +210,7 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   const Result<Placement> placement = place_parts(parts, known, import, def, of_placement);
   if (!placement) return Refusal(placement.error());
   def.placement = *placement;
-  remarks.notes.push_back(first + "taken as " + to_string(*placement) + ", " + roots);
+  remarks.notes.insert(remarks.notes.begin(), first + "taken as " + to_string(*placement) + ", " + roots);
   tell_outliers(outliers, parts, strand_counts, placement->unit_m, remarks);
   tell_rounding(parts, placement->unit_m, remarks);
   std::ranges::move(of_placement.notes, std::back_inserter(remarks.notes));

@@ -44,7 +44,8 @@ KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given
                              std::vector<std::string>& doubts);
 
 // Makes the groom that all programs make of these files: cuts outliers, turns strands root first, finds the placement,
-// and assembles. Each warning is a line `FILE: what`; the error is such a line too.
+// and assembles. Each warning is a line `FILE: what`, the first of which says what the strands were taken as; the error
+// is such a line too.
 Result<ImportedGroom> import_hair_parts(HairParts parts, const HairImport& import);
 
 }  // namespace hairnet

@@ -7,6 +7,7 @@
 #include "client/assets/import/alembic.hpp"
 #include "client/assets/import/obj.hpp"
 #include "client/assets/import/strand_points.hpp"
+#include "client/assets/import/text.hpp"
 
 namespace hairnet {
 namespace {
@@ -23,7 +24,7 @@ std::string append_points(ByteReader& in, std::size_t strand, std::size_t count,
 }
 
 Result<ImportedStrands> decode_obj_file(std::span<const std::byte> bytes) {
-  return decode_obj_strands({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return decode_obj_strands(as_text(bytes));
 }
 
 }  // namespace

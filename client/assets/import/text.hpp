@@ -4,14 +4,21 @@
 #include <charconv>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 namespace hairnet {
+
+// The same bytes as characters, for text formats.
+inline std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 // Parses the whole of `text` as a decimal number with or without a point and an exponent; a leading + is allowed. None
 // for anything else, and for what exceeds a double. A correct rounding up to 15 digits, else within 2 units of the last

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/assets/import/byte_reader.hpp"
+#include "client/assets/import/text.hpp"
 
 namespace hairnet::usda {
 namespace {
@@ -28,9 +29,6 @@ Result<std::span<const std::byte>> scene_of_archive(std::span<const std::byte> b
 
 Result<Layer> open_layer(std::span<const std::byte> bytes, Content content, std::string& unpacked) {
   constexpr std::string_view kZip = "PK\x03\x04", kMark = "\xef\xbb\xbf";
-  const auto as_text = [](std::span<const std::byte> of) {
-    return std::string_view(reinterpret_cast<const char*>(of.data()), of.size());
-  };
   if (as_text(bytes).starts_with(kZip)) {
     const auto scene = scene_of_archive(bytes);
     if (!scene) return Refusal(scene.error());

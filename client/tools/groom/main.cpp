@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "client/assets/export/strand_writer.hpp"
-#include "client/assets/strand_file.hpp"
+#include "client/assets/import/head_files.hpp"
 #include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "client/assets/export/strand_writer.hpp"
+#include "client/assets/import/head_files.hpp"
 #include "client/assets/import/placement.hpp"
 #include "client/assets/load_motion.hpp"
-#include "client/assets/strand_file.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"

@@ -71,6 +71,8 @@ Result<std::string> show_token(const ShowOptions& options, std::int64_t now_s) {
   if (!claims->id.empty()) json["id"] = claims->id;
   if (claims->upload) json["upload"] = *claims->upload;
   if (claims->wind) json["wind"] = *claims->wind;
+  if (claims->touch) json["touch"] = *claims->touch;
+  if (claims->props) json["props"] = *claims->props;
   if (claims->moderate) json["moderate"] = true;
   return json.dump(2);
 }

@@ -71,6 +71,9 @@ void add_make(CLI::App& app, token::MakeOptions& o) {
   make.add_option("--id", o.claims.id, "names this token in the server's list of revoked tokens");
   add_right(make, "--upload", o.claims.upload, "may upload grooms (a participant may, an observer may not)");
   add_right(make, "--wind", o.claims.wind, "may set the wind of the room (as the server is set)");
+  add_right(make, "--touch", o.claims.touch,
+            "may touch the hair of others who allow it (a participant may, an observer may not)");
+  add_right(make, "--props", o.claims.props, "may set the props of the room (as the server is set)");
   make.add_flag("--moderate", o.claims.moderate, "may remove and mute others of the room, and lock it");
 }
 

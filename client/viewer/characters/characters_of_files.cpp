@@ -2,11 +2,11 @@
 
 #include <utility>
 
+#include "client/assets/import/head_files.hpp"
 #include "client/assets/import_hair.hpp"
 #include "client/assets/load_groom.hpp"
 #include "client/assets/load_motion.hpp"
-#include "client/assets/strand_file.hpp"
-#include "client/files/read_file.hpp"
+#include "core/file_name.hpp"
 
 namespace hairnet::viewer {
 

@@ -7,14 +7,14 @@
 #include <limits>
 #include <string_view>
 
-#include "client/assets/strand_file.hpp"
-#include "client/files/read_file.hpp"
+#include "client/assets/import/head_files.hpp"
 #include "client/files/video_writer.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
 #include "client/viewer/characters/character_spec.hpp"
+#include "core/file_name.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -27,12 +27,16 @@ constexpr std::string_view kFooter = R"(A character is given as key=value, separ
   rest=auto|zero|first up=+y face=+z unit=1 (BVH: the pose that is upright, its axes, metres a unit; found, unless given)
 Motions begin at time 0: heads rest upright until every lattice has arrived.
 A window opens unless --out, --sheet, --trace or --no-draw is given; H in it shows the keys.
+Hair that is simulated here can be touched in it: a left drag on hair holds it, and lets go, or pins it when shift is
+pressed; with ctrl a ball strokes it; P ends all pins. Hair in a server's room cannot be touched.
 Examples:
   hairnet-view --local                                             a testbed: choose hair and motion in the window
   hairnet-view straight.hair        or: head.obj hair.data walk.bvh       what is in files, its unit and axes guessed
   hairnet-view --connect host:7420 --room hall --character groom=made:bob,motion=made:nod,name=Ann     a live room
   hairnet-view --local --out hair.png                              a head of curls, as a picture
   hairnet-view --local --character groom=made:long_curly,motion=made:dance --out dance.mp4
+  hairnet-view --local --character groom=made:long_straight,motion=made:shake --touch hold --out hold.mp4
+  hairnet-view --local --character groom=made:long_curly,motion=made:look --touch prop --views back --out chair.mp4
   hairnet-view --character groom=made:long_curly,motion=made:dance --out frame.png
   hairnet-view --connect host:7420 --character groom=a.groom,motion=walk.bvh,level=low --sheet s.png --times 0.5,1.2,2
   hairnet-view --character groom=made:bob,motion=made:nod --duration 3 --trace received
@@ -42,6 +46,7 @@ Examples:
 )";
 
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
+constexpr std::array<const char*, 4> kTouchNames{"stroke", "hold", "pin", "prop"};
 // Who is shown without a window when nobody is named.
 constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:walk,colour=auburn";
 constexpr double kDuration_s_max = 24 * 3600;
@@ -49,7 +54,7 @@ constexpr double kDuration_s_max = 24 * 3600;
 // Values as typed that need parsing before they go into the options.
 struct Texts {
   std::string connect = "127.0.0.1:7420", transport = "auto", observe, times, views = "three_quarter", size, duration,
-              reconnect;
+              reconnect, touch;
   std::vector<std::string> characters;
   bool no_draw = false, local = false;
   Wind wind;
@@ -193,6 +198,17 @@ void take_views(ViewOptions& o, const std::string& text) {
   }
 }
 
+void take_touch(ViewOptions& o, const std::string& text) {
+  if (text.empty()) return;
+  const auto name = std::find(kTouchNames.begin(), kTouchNames.end(), text);
+  if (name == kTouchNames.end()) refuse("--touch", "'" + text + "' is not one of stroke, hold, pin, prop");
+  if (o.source == Source::server)
+    refuse("--touch", "is for hair that is simulated here, not in a server's room: give --local or FILES");
+  if (o.output == Output::window)
+    refuse("--touch", "is for pictures, videos and traces: in a window, take hold of the hair with the mouse");
+  o.touch = static_cast<TouchScript>(name - kTouchNames.begin());
+}
+
 void take_characters(ViewOptions& o, const Texts& texts) {
   for (const std::string& spec : texts.characters) {
     const Result<CharacterOptions> character = parse_character(spec);
@@ -221,6 +237,7 @@ void take_texts(ViewOptions& o, const Texts& texts) {
   take_size(o, texts.size);
   take_times(o, texts.times);
   take_views(o, texts.views);
+  take_touch(o, texts.touch);
   take_characters(o, texts);
   if (texts.wind_flags->count_all() > 0) {
     if (const std::string fault = validate(texts.wind); !fault.empty()) refuse("--wind", fault);
@@ -269,6 +286,10 @@ void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
   app.add_option("--sheet", o.sheet, "PNG: a row for every character and view, a column for each of --times");
   app.add_option("--times", texts.times, "seconds, separated by commas");
   app.add_option("--views", texts.views, "front, side, back, three_quarter, separated by commas (three_quarter)");
+  app.add_option(
+      "--touch", texts.touch,
+      "who touches the first character: a hand that strokes its hair (stroke), pulls a lock aside (hold), or "
+      "pins it behind the shoulder (pin); or a chair's back (prop). It is not drawn");
   app.add_option("--size", texts.size, "of a picture, WIDTHxHEIGHT (480x540; video 960x720; window 1280x800)");
   app.add_option("--frame-rate", o.frame_rate_hz, "pictures a second of a video (30)")->check(in_range(1.0, 240.0));
   app.add_option("--trace", o.trace, "folder for every frame that is received, or simulated");

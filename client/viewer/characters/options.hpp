@@ -38,6 +38,9 @@ enum class Source : std::uint8_t { server, local };
 // What the program makes. It draws nothing for `none`.
 enum class Output : std::uint8_t { window, pictures, video, none };
 
+// What touches the hair in a picture or a video, see scripted_touch.hpp.
+enum class TouchScript : std::uint8_t { stroke, hold, pin, prop };
+
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
@@ -67,6 +70,8 @@ struct ViewOptions {
   double jitter_ms = 0;
   // Blows in the whole room.
   std::optional<Wind> wind;
+  // Touches the first character; none: nothing does.
+  std::optional<TouchScript> touch;
   std::string out, sheet, trace;
   // Holds the times of the sheet's columns.
   std::vector<double> times_s;

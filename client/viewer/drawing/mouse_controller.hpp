@@ -12,7 +12,7 @@ namespace hairnet::viewer {
 struct MouseInput {
   double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
   bool left = false, middle = false, right = false;  // pressed now
-  bool shift = false;
+  bool shift = false, ctrl = false;
   bool elsewhere = false;  // over controls, which get the input
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "core/skin/skin_distance_field.hpp"
@@ -177,6 +178,16 @@ void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> vi
     if (overlays.contacts) lattice.draw_contacts(*character.model);
     if (overlays.drag) lattice.draw_drag(*character.model);
   }
+}
+
+void draw_ball(const Vec3& centre, double radius_m, const OrbitCamera& camera, Drawing& drawing) {
+  constexpr int kSides = 32;
+  const auto corner = [&](int side) {
+    const double angle = 2 * std::numbers::pi * side / kSides;
+    const Vec3 out = std::cos(angle) * camera.right() + std::sin(angle) * camera.up();
+    return Vec3f((centre + radius_m * out).cast<float>());
+  };
+  for (int side = 0; side < kSides; ++side) drawing.line(corner(side), corner(side + 1), {255, 210, 60, 230});
 }
 
 std::string missing_models(const Overlays& overlays, std::span<const ViewedCharacter> viewed,

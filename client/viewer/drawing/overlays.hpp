@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/render/overlay.hpp"
+#include "client/viewer/drawing/orbit_camera.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 
 namespace hairnet::viewer {
@@ -37,6 +38,9 @@ Vec3f level_colour(LevelIndex level);
 // Draws the overlays of one character, or of all when `chosen` is none. Leaves out overlays that need an unknown model.
 void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                    std::optional<std::uint64_t> chosen, render::Drawing& drawing);
+
+// Draws the outline of a ball, world, m.
+void draw_ball(const Vec3& centre, double radius_m, const OrbitCamera& camera, render::Drawing& drawing);
 
 // One line that names the characters whose model is wanted but not known; empty when all is drawn.
 std::string missing_models(const Overlays& overlays, std::span<const ViewedCharacter> viewed,

@@ -9,6 +9,7 @@
 #include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
 #include "client/viewer/offline/recorder.hpp"
+#include "client/viewer/offline/scripted_touch.hpp"
 #include "client/viewer/sources/scene_list.hpp"
 #include "core/levels/build.hpp"
 #include "schema/channel/monotonic_clock.hpp"
@@ -86,6 +87,7 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Character
     trace.emplace(std::move(*made));
   }
   LocalWorld world = local_world_of(options, characters);
+  if (options.touch) touch_by_script(*options.touch, characters.front(), options.duration_s, world);
   if (trace) world.on_tick([&] { add_to_trace(world, *trace); });
   ProgressBar bar("hairnet-view");
   Cost cost;

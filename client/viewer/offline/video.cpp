@@ -14,6 +14,7 @@
 #include "client/viewer/drawing/framing.hpp"
 #include "client/viewer/drawing/render_list.hpp"
 #include "client/viewer/offline/local_run.hpp"
+#include "client/viewer/offline/scripted_touch.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -116,6 +117,7 @@ Result<void> check_video(const ViewOptions& options) {
 
 Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {
   LocalWorld world = local_world_of(options, characters);
+  if (options.touch) touch_by_script(*options.touch, characters.front(), options.duration_s, world);
   const std::vector<double> times_s = video_times_s(options);
   const auto picture = [&](std::size_t i) {
     world.advance_to(times_s[i]);

@@ -26,6 +26,7 @@ void LocalWorld::begin() {
     ticks->last.push_back({++ticks->number, end_s, report, step_ms});
     if (ticks->call) ticks->call();
   });
+  played_->touch_by(bodies_);
 }
 
 std::uint64_t LocalWorld::add(LocalCharacter character) {
@@ -75,6 +76,21 @@ Pose LocalWorld::pose_of(const SimulatedCharacter& simulated, double time_s) {
   Place place = simulated.def.place;
   if (simulated.aside) place.x_m += kAside_m;
   return simulated.grab.apply(placed(place, simulated.timeline.at(time_s)), simulated.def.groom->body);
+}
+
+void LocalWorld::touch_by(BodiesAt bodies) {
+  bodies_ = std::move(bodies);
+  played_->touch_by(bodies_);
+}
+
+std::uint32_t LocalWorld::take_hair(std::uint64_t id, const Grab& grab) {
+  const SimulatedCharacter* simulated = find(id);
+  return simulated != nullptr ? played_->grab(simulated->played, grab) : 0;
+}
+
+void LocalWorld::let_go_of_hair(std::uint64_t id, const TouchKey& hand, Release release) {
+  const SimulatedCharacter* simulated = find(id);
+  if (simulated != nullptr) played_->let_go(simulated->played, hand, release);
 }
 
 void LocalWorld::advance_to(double time_s) {

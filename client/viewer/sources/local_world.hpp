@@ -12,6 +12,8 @@
 #include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
+#include "core/touch/touch_body.hpp"
+#include "core/world/grab.hpp"
 
 namespace hairnet::viewer {
 
@@ -64,6 +66,14 @@ class LocalWorld : public HairSource {
   using OnTick = std::function<void()>;
   void on_tick(OnTick call) { ticks_->call = std::move(call); }
 
+  // Sets the hands and props of all characters from now on, also after remove_all(). A call may take hold of hair and
+  // let go of it, with the hands of the tick before.
+  using BodiesAt = local::PlayedWorld::BodiesAt;
+  void touch_by(BodiesAt bodies);
+  // As World::grab() and World::let_go(). An unknown character has no hair to hold.
+  std::uint32_t take_hair(std::uint64_t id, const Grab& grab);
+  void let_go_of_hair(std::uint64_t id, const TouchKey& hand, Release release);
+
   // `time_s` is shown time, which is simulated time. It never decreases.
   void advance_to(double time_s);
   [[nodiscard]] double time_s() const { return played_->time_s(); }
@@ -113,6 +123,7 @@ class LocalWorld : public HairSource {
   void show();
 
   Def def_;
+  BodiesAt bodies_;
   std::unique_ptr<local::PlayedWorld> played_;
   std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
   std::vector<ViewedCharacter> viewed_;

@@ -12,7 +12,10 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr const char* kKeys =
-    "left drag on a head   turn it (shift: move it)\n"
+    "left drag on hair     hold it; let go with shift: pin it\n"
+    "ctrl, drag on hair    stroke it with a ball\n"
+    "P                     let all pinned hair go\n"
+    "left drag on a head   turn it (shift first: move it)\n"
     "left drag beside      turn the camera\n"
     "middle, right drag    move the camera\n"
     "wheel                 nearer, further\n"
@@ -277,6 +280,7 @@ void take_keys(std::span<const int> keys, ViewState& state, Controls& controls) 
   }
   LocalWorld* world = controls.world;
   if (world == nullptr) return;
+  if (pressed(GLFW_KEY_P)) unpin_hair(*world);
   if (pressed(GLFW_KEY_PERIOD)) {
     world->set_paused(true);
     world->step_once();
@@ -308,6 +312,8 @@ void draw_controls(ViewState& state, Controls& controls) {
         controls.room != nullptr && controls.busy.empty() ? controls.room->status() : controls.busy;
     if (!status.empty()) ImGui::TextWrapped("%s", status.c_str());
     if (!state.fault.empty()) ImGui::TextWrapped("%s", state.fault.c_str());
+    if (controls.world != nullptr && !state.hand.has_touched())
+      ImGui::TextUnformatted("Take hold of the hair with the mouse.");
     scene_controls(state, controls);
     time_controls(controls);
     character_controls(state, controls);

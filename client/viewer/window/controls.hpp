@@ -5,6 +5,7 @@
 
 #include "client/render/stage.hpp"
 #include "client/viewer/drawing/mouse_controller.hpp"
+#include "client/viewer/drawing/mouse_hand.hpp"
 #include "client/viewer/drawing/orbit_camera.hpp"
 #include "client/viewer/drawing/overlays.hpp"
 #include "client/viewer/offline/recorder.hpp"
@@ -20,6 +21,7 @@ namespace hairnet::viewer {
 struct ViewState {
   OrbitCamera camera;
   MouseController mouse;
+  MouseHand hand;
   Overlays overlays;
   render::Look look;
   AdaptiveQuality adaptive_quality;

@@ -50,6 +50,7 @@ MouseInput mouse_now(double pixels_per_point) {
   mouse.right = io.MouseDown[1];
   mouse.middle = io.MouseDown[2];
   mouse.shift = io.KeyShift;
+  mouse.ctrl = io.KeyCtrl;
   mouse.elsewhere = io.WantCaptureMouse;
   return mouse;
 }
@@ -87,6 +88,7 @@ class ViewerWindow {
                       std::isfinite(options_.duration_s) ? Loop::plain : Loop::smooth, options_.wind.value_or(Wind{}),
                       channel::monotonic_ns});
     world.on_tick([&] { recorder_.add_tick(world); });
+    world.touch_by([&](double from_s, double to_s) { return state_.hand.tick(to_s - from_s, world); });
     SceneList scenes(characters);
     state_.scene.hair = index_of(scenes.hair(), kFirstHair);
     state_.scene.motion = index_of(scenes.motions(), kFirstMotion);
@@ -150,7 +152,11 @@ class ViewerWindow {
     take_keys(window_.keys(), state_, controls);
     const int width = window_.width_px(), height = window_.height_px();
     const Vec3 eye = state_.camera.camera().eye;
-    state_.mouse.apply(mouse_now(window_.pixels_per_point()), controls.source, state_.camera, width, height);
+    MouseInput mouse = mouse_now(window_.pixels_per_point());
+    // What the hand takes is not for heads and camera.
+    if (controls.world != nullptr && state_.hand.apply(mouse, *controls.world, state_.camera, width, height))
+      mouse.elsewhere = true;
+    state_.mouse.apply(mouse, controls.source, state_.camera, width, height);
     state_.camera_chosen = state_.camera_chosen || eye != state_.camera.camera().eye;
     if (const auto chosen = state_.mouse.take_chosen()) state_.chosen = chosen;
     if (Result<void> advanced = controls.source.advance(now_ns); !advanced) return advanced;
@@ -164,6 +170,8 @@ class ViewerWindow {
                          height);
     drawer_.drawing.clear();
     draw_overlays(state_.overlays, viewed, state_.chosen, drawer_.drawing);
+    if (state_.hand.action() == MouseHand::Action::stroke)
+      draw_ball(state_.hand.place(), MouseHand::kBallRadius_m, state_.camera, drawer_.drawing);
     if (!drawer_.drawing.empty()) drawer_.picture.copy_depths();
     drawer_.overlay->draw(drawer_.drawing, camera, drawer_.stage->depth_range(), width, height);
     state_.timings.draw_ms.add(static_cast<float>(ms_since(began_ns)));

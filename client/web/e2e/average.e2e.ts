@@ -6,7 +6,7 @@ import type { AverageStage, difference } from "./averagePage";
 import { Browser } from "./browser";
 import { StageServer } from "./stageServer";
 
-const browser = new Browser();
+const browser = new Browser(true);
 const grooms = ["long_curly", "long_straight"].map((style) => makeGroomFile(style, 1500).path);
 let server: StageServer | undefined;
 

@@ -4,17 +4,30 @@ import { inject } from "vitest";
 /** Drawing as often as they can, pages would leave no time to servers and to each other. */
 const kPictureEveryMs = 200;
 
-/** Pages of the run's Chromium (testRun.ts) that share nothing with those of other test files. */
+/**
+ * Pages of the run's Chromium (testRun.ts) that share nothing with those of other test files. `smooths`: with four samples
+ * a pixel, as users' browsers draw, for tests of pictures; that takes software several times as long.
+ */
 export class Browser {
   readonly faults: string[] = [];
   #connection: Connection | null = null;
   #context: BrowserContext | null = null;
 
-  /** `pixelRatio`: of drawn pixels to those of `size`: software takes long for the picture of a whole desktop. */
+  constructor(private readonly smooths = false) {}
+
+  /**
+   * `pixelRatio`: of drawn pixels to those of `size`: software takes long for the picture of a whole desktop. Pages
+   * prefer reduced motion: a camera's flight is many pictures.
+   */
   async start(size = { width: 960, height: 600 }, pixelRatio = 1 / 4): Promise<void> {
     this.#connection = await chromium.connect(inject("chromium"));
-    this.#context = await this.#connection.newContext({ viewport: size, deviceScaleFactor: pixelRatio });
+    this.#context = await this.#connection.newContext({
+      viewport: size,
+      deviceScaleFactor: pixelRatio,
+      reducedMotion: "reduce",
+    });
     await this.#context.addInitScript(drawSeldom, kPictureEveryMs);
+    if (!this.smooths) await this.#context.addInitScript(drawOneSample);
   }
 
   /** Opens a page; `faults` collects its errors. */
@@ -68,4 +81,12 @@ function drawSeldom(everyMs: number): void {
     return count;
   };
   window.cancelAnimationFrame = (number) => waiting.delete(number);
+}
+
+/** Runs in pages, before their programs: canvases have one sample a pixel. */
+function drawOneSample(): void {
+  const { getContext } = HTMLCanvasElement.prototype as { getContext: (...all: unknown[]) => unknown };
+  HTMLCanvasElement.prototype.getContext = function (this: HTMLCanvasElement, kind: string, options?: object) {
+    return getContext.call(this, kind, kind.startsWith("webgl") ? { ...options, antialias: false } : options);
+  } as typeof HTMLCanvasElement.prototype.getContext;
 }

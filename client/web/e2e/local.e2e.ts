@@ -40,7 +40,6 @@ test("without a server hair is drawn and follows the head, wind and look; nothin
   const asked: string[] = [];
   page.on("request", (request) => asked.push(request.url()));
   page.on("websocket", (socket) => asked.push(socket.url()));
-  await page.emulateMedia({ reducedMotion: "reduce" });
   await page.goto(files.address);
   await until("the own head is ready", async () => (await readyCount(page)) === 1);
   await page.selectOption("#quality", "0.3");

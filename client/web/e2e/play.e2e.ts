@@ -29,7 +29,6 @@ afterAll(async () => {
 
 async function enter(room: string): Promise<void> {
   page = await browser.open(`${server.address}/?room=${room}`);
-  await page.emulateMedia({ reducedMotion: "reduce" });
   await page.setInputFiles("#groom-file", groom.path);
   await until("the own head is ready", async () => (await readyCount(page)) === 1);
   await page.selectOption("#quality", "0.3");

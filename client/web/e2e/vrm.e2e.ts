@@ -4,6 +4,7 @@ import { makeAvatar } from "../scripts/avatar/madeAvatar";
 import type { PageViewer } from "../page/viewer";
 import { makeGroomFile } from "./actor";
 import { Browser } from "./browser";
+import { dropFiles } from "./dropFiles";
 import { HairnetServer, until } from "./hairnetServer";
 
 const server = new HairnetServer();
@@ -23,15 +24,7 @@ afterAll(async () => {
 
 test("the user wears a VRM model with the hair of the room on its head instead of its own", async () => {
   const page = await browser.open(`${server.address}/?room=model`);
-  const drop = (name: string, bytes: Uint8Array) =>
-    page.evaluate(
-      ([file, text]) => {
-        const data = new DataTransfer();
-        data.items.add(new File([Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0))], file));
-        dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-      },
-      [name, Buffer.from(bytes).toString("base64")] as const,
-    );
+  const drop = (name: string, bytes: Uint8Array) => dropFiles(page, [name, bytes]);
   const look = () =>
     page.evaluate(() => {
       const { hair, avatar } = (window as unknown as { hairnet: PageViewer }).hairnet;

@@ -27,18 +27,13 @@ export function refusedWords(detail: string, hasToken: boolean): string {
   return `The token in this address is not valid${/ /.test(why) ? `: ${why}` : ""}. ${kNew}`;
 }
 
-/** A dropped or chosen file that is neither a groom nor an avatar: what makes a groom of it. */
-export function foreignFileWords(fileName: string): string {
-  const name = isolated(fileName);
-  const stem = isolated(fileName.replace(/\.[^.]*$/, ""));
-  if (/\.(hair|tfx|data|abc|usd[acz]?|ply|np[yz]|obj)$/i.test(fileName))
-    return `If ${name} holds strands, this command makes a hairstyle of it: hairnet-groom import ${name} --out ${stem}.groom`;
-  if (/\.(ass|fbx|blend|glb|gltf)$/i.test(fileName))
-    return (
-      `The page does not read ${name}. Export its hair as .abc or .usd; ` +
-      `then hairnet-groom import FILE --out ${stem}.groom makes a hairstyle of it.`
-    );
-  return `The page does not read ${name}: give it a hairstyle (.groom) or an avatar (.vrm).`;
+/** Files of other programs of which no hairstyle could be made; `why` is the importer's line. */
+export function foreignFileWords(fileNames: readonly string[], why: string): string {
+  const scene = fileNames.find((name) => /\.(ass|fbx|blend|ma|mb|max|c4d|hip)$/i.test(name));
+  if (scene) return `The page does not read ${isolated(scene)}: export its hair as .abc or .usd, and give that.`;
+  // The page guesses how hair lies; who knows better says so to the program.
+  const cure = /--\w/.test(why) ? ` (flags of hairnet-groom import, which makes a .groom file of it)` : "";
+  return `${isolated(why)}${cure}`;
 }
 
 /** The server's address as people type it: without the scheme and path. */

@@ -1,3 +1,4 @@
+import type { HairFile } from "../src/import/index";
 import { Groom, HairnetError, type Member } from "../src/index";
 import { foreignFileWords } from "./faultWords";
 import { isolated } from "./isolated";
@@ -35,11 +36,11 @@ export async function listedHairstyles(withLevels: boolean): Promise<Hairstyle[]
     if (typeof file !== "string" || !/^[\w.-]+\.groom$/.test(file)) return [];
     const name = (entry as { name?: unknown }).name;
     const label = typeof name === "string" ? isolated(name) : hairstyleName(file.replace(/\.groom$/, ""));
-    return [{ label, get: () => files(`grooms/${file}`, withLevels) }];
+    return [{ label, get: () => listedFiles(`grooms/${file}`, withLevels) }];
   });
 }
 
-async function files(address: string, withLevels: boolean): Promise<HairFiles> {
+async function listedFiles(address: string, withLevels: boolean): Promise<HairFiles> {
   // Without them they are built.
   const noLevels = () => undefined;
   const levels = withLevels ? download(address.replace(/groom$/, "levels")).catch(noLevels) : undefined;
@@ -64,15 +65,47 @@ export function roomHairstyles(members: Iterable<Member>): Hairstyle[] {
   }));
 }
 
-/** A file that the user chose or dropped. Throws a one-line `HairnetError` when it is not a groom. */
-export async function fileHairstyle(file: Pick<File, "name" | "arrayBuffer">): Promise<Hairstyle> {
-  if (!/\.groom$/i.test(file.name)) throw new HairnetError("invalid", foreignFileWords(file.name));
+/** The hairstyle of files, and what was guessed and skipped to make it, a line each. */
+export interface FileHairstyle {
+  readonly style: Hairstyle;
+  readonly remarks: readonly string[];
+}
+
+/**
+ * Of what the user chose or dropped: a groom, or the files of one head that another program has written. Throws a
+ * one-line `HairnetError` when they make no hairstyle.
+ */
+export async function fileHairstyle(files: readonly HairFile[]): Promise<FileHairstyle> {
+  const whole = files.find(({ name }) => /\.groom$/i.test(name));
+  if (whole && files.length > 1)
+    throw new HairnetError("invalid", `${isolated(whole.name)} is a whole hairstyle: give it without other files.`);
+  return whole ? { style: await wholeHairstyle(whole), remarks: [] } : importedHairstyle(files);
+}
+
+async function wholeHairstyle(file: HairFile): Promise<Hairstyle> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   try {
-    const groom = await Groom.load(bytes);
-    return { label: hairstyleName(groom.name || file.name), get: () => Promise.resolve({ groom: bytes }) };
+    return await styleOf(bytes, file.name);
   } catch (fault) {
     const why = fault instanceof Error ? fault.message : String(fault);
     throw new HairnetError("malformed", `${isolated(file.name)} is no whole hairstyle file: ${why}`);
   }
+}
+
+async function importedHairstyle(files: readonly HairFile[]): Promise<FileHairstyle> {
+  // Most visitors give no such file: its code is not a part of the first download.
+  const { importHair } = await import("../src/import/index");
+  try {
+    const { groom, remarks } = await importHair(files);
+    return { style: await styleOf(groom, files[0].name), remarks };
+  } catch (fault) {
+    if (!(fault instanceof HairnetError)) throw fault;
+    const names = files.map(({ name }) => name);
+    throw new HairnetError(fault.code, foreignFileWords(names, fault.message));
+  }
+}
+
+async function styleOf(groom: Uint8Array, fileName: string): Promise<Hairstyle> {
+  const { name } = await Groom.load(groom);
+  return { label: hairstyleName(name || fileName), get: () => Promise.resolve({ groom }) };
 }

@@ -1,17 +1,20 @@
-import { Raycaster, Sphere, Vector2, Vector3 } from "three";
+import { Sphere, Vector3 } from "three";
 import type { OwnHead } from "./head/ownHead";
 import type { Stage } from "./stage";
 
 const kHeadRadiusM = 0.15;
 
-/** Drags on the own head turn it; all other drags orbit the camera. Keys move the head while the view has the focus. */
-export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boolean): void {
+/**
+ * Drags on the own head turn it, unless `isTaken`: something else is dragged; all other drags orbit the camera. Keys
+ * move the head while the view has the focus.
+ */
+export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boolean, isTaken: () => boolean): void {
   const { canvas } = stage;
   let pointer: number | null = null;
   canvas.addEventListener(
     "pointerdown",
     (event) => {
-      if (event.button !== 0 || !isShown() || !isOnHead(stage, head, event)) return;
+      if (event.button !== 0 || isTaken() || !isShown() || !isOnHead(stage, head, event)) return;
       pointer = event.pointerId;
       stage.orbit.enabled = false;
       canvas.setPointerCapture(pointer);
@@ -39,9 +42,6 @@ export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boole
 }
 
 function isOnHead(stage: Stage, head: OwnHead, event: PointerEvent): boolean {
-  const at = new Vector2((event.clientX / innerWidth) * 2 - 1, 1 - (event.clientY / innerHeight) * 2);
-  const ray = new Raycaster();
-  ray.setFromCamera(at, stage.camera);
   const middle = head.position.clone().add(new Vector3(0, 0.08, 0));
-  return ray.ray.intersectsSphere(new Sphere(middle, kHeadRadiusM));
+  return stage.rayAt(event).intersectsSphere(new Sphere(middle, kHeadRadiusM));
 }

@@ -15,7 +15,7 @@ export async function offerHeadset(
   let session: XRSession | null = null;
   button.addEventListener("click", () => {
     if (session) return void session.end();
-    xr.requestSession("immersive-vr", { optionalFeatures: ["local-floor"] })
+    xr.requestSession("immersive-vr", { optionalFeatures: ["local-floor", "hand-tracking"] })
       .then(async (started) => {
         session = started;
         started.addEventListener("end", () => {

@@ -1,29 +1,23 @@
+import { keep, kept } from "./kept";
+
 const kFirst = ["Amber", "Juniper", "Indigo", "Hazel", "Saffron", "Cobalt", "Olive", "Coral", "Sienna", "Teal"];
 const kLast = ["Otter", "Finch", "Lynx", "Heron", "Fox", "Wren", "Marten", "Crane", "Hare", "Robin"];
-const kKept = "hairnet.name";
+const kKey = "hairnet.name";
 
 /** The name that the user has had here before, or a new one that nobody in the room has. */
 export function pickName(taken: ReadonlySet<string>, random: () => number = Math.random): string {
-  const kept = keptName();
-  if (kept) return kept;
+  const before = keptName();
+  if (before) return before;
   const names = kFirst.flatMap((first) => kLast.map((last) => `${first} ${last}`)).filter((name) => !taken.has(name));
   return names[Math.floor(random() * names.length)] ?? "Guest";
 }
 
 export function keptName(): string {
-  try {
-    return localStorage.getItem(kKept) ?? "";
-  } catch {
-    return ""; // storage is switched off
-  }
+  return kept(kKey);
 }
 
 export function keepName(name: string): void {
-  try {
-    localStorage.setItem(kKept, name);
-  } catch {
-    // The name lasts as long as the page.
-  }
+  keep(kKey, name);
 }
 
 /** The choice that the fewest wear; the first of them. `worn`: how many wear each. */

@@ -1,4 +1,14 @@
-import { Group, PerspectiveCamera, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import {
+  Group,
+  MathUtils,
+  PerspectiveCamera,
+  type Ray,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
 import { Picture, type HairScene } from "../src/scene/index";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { CameraMotion } from "./cameraMotion";
@@ -78,6 +88,19 @@ export class Stage {
   /** The detail of hair at all pixels, `quality`, in a picture of fewer pixels. */
   detailFor(quality: number): number {
     return this.renderer.xr.isPresenting ? quality : quality / this.#share;
+  }
+
+  /** What a pixel of the window spans in the picture's middle. */
+  get radPerPx(): number {
+    return (2 * Math.tan((this.camera.fov / 2) * MathUtils.DEG2RAD)) / this.size.height;
+  }
+
+  /** What a pointer points at, world. */
+  rayAt({ clientX, clientY }: Pick<PointerEvent, "clientX" | "clientY">): Ray {
+    const { width, height } = this.size;
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2((2 * clientX) / width - 1, 1 - (2 * clientY) / height), this.camera);
+    return caster.ray;
   }
 
   /** The part of the view that the controls leave free: at its left and top. */

@@ -1,4 +1,4 @@
-import { Raycaster, Sphere, Vector2, Vector3 } from "three";
+import { Sphere, Vector3 } from "three";
 import type { MaterialScale, OwnCharacter, People, Room, Wind, WindOptions } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { AdaptiveQuality } from "./adaptiveQuality";
@@ -11,6 +11,7 @@ import { isolated } from "./isolated";
 import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
 import { Identity } from "./identity";
+import { ImportNote } from "./importNote";
 import { kConnecting, LoadingLine, loadingWords } from "./loadingLine";
 import { MemberList } from "./memberList";
 import { NameLabels } from "./nameLabels";
@@ -23,6 +24,8 @@ import { givenName, personName, transportName } from "./roomDetails";
 import { Sliders } from "./sliders";
 import { Stage } from "./stage";
 import { fadeBust, kBustHeightM } from "./surroundings";
+import { TouchPanel } from "./touchPanel";
+import { Touching } from "./touching";
 import { Wardrobe } from "./wardrobe";
 
 const kFaultShownMs = 8000;
@@ -44,10 +47,13 @@ export class PageViewer implements PageHost {
   readonly avatar: AvatarPanel;
   readonly #identity: Identity;
   readonly #play: PlayPanel;
+  readonly #touching: Touching;
+  readonly #touchPanel: TouchPanel;
   hair: HairScene | null = null;
   readonly #members: MemberList;
   readonly #persistentRoom: PersistentRoom;
   readonly #wardrobe: Wardrobe;
+  readonly #imported = new ImportNote(element("import-line"), element<HTMLDetailsElement>("import-remarks"));
   readonly #quality = new AdaptiveQuality();
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
   readonly #labels = new NameLabels(element("labels"));
@@ -100,9 +106,17 @@ export class PageViewer implements PageHost {
       join: () => this.#wardrobe.join(),
     });
     this.#play = new PlayPanel(element("play"), this);
+    this.#touching = new Touching(this, element("touch-hint"));
+    this.#touchPanel = new TouchPanel(
+      this,
+      this.#touching,
+      element<HTMLSelectElement>("who-may-touch"),
+      element<HTMLButtonElement>("unpin"),
+    );
     element("room").textContent = query.local ? "this browser" : query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
     for (const id of ["you", "avatar", "play", "hair-and-wind", "join"]) element(id).hidden = query.observe;
+    element("touch").hidden = query.local; // there is nobody else
     this.#listen();
   }
 
@@ -148,6 +162,7 @@ export class PageViewer implements PageHost {
     hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
     this.served?.fetchFirst(this.focus.person);
     this.#wardrobe.enter(room);
+    if (this.served) this.#touching.enter(this.served);
   }
 
   #draw(timeMs: number): void {
@@ -180,6 +195,8 @@ export class PageViewer implements PageHost {
       hair.update(stage.camera, ...this.#play.cameras);
     }
     const drawn = shown.filter(({ character }) => character.isReady);
+    this.#touchPanel.update();
+    this.#touching.update(drawn);
     if (drawn.length === 0 && (this.served?.downloads.byteCount ?? 0) > 0) stage.rehearse();
     stage.draw(
       hair,
@@ -254,18 +271,19 @@ export class PageViewer implements PageHost {
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", (event) => {
       event.preventDefault();
-      const file = event.dataTransfer?.files[0];
-      if (file) this.#takeFile(file);
+      this.#takeFiles([...(event.dataTransfer?.files ?? [])]);
     });
     if (query.observe) return;
-    listenForGrabs(stage, this.head, () => this.own !== null);
+    listenForGrabs(
+      stage,
+      this.head,
+      () => this.own !== null,
+      () => this.#touching.isPressed,
+    );
     const followView = element<HTMLInputElement>("follow-view");
     followView.addEventListener("change", () => (this.head.followsView = followView.checked));
     const chooser = element<HTMLInputElement>("groom-file");
-    chooser.addEventListener("change", () => {
-      const file = chooser.files?.[0];
-      if (file) this.#takeFile(file);
-    });
+    chooser.addEventListener("change", () => this.#takeFiles([...(chooser.files ?? [])]));
     element("join-button").addEventListener("click", () => {
       if (this.#wardrobe.isWearing) void this.#wardrobe.wear(null);
       else this.#wardrobe.join();
@@ -299,15 +317,13 @@ export class PageViewer implements PageHost {
   }
 
   #personAt(event: PointerEvent): number | null {
-    const at = new Vector2((event.clientX / innerWidth) * 2 - 1, 1 - (event.clientY / innerHeight) * 2);
-    const caster = new Raycaster();
-    caster.setFromCamera(at, this.stage.camera);
+    const ray = this.stage.rayAt(event);
     let nearest = Infinity;
     let person: number | null = null;
     for (const { member, character } of this.#shown()) {
       const head = new Sphere(character.position.clone().add(new Vector3(0, 0.03, 0)), kPersonRadiusM);
-      const hit = caster.ray.intersectSphere(head, new Vector3());
-      const distance = hit?.distanceTo(caster.ray.origin) ?? Infinity;
+      const hit = ray.intersectSphere(head, new Vector3());
+      const distance = hit?.distanceTo(ray.origin) ?? Infinity;
       if (distance >= nearest) continue;
       nearest = distance;
       person = member.member;
@@ -315,11 +331,17 @@ export class PageViewer implements PageHost {
     return person;
   }
 
-  #takeFile(file: File): void {
-    if (this.query.observe)
-      this.showFault("You only watch this room: open its address without “observe” to wear hair.");
-    else if (/\.(vrm|glb|gltf)$/i.test(file.name)) void this.avatar.take(file);
-    else void this.#wardrobe.takeFile(file);
+  // A model goes on the user, all other files together make a hairstyle.
+  #takeFiles(files: readonly File[]): void {
+    if (this.query.observe && files.length > 0)
+      return this.showFault("You only watch this room: open its address without “observe” to wear hair.");
+    const isModel = ({ name }: File) => /\.(vrm|glb|gltf)$/i.test(name);
+    const model = files.find(isModel);
+    if (model) void this.avatar.take(model);
+    const hair = files.filter((file) => !isModel(file));
+    if (hair.length === 0) return;
+    this.#imported.showReading(hair.map(({ name }) => name));
+    void this.#wardrobe.takeFiles(hair, (remarks) => this.#imported.show(remarks));
   }
 
   #showLoading(): void {
@@ -346,7 +368,7 @@ export class PageViewer implements PageHost {
     element("hint").hidden = !(room?.members.size === 0 && this.#wardrobe.isAcquainted && !this.#wardrobe.isWearing);
     element("hint").textContent = this.query.observe
       ? "Nobody is here yet. Others appear as soon as they join this room."
-      : `Nobody is here${this.query.local ? "" : " yet"}. Join with hair on, or give a .groom file, to be the first.`;
+      : `Nobody is here${this.query.local ? "" : " yet"}. Join with hair on, or give a file of hair, to be the first.`;
     this.#showJoin();
     if (!room || !hair) return;
     this.#members.refresh(room, hair.characters, this.focus.person);

@@ -21,6 +21,8 @@ export class Wardrobe {
   #listed: Hairstyle[] = [];
   #files: Hairstyle[] = [];
   #offered: Hairstyle[] = [];
+  /** of the newest files */
+  #request = 0;
   /** The user wants to join, and no hairstyle is known yet. */
   #joinsLater = false;
 
@@ -108,13 +110,18 @@ export class Wardrobe {
     }
   }
 
-  /** Wears the hairstyle of a file. */
-  async takeFile(file: File): Promise<void> {
+  /** Wears the hairstyle of files, unless others come meanwhile. `onRead` gets what was guessed; nothing after a fault. */
+  async takeFiles(files: readonly File[], onRead: (remarks: readonly string[]) => void): Promise<void> {
+    const request = ++this.#request;
     try {
-      const style = await fileHairstyle(file);
+      const { style, remarks } = await fileHairstyle(files);
+      if (request !== this.#request) return;
       this.#files = [style, ...this.#files.filter((other) => other.label !== style.label)];
+      onRead(remarks);
       await this.wear(style);
     } catch (fault) {
+      if (request !== this.#request) return;
+      onRead([]);
       this.onFault(fault instanceof Error ? fault.message : String(fault));
     }
   }

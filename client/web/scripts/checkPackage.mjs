@@ -18,7 +18,7 @@ function succeeds(command, ...args) {
 function starts(file, call) {
   const program = `
     const entry = await import(${JSON.stringify(file)});
-    const error = await entry.${call}(new Uint8Array(1)).catch((fault) => fault);
+    const error = await entry.${call}.catch((fault) => fault);
     if (error.code !== "malformed") throw error;`;
   return succeeds(process.execPath, "--input-type=module", "--eval", program);
 }
@@ -31,7 +31,12 @@ try {
   // The package has ES modules only: `require` and resolution older than `exports` are no problems.
   const isTyped = isPacked && succeeds("npx", "--yes", "--loglevel=error", kAttw, archive, "--profile", "esm-only");
   const isUnpacked = isPacked && succeeds("tar", "-xzf", archive, "-C", folder);
-  const starting = { "index.js": "Groom.load", "inline.js": "Groom.load", "local.js": "buildLevels" };
+  const starting = {
+    "index.js": "Groom.load(new Uint8Array(1))",
+    "inline.js": "Groom.load(new Uint8Array(1))",
+    "local.js": "buildLevels(new Uint8Array(1))",
+    "import.js": 'importHair([{ name: "a.abc", arrayBuffer: () => new ArrayBuffer(1) }])',
+  };
   const isStarted =
     isUnpacked && Object.entries(starting).every(([name, call]) => starts(join(folder, "package/dist", name), call));
   if (!isSound || !isTyped || !isStarted) process.exitCode = 1;

@@ -7,6 +7,7 @@ import { fileURLToPath } from "node:url";
 
 const kFiles = [
   "schema/limits.hpp",
+  "client/c/imports.cpp",
   "client/draw/character_records.cpp",
   "client/draw/character_records.hpp",
   "client/draw/density_grid.cpp",

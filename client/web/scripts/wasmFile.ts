@@ -3,12 +3,12 @@ import { dirname, join, relative, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import type { Plugin } from "vite";
 
-const kNames = ["hairnet.wasm", "hairnet_local.wasm"];
+const kNames = ["hairnet.wasm", "hairnet_import.wasm", "hairnet_local.wasm"];
 const kBase64 = "\0hairnet.wasm";
 const built = fileURLToPath(new URL("../../../build/wasm/hairnet.wasm", import.meta.url));
 
 /**
- * Gives src/ its modules: the file that HAIRNET_WASM names and hairnet_local.wasm beside it, or what deploy/wasm has built.
+ * Gives src/ its modules: the file that HAIRNET_WASM names and the others beside it, or what deploy/wasm has built.
  * `beside`: the expressions stay as they are, which vite would replace, and the files come beside the JavaScript.
  */
 export function wasmFile({ beside = false } = {}): Plugin {

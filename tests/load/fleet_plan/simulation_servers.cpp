@@ -9,7 +9,7 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-// Free shares are told in so many steps, as in server/fleet/etcd_lease.
+// Free shares are told in so many steps, as in server/fleet/etcd_entry.
 constexpr double kToldShareSteps = 32;
 // Is fleet.own_server_share.
 constexpr double kOwnServerShare = 0.5;
@@ -158,7 +158,7 @@ void Simulation::deploy() {
     start_server(now_s_ + static_cast<std::int64_t>(std::llround(settings_.start_s)));
 }
 
-// As the servers tell it: measured_load (server/app/fleet), and a share in steps (EtcdDirectory::tell).
+// As the servers tell it: measured_load (server/app/fleet), and a share in steps (EtcdEntry::tell).
 server::ServerLoad Simulation::load_of(const Server& server) const {
   server::ServerLoad load;
   const double used_share = server.cpu_s / settings_.capacity();

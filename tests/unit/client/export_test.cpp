@@ -8,8 +8,9 @@
 
 #include "client/assets/export/strand_writer.hpp"
 #include "client/assets/import/alembic.hpp"
+#include "client/assets/import/head_files.hpp"
 #include "client/assets/made/made.hpp"
-#include "client/assets/strand_file.hpp"
+#include "client/files/read_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/case_name.hpp"
 #include "tests/support/real_hair.hpp"
@@ -184,7 +185,7 @@ ImportedStrands read_back(const std::string& path) {
     }
     return strands_of_glb(glb);
   }
-  auto strands = read_strands(path);
+  auto strands = strand_decoder_of(path)(*read_file(path));
   EXPECT_TRUE(strands) << strands.error();
   return strands ? std::move(*strands) : ImportedStrands();
 }

@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "client/assets/body_file.hpp"
 #include "client/assets/import/alembic.hpp"
+#include "client/assets/import/head_files.hpp"
+#include "client/assets/import_hair.hpp"
 #include "client/assets/load_motion.hpp"
-#include "client/assets/strand_file.hpp"
 #include "client/files/read_file.hpp"
 #include "tests/support/deepmimic_clip.hpp"
 
@@ -72,8 +74,10 @@ TEST_F(LoadedFiles, a_format_is_recognised_by_an_extension_in_any_case) {
   EXPECT_EQ(strand_decoder_of("b.DATA"), decode_usc_data);
   EXPECT_EQ(strand_decoder_of("Groom.Abc"), decode_alembic);
   EXPECT_EQ(strand_decoder_of("b.groom"), nullptr);
-  EXPECT_THAT(read_strands(written("curls.HAIR", "no hair")).error(), HasSubstr("curls.HAIR: not a .hair file"));
-  EXPECT_THAT(read_strands(written("x.abc", "no hair")).error(), HasSubstr("x.abc: not an Alembic file"));
+  EXPECT_THAT(import_hair({{written("curls.HAIR", "no hair")}, {}, {}, {}}).error(),
+              HasSubstr("curls.HAIR: not a .hair file"));
+  EXPECT_THAT(import_hair({{written("x.abc", "no hair")}, {}, {}, {}}).error(),
+              HasSubstr("x.abc: not an Alembic file"));
   EXPECT_THAT(read_body(written("head.OBJ", "v 0 0 0\n")).error(), HasSubstr("head.OBJ: not a mesh"));
 }
 

@@ -36,6 +36,8 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   make.claims.id = "t-1";
   make.claims.upload = false;
   make.claims.wind = true;
+  make.claims.touch = false;
+  make.claims.props = true;
   make.claims.moderate = true;
   const Result<std::string> token = make_token(make, kNow_s);
   ASSERT_TRUE(token) << token.error();
@@ -54,6 +56,8 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   "id": "t-1",
   "upload": false,
   "wind": true,
+  "touch": false,
+  "props": true,
   "moderate": true
 })");
 }

@@ -66,6 +66,16 @@ TEST(ViewOptions, a_picture_has_an_ending_that_can_be_written) {
   EXPECT_EQ(sound({"--local", "--out", "A.PNG"}).output, Output::pictures);
 }
 
+TEST(ViewOptions, a_script_touches_hair_that_is_simulated_here_for_pictures_and_videos) {
+  EXPECT_FALSE(sound({"--local", "--out", "a.mp4"}).touch);
+  EXPECT_EQ(sound({"--local", "--out", "a.mp4", "--touch", "hold"}).touch, TouchScript::hold);
+  EXPECT_EQ(sound({"--local", "--out", "a.png", "--touch", "prop"}).touch, TouchScript::prop);
+  EXPECT_EQ(sound({"--local", "--trace", "t", "--touch", "stroke"}).touch, TouchScript::stroke);
+  EXPECT_TRUE(refused({"--local", "--out", "a.mp4", "--touch", "kick"}));
+  EXPECT_TRUE(refused({"--local", "--touch", "pin"})) << "a window has the mouse";
+  EXPECT_TRUE(refused({"--character", kOne, "--out", "a.mp4", "--touch", "pin"})) << "a server's hair";
+}
+
 TEST(ViewOptions, a_characters_motion_has_a_rest_pose_axes_and_a_unit_or_they_are_found) {
   const BvhImport found = sound({"--character", kOne}).characters[0].bvh;
   EXPECT_EQ(found.rest, RestPose::automatic);

@@ -240,7 +240,7 @@ TEST(LearntHair, with_a_fault_is_not_valid) {
     return validate(hair);
   };
   EXPECT_EQ(validate(good), "");
-  EXPECT_NE(validate({}), "");
+  EXPECT_NE(validate(LearntHair{}), "");
   EXPECT_NE(fault([](LearntHair& h) { h.hidden_count = 18; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.hidden_count = 256; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.mode_count = 132; }), "");

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "schema/codec/hand_code.hpp"
 #include "schema/wire/earlier_pose.hpp"
 #include "schema/wire/messages.hpp"
 #include "tests/support/random_messages.hpp"
@@ -184,6 +185,28 @@ TEST(Packet, carries_the_largest_chunk_and_pose_batch) {
   EXPECT_EQ(round_trip_error(batch), DecodeError::none);
   batch.poses.resize(kPosesPerBatchMax + 1);
   EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
+}
+
+TEST(Packet, of_hands_that_are_encoded_already_is_that_of_the_hands) {
+  RandomMessages random(5);
+  RoomHands hands{9, 8, {}};
+  EncodedRoomHands encoded{9, 8, {}};
+  std::deque<std::vector<std::uint8_t>> bytes;
+  for (std::uint64_t session = 1; session <= 64; ++session) {
+    hands.people.push_back({session, random.hands()});
+    encoded.people.push_back({session, bytes.emplace_back(codec::encode_hands(hands.people.back().hands))});
+  }
+  EXPECT_EQ(encode_room_hands(7, encoded), encode_packet({7, hands}));
+}
+
+TEST(Packet, carries_hands_of_as_many_people_as_a_message_may_name) {
+  RoomHands hands;
+  const Hand ball{0, {}, false, {{Vec3::Zero(), Vec3::Zero(), 0.04}}};
+  for (std::uint64_t session = 1; session <= kMembersPerMessageMax; ++session)
+    hands.people.push_back({session, {ball}});
+  const DecodedPacket decoded = decode_packet(encode_packet({7, hands}));
+  ASSERT_EQ(decoded.error, DecodeError::none) << decoded.detail;
+  EXPECT_EQ(std::get<RoomHands>(decoded.envelope.message).people.size(), kMembersPerMessageMax);
 }
 
 TEST(Packet, with_an_enum_out_of_range_is_invalid) {

@@ -140,6 +140,35 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   EXPECT_FALSE(decode_one(tick));
 }
 
+TEST(Recording, refuses_touch_that_no_world_takes) {
+  RecordedTick good;
+  good.added.resize(2);
+  good.added[1].owner = 7;
+  good.touch_rules = {{1, {TouchAudience::chosen, {3, 5}}}, {2, {TouchAudience::nobody}}};
+  good.bodies = {{3, {{{0, 1}, sphere(0.1), {}}, {{7, 0}, sphere(0.1), {}}}}, {4, {}}};
+  good.releases = {{1, {7, 0}, Release::unpin}};
+  good.grabs = {{1, {{7, 0}, {0.1, 0, 0}, 0.05}}};
+  const Result<RecordEntry> got = decode_one(good);
+  ASSERT_TRUE(got) << got.error();
+  EXPECT_TRUE(equal(*got, RecordEntry(good)));
+  const auto is_taken = [&](auto&& change) {
+    RecordedTick tick = good;
+    change(tick);
+    return decode_one(tick).has_value();
+  };
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.touch_rules[0].rule.audience = static_cast<TouchAudience>(4); }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.touch_rules[0].rule.chosen = {5, 3}; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.bodies[0].room = kRecordedRoomCountMax; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.bodies[0].bodies[1].key = {0, 1}; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.bodies[0].bodies[1].shape = {}; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.bodies[0].bodies[0].place.position.z() = kNaN; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.releases[0].release = static_cast<Release>(3); }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.grabs[0].grab.place.x() = kNaN; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.grabs[0].grab.radius_m = kNaN; }));
+  EXPECT_FALSE(is_taken([](RecordedTick& t) { t.grabs[0].grab.radius_m = 2 * kGrabRadiusMax_m; }));
+}
+
 TEST(Recording, refuses_rooms_that_no_world_has) {
   RecordedTick tick;
   tick.added.resize(1);

@@ -54,6 +54,8 @@ TokenClaims full_claims() {
   claims.id = "7f-3";
   claims.upload = true;
   claims.wind = false;
+  claims.touch = true;
+  claims.props = false;
   claims.moderate = true;
   return claims;
 }
@@ -283,6 +285,8 @@ TEST(Token, a_signed_payload_that_is_not_in_order_is_malformed) {
                            R"("jti":["a"])",
                            R"("upload":1)",
                            R"("wind":"on")",
+                           R"("touch":1)",
+                           R"("props":"off")",
                            R"("moderate":1)",
                            R"("x":1,"x":2)",
                            R"("x":1e999)",

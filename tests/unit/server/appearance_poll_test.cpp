@@ -153,7 +153,7 @@ TEST_F(AppearancePollTest, a_wind_that_has_come_with_the_room_is_told_as_an_earl
 
 TEST_F(AppearancePollTest, a_welcome_says_whether_the_wind_may_be_set) {
   Config config;
-  config.sessions.wind_from_clients = WindFromClients::participants;
+  config.sessions.wind_from_clients = AllowedClients::participants;
   start(config);
   const auto ann = join();
   EXPECT_TRUE(ann->connection->all<wire::Welcome>()[0].may_set_wind);

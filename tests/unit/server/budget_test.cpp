@@ -232,6 +232,21 @@ TEST(Budget, gives_a_character_no_less_when_it_becomes_more_important) {
   }
 }
 
+TEST(Budget, gives_touched_hair_what_it_gives_a_head_that_fills_the_screen) {
+  int others = 0;
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    Play untouched = random_play(seed, false);
+    untouched.characters[0].importance = 0.02f;
+    Play touched = untouched, large = untouched;
+    touched.characters[0].is_touched = true;
+    large.characters[0].importance = 1;
+    for (Play* play : {&untouched, &touched, &large}) play->tick();
+    EXPECT_EQ(touched.chosen, large.chosen);
+    others += touched.chosen[0] != untouched.chosen[0] ? 1 : 0;
+  }
+  EXPECT_GT(others, 5);
+}
+
 TEST(Budget, does_not_depend_on_the_order_of_characters) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     Play play = random_play(seed);

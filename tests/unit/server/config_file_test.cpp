@@ -46,16 +46,19 @@ class ConfigFile : public testing::Test {
 TEST_F(ConfigFile, sets_what_it_names_and_nothing_else) {
   const auto named = read(
       "[server]\nbind = \"::1\"\nport = 0\npose_delay_ms = 30\n[limits]\nidle_timeout_s = 2.5\n"
-      "[wind]\nmean_m_per_s = [1, -2.5, 0]\nfrom_clients = \"off\"\n");
+      "[wind]\nmean_m_per_s = [1, -2.5, 0]\nfrom_clients = \"off\"\n"
+      "[props]\nfrom_clients = \"participants\"\n");
   ASSERT_TRUE(named) << named.error();
   EXPECT_THAT(*named, testing::UnorderedElementsAre("server.bind", "server.port", "server.pose_delay_ms",
-                                                    "limits.idle_timeout_s", "wind.mean_m_per_s", "wind.from_clients"));
+                                                    "limits.idle_timeout_s", "wind.mean_m_per_s", "wind.from_clients",
+                                                    "props.from_clients"));
   EXPECT_EQ(config_.bind, "::1");
   EXPECT_EQ(config_.port, 0);
   EXPECT_EQ(config_.pose_delay_ms, 30);
   EXPECT_EQ(config_.sessions.idle_timeout_ns, 2'500'000'000);
   EXPECT_EQ(config_.wind.mean_m_per_s, Vec3(1, -2.5, 0));
-  EXPECT_EQ(config_.sessions.wind_from_clients, WindFromClients::off);
+  EXPECT_EQ(config_.sessions.wind_from_clients, AllowedClients::off);
+  EXPECT_EQ(config_.sessions.props_from_clients, AllowedClients::participants);
   EXPECT_EQ(config_.tick_rate_hz, Config().tick_rate_hz);
 }
 
@@ -83,6 +86,8 @@ TEST_F(ConfigFile, says_file_line_and_key_of_what_is_wrong) {
   EXPECT_EQ(refusal("[wind]\nmean_m_per_s = [0, nan, 0]\n"), ":2: wind.mean_m_per_s: [0, nan, 0] is not in -60 to 60");
   EXPECT_EQ(refusal("[wind]\nmean_m_per_s = [0, 0]\n"), ":2: wind.mean_m_per_s: is of a type that no setting takes");
   EXPECT_EQ(refusal("[wind]\nfrom_clients = true\n"), ":2: wind.from_clients: is a boolean, not text");
+  EXPECT_THAT(refusal("[props]\nfrom_clients = \"all\"\n"),
+              StartsWith(":2: props.from_clients: 'all' is none of off, "));
   EXPECT_EQ(refusal("[transport]\ntls_required = \"on\"\n"), ":2: transport.tls_required: is text, not a boolean");
   EXPECT_THAT(refusal("[log]\nlog_level = \"loud\"\n"), StartsWith(":2: log.log_level: 'loud' is none of trace, "));
   EXPECT_THAT(refusal("[server]\nport = 1\nport = 2\n"), StartsWith(":3: "));

@@ -166,9 +166,17 @@ TEST(Config, takes_a_wind_and_who_may_set_it) {
   EXPECT_EQ(parsed.config.wind.turbulence_rms_m_per_s, 1.5);
   EXPECT_EQ(parsed.config.wind.turbulence_scale_m, 0.7);
   EXPECT_EQ(parsed.config.wind.seed, 12u);
-  EXPECT_EQ(parsed.config.sessions.wind_from_clients, WindFromClients::off);
-  EXPECT_EQ(parse({}).config.sessions.wind_from_clients, WindFromClients::participants);
-  EXPECT_EQ(parse({"--wind-from-clients", "everyone"}).config.sessions.wind_from_clients, WindFromClients::everyone);
+  EXPECT_EQ(parsed.config.sessions.wind_from_clients, AllowedClients::off);
+  EXPECT_EQ(parse({}).config.sessions.wind_from_clients, AllowedClients::participants);
+  EXPECT_EQ(parse({"--wind-from-clients", "everyone"}).config.sessions.wind_from_clients, AllowedClients::everyone);
+}
+
+TEST(Config, takes_who_may_set_props) {
+  EXPECT_EQ(parse({}).config.sessions.props_from_clients, AllowedClients::moderators);
+  EXPECT_EQ(parse({"--props-from-clients", "off"}).config.sessions.props_from_clients, AllowedClients::off);
+  const ParsedConfig both = parse({"--props-from-clients", "everyone", "--wind-from-clients", "off"});
+  EXPECT_EQ(both.config.sessions.props_from_clients, AllowedClients::everyone);
+  EXPECT_EQ(both.config.sessions.wind_from_clients, AllowedClients::off);
 }
 
 TEST(Config, refuses_what_is_out_of_range_with_status_2) {
@@ -201,6 +209,7 @@ TEST(Config, refuses_what_is_out_of_range_with_status_2) {
                                              {"--turbulence", "-1"},
                                              {"--turbulence-scale", "0.1"},
                                              {"--wind-from-clients", "maybe"},
+                                             {"--props-from-clients", "maybe"},
                                              {"--record", "a", "--port-file", "a"}}) {
     EXPECT_EQ(parse(words).exit_code, 2) << words[0];
   }

@@ -116,11 +116,40 @@ TEST_F(OutboxTest, forgets_the_change_of_a_member_that_leaves_unannounced) {
   EXPECT_TRUE(is_empty());
 }
 
+TEST_F(OutboxTest, only_the_newest_word_of_who_may_touch_a_member_waits_and_none_of_one_that_leaves_unannounced) {
+  outbox_.push(wire::MemberTouch{5, TouchAudience::nobody, {}}, 0);
+  outbox_.push(wire::MemberTouch{6, TouchAudience::nobody, {}}, 0);
+  outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
+  for (int i = 0; i < 1000; ++i) outbox_.push(wire::MemberTouch{5, TouchAudience::everyone, {}}, 0);
+  EXPECT_FALSE(outbox_.overflowed());
+  EXPECT_EQ(std::get<wire::MemberTouch>(take()).member, 6u);
+  EXPECT_EQ(std::get<wire::MemberChanged>(take()).member, 5u);
+  EXPECT_EQ(std::get<wire::MemberTouch>(take()).audience, TouchAudience::everyone);
+  EXPECT_TRUE(is_empty());
+  outbox_.mark_blocked();
+  outbox_.push(wire::MemberJoined{.member = 5}, 0);
+  outbox_.push(wire::MemberChanged{5, "a", {}}, 0);
+  outbox_.push(wire::MemberTouch{5, TouchAudience::everyone, {}}, 0);
+  outbox_.push(wire::MemberLeft{5}, 0);
+  EXPECT_TRUE(is_empty());
+  EXPECT_EQ(counters_.messages_cancelled.value(), 1003u);
+}
+
 TEST_F(OutboxTest, sends_no_message_that_the_client_does_not_know) {
   outbox_.set_message_max(7);
   outbox_.push(wire::MemberLeft{5}, 0);
   outbox_.push(wire::RoomWind{}, 0);
   EXPECT_TRUE(is_empty());
+}
+
+TEST_F(OutboxTest, takes_hands_for_clients_that_know_them_only_and_counts_no_frames_for_them) {
+  EXPECT_TRUE(outbox_.takes_room_hands());
+  outbox_.push_frames({{wire::encode_packet({1, wire::RoomHands{}}), 0}});
+  EXPECT_TRUE(std::holds_alternative<wire::RoomHands>(take()));
+  EXPECT_EQ(outbox_.ticks_waiting(), 0u);
+  EXPECT_EQ(counters_.frames_sent.value(), 0u);
+  outbox_.set_message_max(static_cast<std::uint8_t>(wire::Message(wire::RoomHands{}).index()));
+  EXPECT_FALSE(outbox_.takes_room_hands());
 }
 
 TEST_F(OutboxTest, offers_frame_datagrams_to_clients_that_know_them_only) {

@@ -12,7 +12,8 @@ RoomKept some() {
           .mutes = {"sub:loud"},
           .is_locked = true,
           .members = {"sub:alice", "sub:b\xc3\xb6"},
-          .wind = {0, 1, 255, 7}};
+          .wind = {0, 1, 255, 7},
+          .props = {9, 8, 0}};
 }
 
 std::string text_of(const RoomKept& kept) {
@@ -26,6 +27,7 @@ TEST(RoomKeptText, comes_back_as_it_was) {
   EXPECT_EQ(*parse_kept(text_of(some())), some());
   EXPECT_EQ(text_of({}), "") << "there is nothing to keep";
   EXPECT_EQ(*parse_kept(text_of({.mutes = {"a"}})), RoomKept{.mutes = {"a"}});
+  EXPECT_EQ(*parse_kept(text_of({.props = {1}})), RoomKept{.props = {1}});
 }
 
 TEST(RoomKeptText, refuses_every_truncation) {
@@ -39,6 +41,8 @@ TEST(RoomKeptText, refuses_what_no_server_writes) {
            "{}",
            R"({"locked":1,"wind":"","members":[],"mutes":[],"bans":[]})",
            R"({"locked":false,"wind":"?","members":[],"mutes":[],"bans":[]})",
+           R"({"locked":false,"wind":"","props":"?","members":[],"mutes":[],"bans":[]})",
+           R"({"locked":false,"wind":"","props":7,"members":[],"mutes":[],"bans":[]})",
            R"({"locked":false,"wind":"","members":[""],"mutes":[],"bans":[]})",
            R"({"locked":false,"wind":"","members":[],"mutes":[7],"bans":[]})",
            R"({"locked":false,"wind":"","members":[],"mutes":[],"bans":[["a"]]})",
@@ -54,9 +58,32 @@ TEST(RoomKeptText, refuses_what_no_server_writes) {
   EXPECT_FALSE(parse_kept(std::string(kKeptBytesMax + 1, ' ')));
 }
 
+TEST(RoomKeptText, leaves_out_and_counts_props_that_do_not_fit) {
+  RoomKept kept = some();
+  kept.props.assign(kKeptBytesMax / 2, 7);
+  EXPECT_EQ(*parse_kept(text_of(kept)), kept);
+  kept.props.assign(kKeptBytesMax, 7);
+  std::size_t left_out = 0;
+  const std::string text = to_value(kept, left_out);
+  EXPECT_EQ(left_out, 1u);
+  kept.props.clear();
+  EXPECT_EQ(text, text_of(kept)) << "all else is kept";
+}
+
+TEST(RoomKeptText, takes_the_largest_props_that_fit) {
+  RoomKept kept{.props = std::vector<std::uint8_t>(kKeptBytesMax * 3 / 4, 7)};
+  std::size_t left_out = 1;
+  for (; left_out > 0 && !kept.props.empty(); kept.props.pop_back()) to_value(kept, left_out);
+  kept.props.push_back(7);
+  const std::string text = text_of(kept);
+  EXPECT_LE(text.size(), kKeptBytesMax);
+  EXPECT_GT(text.size(), kKeptBytesMax - 10);
+}
+
 TEST(RoomKeptText, is_bounded_and_leaves_out_the_last_bans) {
   RoomKept kept = some();
   kept.members.clear();
+  kept.props.clear();
   for (int i = 0; i < 3000; ++i) kept.bans.push_back({"sub:someone-with-a-name-" + std::to_string(i), 2'000'000'000});
   std::size_t left_out = 0;
   const std::string text = to_value(kept, left_out);

@@ -319,6 +319,47 @@ TEST_F(SessionInMovedRoom, a_wind_moves_with_the_room_of_a_server_that_drains) {
   for (const CloseSession& closed : commands<CloseSession>()) EXPECT_TRUE(closed.goes_on_elsewhere);
 }
 
+TEST_F(SessionInMovedRoom, as_many_props_as_a_room_may_have_go_on_for_the_first_who_comes_to_the_next_server) {
+  const Client boss = enter("boss", true);
+  wire::SetProps set;
+  for (unsigned i = 0; i < wire::kPropsMax; ++i)
+    set.props.push_back({static_cast<std::uint8_t>(i), sphere(0.25), {Quat::Identity(), {0.1 * i, -1.7, 0.3}}});
+  boss.sink->on_packet(wire::encode_packet({now_ns_, set}), now_ns_);
+  boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetProps{{}, {5}}}), now_ns_);
+  kept();
+  EXPECT_EQ(counters_.kept_left_out.value(), 0u);
+  const std::string text = fleet_.kept["hall"];
+  fleet_.put_elsewhere("hall", kOtherId, {"hair-2", 7421, ""});
+  registry_.on_room_lost("hall", now_ns_);
+  EXPECT_EQ(context_.props.count("hall"), 0u);
+  pass(kSecond_ns);
+  commands<OpenSession>();
+  fleet_.decide("hall", Placement::Kind::here);
+  registry_.on_room_claimed("hall", text, now_ns_);
+  enter("boss", true);
+  enter("other", true);
+  const std::vector<OpenSession> opened = commands<OpenSession>();
+  ASSERT_EQ(opened.size(), 2u);
+  ASSERT_EQ(opened[0].props.size(), wire::kPropsMax - 1);
+  EXPECT_EQ(opened[0].props[4].number, 4);
+  EXPECT_EQ(opened[0].props[5].number, 6);
+  EXPECT_EQ(opened[0].props[5].shape, sphere(0.25));
+  EXPECT_EQ(opened[0].props[5].place.position.cast<float>(), Vec3f(0.6f, -1.7f, 0.3f));
+  EXPECT_TRUE(opened[1].props.empty()) << "the tick has them";
+}
+
+TEST_F(SessionInMovedRoom, props_of_a_room_that_all_have_left_are_kept_no_longer) {
+  const Client boss = enter("boss", true);
+  boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetProps{{{1, sphere(0.25), {}}}}}), now_ns_);
+  EXPECT_FALSE(kept().props.empty());
+  boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
+  EXPECT_FALSE(kept().props.empty()) << "the empty room exists for a while";
+  for (int i = 0; i < 40; ++i) pass(kSecond_ns / 5);
+  EXPECT_THAT(fleet_.released, ElementsAre("hall"));
+  EXPECT_THAT(parse_kept(fleet_.kept["hall"]).value().props, IsEmpty());
+  EXPECT_EQ(context_.props.count("hall"), 0u);
+}
+
 TEST_F(SessionInMovedRoom, a_draining_server_keeps_what_has_just_changed) {
   const Client boss = enter("boss", true);
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Moderate{wire::ModerateAction::unlock, 0, "", 0, ""}}),
@@ -374,6 +415,11 @@ TEST_F(SessionInMovedRoom, a_text_that_is_not_valid_is_refused_and_counted) {
   registry_.on_room_claimed("hall", to_value({.is_locked = true, .wind = {1, 2, 3}}, left_out), now_ns_);
   EXPECT_EQ(counters_.rooms_kept_refused.value(), 2u);
   EXPECT_TRUE(context_.rules.is_locked("hall")) << "its wind alone is not valid";
+  const std::vector<std::uint8_t> too_large = wire::encode_packet({0, wire::SetProps{{{1, sphere(101), {}}}}});
+  registry_.on_room_claimed("hall", to_value({.is_locked = true, .props = too_large}, left_out), now_ns_);
+  EXPECT_EQ(counters_.rooms_kept_refused.value(), 3u);
+  EXPECT_TRUE(context_.rules.is_locked("hall")) << "its props alone are not valid";
+  EXPECT_EQ(context_.props.count("hall"), 0u);
 }
 
 TEST_F(SessionInMovedRoom, more_than_the_server_may_have_is_left_out_and_counted) {

@@ -244,15 +244,15 @@ TEST_F(ModerationTest, moderators_set_the_wind_where_the_setting_lets_them) {
   windless.wind = false;
   windy.wind = true;
   Client observer = join(watching), calm = join(windless), granted = join(windy), plain = join(claims("plain"));
-  const auto who_may = [&](WindFromClients setting) {
+  const auto who_may = [&](AllowedClients setting) {
     context_.limits.wind_from_clients = setting;
     return std::array{may_set_wind(moderator_), may_set_wind(observer), may_set_wind(calm), may_set_wind(granted),
                       may_set_wind(plain)};
   };
-  EXPECT_THAT(who_may(WindFromClients::off), ElementsAre(false, false, false, true, false));
-  EXPECT_THAT(who_may(WindFromClients::moderators), ElementsAre(true, true, false, true, false));
-  EXPECT_THAT(who_may(WindFromClients::participants), ElementsAre(true, true, false, true, true));
-  EXPECT_THAT(who_may(WindFromClients::everyone), ElementsAre(true, true, false, true, true));
+  EXPECT_THAT(who_may(AllowedClients::off), ElementsAre(false, false, false, true, false));
+  EXPECT_THAT(who_may(AllowedClients::moderators), ElementsAre(true, true, false, true, false));
+  EXPECT_THAT(who_may(AllowedClients::participants), ElementsAre(true, true, false, true, true));
+  EXPECT_THAT(who_may(AllowedClients::everyone), ElementsAre(true, true, false, true, true));
 }
 
 TEST_F(ModerationTest, the_log_says_who_did_what_to_whom_and_why) {

@@ -242,7 +242,7 @@ TEST_F(SubjectTest, a_resume_takes_the_quotas_of_the_newest_token) {
 
 TEST_F(SubjectTest, observers_upload_and_everyone_sets_wind_as_the_token_says) {
   const auto may = [this](wire::Role role, std::optional<bool> upload, std::optional<bool> wind,
-                          WindFromClients setting) {
+                          AllowedClients setting) {
     context_.limits.wind_from_clients = setting;
     channel::TokenClaims granted = claims("");
     granted.role = role;
@@ -257,7 +257,7 @@ TEST_F(SubjectTest, observers_upload_and_everyone_sets_wind_as_the_token_says) {
     return std::pair(uploads, refused == 0);
   };
   using enum wire::Role;
-  using enum WindFromClients;
+  using enum AllowedClients;
   EXPECT_EQ(may(participant, {}, {}, participants), std::pair(true, true));
   EXPECT_EQ(may(participant, false, false, everyone), std::pair(false, false));
   EXPECT_EQ(may(participant, {}, {}, off), std::pair(true, false));

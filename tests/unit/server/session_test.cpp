@@ -161,7 +161,7 @@ TEST_F(SessionTest, refuses_invalid_materials_and_winds_completely_and_continues
 }
 
 TEST_F(SessionTest, refuses_winds_of_clients_when_so_configured) {
-  context_.limits.wind_from_clients = WindFromClients::off;
+  context_.limits.wind_from_clients = AllowedClients::off;
   hello();
   send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
@@ -605,7 +605,7 @@ TEST_F(SessionTest, an_observer_sets_the_wind_only_where_everyone_may) {
   send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
   EXPECT_THAT(requests<wire::SetWind>(), IsEmpty());
-  context_.limits.wind_from_clients = WindFromClients::everyone;
+  context_.limits.wind_from_clients = AllowedClients::everyone;
   send(wire::SetWind{});
   EXPECT_EQ(requests<wire::SetWind>().size(), 1u);
 }

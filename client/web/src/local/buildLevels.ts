@@ -1,7 +1,7 @@
 import { Groom } from "../hair/groom";
 import { groomBytes } from "../hair/groomBytes";
-import { HairnetError } from "../module/hairnetError";
-import type { LevelsAnswer } from "./levelsWorker";
+import { inWorker } from "../module/inWorker";
+import type { LevelsWork } from "./levelsWorker";
 import LevelsWorker from "./levelsWorker?worker&inline";
 import { localFile } from "./localModule";
 import { makeLevels } from "./makeLevels";
@@ -22,39 +22,8 @@ export async function buildLevels(
 ): Promise<Uint8Array<ArrayBuffer>> {
   const file = hair instanceof Groom ? hair.file : groomBytes(hair);
   const module = await localFile.compiled();
-  const built = last.then(() => build(module, file, onProgress));
+  const work: LevelsWork = { module, file };
+  const built = last.then(() => inWorker(LevelsWorker, work, () => makeLevels(module, file, onProgress), onProgress));
   last = built.catch(() => {});
   return built;
-}
-
-async function build(
-  module: WebAssembly.Module,
-  file: Uint8Array,
-  onProgress: Progress,
-): Promise<Uint8Array<ArrayBuffer>> {
-  const worker = startWorker();
-  if (!worker) return makeLevels(module, file, onProgress);
-  try {
-    return await new Promise((resolve, reject) => {
-      worker.onmessage = ({ data: { share, levels, fault } }: MessageEvent<LevelsAnswer>) => {
-        if (share !== undefined) onProgress(share);
-        else if (levels) resolve(levels);
-        else reject(new HairnetError("malformed", fault ?? "the levels could not be built"));
-      };
-      // A page's policy may forbid it after all.
-      worker.onerror = () => resolve(makeLevels(module, file, onProgress));
-      worker.postMessage({ module, file });
-    });
-  } finally {
-    worker.terminate();
-  }
-}
-
-function startWorker(): Worker | null {
-  if (typeof Worker === "undefined") return null;
-  try {
-    return new LevelsWorker();
-  } catch {
-    return null;
-  }
 }

@@ -29,6 +29,9 @@ export enum EventKind {
   changed,
   wind,
   fault,
+  held,
+  props,
+  touch,
 }
 
 /** `hairnet_event` of client/hairnet.h, which explains each. */
@@ -38,6 +41,8 @@ export interface LinkEvent {
   readonly member: number;
   readonly character: number;
   readonly isRefused: boolean;
+  readonly hand: number;
+  readonly held: number;
   readonly session: bigint;
   readonly waitS: number;
   readonly text: string;
@@ -109,6 +114,8 @@ export class Link {
         member: event.getUint32(8, true),
         character: event.getUint32(12, true),
         isRefused: event.getUint32(16, true) !== 0,
+        hand: event.getUint16(20, true),
+        held: event.getUint16(22, true),
         session: event.getBigUint64(24, true),
         waitS: event.getFloat64(32, true),
         text: module.text(text),

@@ -32,6 +32,12 @@ export interface RoomEvents {
    * 2^64 - 1: a client of the server that had the room before.
    */
   wind: { wind: Wind; session: bigint };
+  /** A hand of this client holds so many points of the hair of a member; 0: it has lost them, or there was none. */
+  held: { member: Member; hand: number; pointCount: number };
+  /** The room's props have changed: `room.props`. */
+  props: object;
+  /** Another audience may touch the hair of a member: `room.mayTouch`. */
+  touch: { member: Member };
   /** The server refused something, or a groom is damaged: one line for people. */
   fault: { detail: string };
 }

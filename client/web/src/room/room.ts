@@ -6,7 +6,23 @@ import { checkLinkOptions, kLinkOptions, type LinkOptions } from "../net/linkOpt
 import { EventKind, Link, LinkState, type LinkEvent } from "../net/link";
 import { webSocketUrl } from "../net/url";
 import type { Member } from "./member";
+import type { OwnCharacter } from "./ownCharacter";
 import { People, type Happened, type RoomState } from "./people";
+import {
+  checkHands,
+  checkNumber,
+  handsOf,
+  numberBytes,
+  placeBytes,
+  propBytes,
+  propsOf,
+  Release,
+  sessionBytes,
+  TouchAudience,
+  withHands,
+  type Hand,
+  type Prop,
+} from "./touch";
 import { kWindBytes, windFrom, type Wind } from "./wind";
 
 const kErrorM = 0.001;
@@ -29,8 +45,8 @@ const kCountersBytes = 8 + 8 * kCounterNames.length;
 const kImportanceBytes = 12;
 
 /**
- * What has happened since the room was made (`hairnet_counters` of client/hairnet.h). `inputsDropped`: poses, winds,
- * materials and appearances of this program that were not finite, or out of range.
+ * What has happened since the room was made (`hairnet_counters` of client/hairnet.h). `inputsDropped`: poses, hands,
+ * props, winds, materials and appearances of this program that were not finite, or out of range.
  */
 export type RoomCounters = { [name in (typeof kCounterNames)[number]]: number };
 
@@ -177,6 +193,94 @@ export class Room extends People {
     this.link.soon();
   }
 
+  /**
+   * This person's hands now, all of them, best in one go with the poses; none: they are gone, as they are half a second
+   * after the last call. Hands with numbers out of range are dropped, counted in `counters.inputsDropped` and told on the
+   * console. Throws `HairnetError` for what are no hands.
+   */
+  pushHands(hands: readonly Hand[]): void {
+    const { module, handle } = this;
+    checkHands(hands);
+    this.#orTell(() =>
+      withHands(module, hands, (at) => module.check("pushHands: ", "hairnet_push_hands", handle, at, hands.length)),
+    );
+  }
+
+  /** The hands of others near members, at the time at which hair is shown, by session. */
+  get hands(): ReadonlyMap<bigint, readonly Hand[]> {
+    return handsOf(this.module, this.handle);
+  }
+
+  /**
+   * Says who may touch the hair of an own character, at first oneself. `chosen`: sessions, for that audience alone; after
+   * a reconnect as another session nobody is chosen any more, as the numbers may be others' now.
+   */
+  setTouch(own: OwnCharacter, audience: TouchAudience, chosen: readonly bigint[] = []): void {
+    const { module, handle } = this;
+    if (!(audience in TouchAudience)) throw new HairnetError("invalid", `setTouch: there is no ${String(audience)}`);
+    module.with(sessionBytes(chosen), (at) =>
+      module.check("setTouch: ", "hairnet_set_touch", handle, own.character, audience, at, chosen.length),
+    );
+    this.link.soon();
+  }
+
+  /** Whether this client's hands may touch the member's hair, as far as it knows. */
+  mayTouch(member: Member): boolean {
+    return this.module.call("hairnet_may_touch", this.handle, member.member) !== 0;
+  }
+
+  /**
+   * This person's shape of the number `hand` takes hold of the member's hair within `radiusM` (at most 0.3) of `place`, in
+   * the shape's own axes: the hand's with y turned the shortest way into the capsule's axis, from its middle. A "held"
+   * answers. It holds until `letGo`, the hair is pulled out, the shape is gone, or the connection is lost.
+   */
+  takeHold(member: Member, hand: number, place: readonly [number, number, number] = [0, 0, 0], radiusM = 0.03): void {
+    const { module, handle } = this;
+    checkNumber(hand, "takeHold", "the number of the hand");
+    module.with(placeBytes(place), (at) =>
+      module.check("takeHold: ", "hairnet_take_hold", handle, member.member, hand, at, radiusM),
+    );
+    this.link.soon();
+  }
+
+  /**
+   * Does nothing for a hand that holds no hair of the member; `Release.unpin` ends pins whatever the hand. While the room
+   * is not connected, this and `setProps` are dropped as by `pushHands`, and `takeHold` throws.
+   */
+  letGo(member: Member, hand: number, release = Release.drop): void {
+    checkNumber(hand, "letGo", "the number of the hand");
+    if (!(release in Release)) throw new HairnetError("invalid", `letGo: there is no release ${String(release)}`);
+    this.module.call("hairnet_let_go", this.handle, member.member, hand, release);
+    if (this.#state !== "connected") this.dropped.tellOnce("letGo: the room is not connected; it was dropped");
+    this.link.soon();
+  }
+
+  /**
+   * Adds and moves props of the room, and takes away those with the numbers of `removed`. They stay when this client
+   * leaves. "props" follows, or a "fault". With numbers out of range all are dropped, as by `pushHands`.
+   */
+  setProps(props: readonly Prop[], removed: readonly number[] = []): void {
+    const { module, handle } = this;
+    const [set, gone] = [propBytes(props), numberBytes(removed)];
+    this.#orTell(() =>
+      module.with(set, (at) =>
+        module.with(gone, (goneAt) =>
+          module.check("setProps: ", "hairnet_set_props", handle, at, props.length, goneAt, removed.length),
+        ),
+      ),
+    );
+  }
+
+  /** The room's own shapes, by number. A plane comes back as the box that it is. */
+  get props(): ReadonlyMap<number, Prop> {
+    return propsOf(this.module, this.handle);
+  }
+
+  /** Whether the server let this client set props when it joined. */
+  get maySetProps(): boolean {
+    return this.module.call("hairnet_may_set_props", this.handle) !== 0;
+  }
+
   /** Says goodbye; the room stays empty afterwards. */
   close(): void {
     if (this.#state === "closed") return;
@@ -198,8 +302,31 @@ export class Room extends People {
         return this.tell("wind", { wind: this.wind, session: event.session });
       case EventKind.fault:
         return this.tell("fault", { detail: event.text });
+      case EventKind.props:
+        return this.tell("props", {});
+      case EventKind.held:
+      case EventKind.touch:
+        return this.#takeTouch(event);
       default:
     }
+  }
+
+  /** What a moment's computation may have brought does not end the render loop. */
+  #orTell(call: () => void): void {
+    try {
+      call();
+    } catch (error) {
+      if (!(error instanceof HairnetError && error.code === "invalid")) throw error;
+      this.dropped.tellOnce(`${error.message}; it was dropped`);
+    }
+    this.link.soon();
+  }
+
+  #takeTouch({ kind, member: number, hand, held }: LinkEvent): void {
+    const member = this.members.get(number);
+    if (!member) return; // it has left since
+    if (kind === EventKind.held) this.tell("held", { member, hand, pointCount: held });
+    else this.tell("touch", { member });
   }
 
   #setState(state: RoomState, detail: string, waitS: number, isRefused: boolean): void {

@@ -33,8 +33,10 @@ test("a name that goes the page's way is as it is, and one of nothing but direct
 
 test("so it is with hairstyles, files and what a moderator writes", () => {
   expect(outside(`${hairstyleName(`a${kOverride}b`)} (in the room)`)).toBe("NAME (in the room)");
-  expect(outside(foreignFileWords(`a${kOverride}riah.hair`))).toMatch(
-    /^If NAME holds strands, .*: hairnet-groom import NAME --out NAME\.groom$/,
+  const scene = `a${kOverride}riah.fbx`;
+  expect(outside(foreignFileWords([scene], `${scene}: strands are read from …`))).toMatch(
+    /^The page does not read NAME: /,
   );
+  expect(outside(foreignFileWords(["a.hair"], `a${kOverride}riah.hair: not a .hair file`))).toBe("NAME");
   expect(outside(refusedWords(`the server says goodbye: removed: ${kOverride}spam`, true))).toBe("NAME.");
 });

@@ -4,6 +4,7 @@ import { fileHairstyle } from "../../page/hairstyles";
 import { loadingWords } from "../../page/loadingLine";
 import { hairstyleName } from "../../page/roomDetails";
 import { HairnetError } from "../../src/index";
+import { objText } from "../support/objText";
 
 test("a server that does not answer is named with its address and the next attempt", () => {
   const words = closedWords("ws://127.0.0.1:9/ws", "no WebSocket at ws://127.0.0.1:9/ws", 1.6);
@@ -40,19 +41,27 @@ test("other refusals are the server's own line", () => {
   expect(refusedWords("the server says goodbye: ", true)).toBe("The server gave no reason.");
 });
 
-test("a file of another program leads to the command that makes a groom of it", async () => {
-  for (const name of ["braid.hair", "braid.TFX", "braid.data", "braid.abc", "braid.usdz", "braid.npz"])
-    expect(foreignFileWords(name)).toContain(`hairnet-groom import ${name} --out braid.groom`);
-  expect(foreignFileWords("scene.fbx")).toContain("hairnet-groom import FILE --out scene.groom");
-  expect(foreignFileWords("photo.png")).toContain("give it a hairstyle (.groom) or an avatar (.vrm)");
-  const refusal = async (name: string, text: string) => {
-    const file = { name, arrayBuffer: () => new Blob([text]).arrayBuffer() };
-    const fault = await fileHairstyle(file).catch((error: unknown) => error);
+test("files that make no hairstyle are named, with what helps", async () => {
+  expect(foreignFileWords(["curls.abc", "scene.FBX"], "…")).toMatch(/does not read scene\.FBX: export .* as \.abc/);
+  const refusal = async (...files: [name: string, text: string][]) => {
+    const given = files.map(([name, text]) => ({ name, arrayBuffer: () => new Blob([text]).arrayBuffer() }));
+    const fault = await fileHairstyle(given).catch((error: unknown) => error);
     expect(fault).toBeInstanceOf(HairnetError);
+    expect((fault as HairnetError).message).not.toContain("\n");
     return (fault as HairnetError).message;
   };
-  expect(await refusal("braid.hair", "HAIR")).toContain("hairnet-groom import");
-  expect(await refusal("licence.groom", "MIT Licence")).toMatch(/^licence\.groom is no whole hairstyle file: /);
+  expect(await refusal(["braid.hair", "HAIR"])).toMatch(/^braid\.hair: /);
+  expect(await refusal(["photo.png", "PNG"])).toMatch(/^photo\.png: strands are read from .*\.abc/);
+  expect(await refusal(["one.obj", "v 0 0 0\nv 0 1 0\nl 1 2\n"])).toMatch(/--unit \(flags of hairnet-groom import/);
+  expect(await refusal(["licence.groom", "MIT Licence"])).toMatch(/^licence\.groom is no whole hairstyle file: /);
+  expect(await refusal(["a.groom", ""], ["b.abc", ""])).toMatch(/^a\.groom is a whole hairstyle: give it without/);
+});
+
+test("files of another program make a hairstyle with their name, and lines that say what was guessed", async () => {
+  const file = { name: "my_curls.obj", arrayBuffer: () => new Blob([objText()]).arrayBuffer() };
+  const { style, remarks } = await fileHairstyle([file]);
+  expect(style.label).toBe("My curls");
+  expect(remarks[0]).toMatch(/^my_curls\.obj: taken as up \+y, face /);
 });
 
 test("the loading line says what the page waits for, with bytes", () => {

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "client/viewer/drawing/mouse_controller.hpp"
+#include "client/viewer/drawing/orbit_camera.hpp"
+#include "client/viewer/sources/hair_source.hpp"
+#include "client/viewer/sources/local_world.hpp"
+#include "core/touch/touch_body.hpp"
+
+namespace hairnet::viewer {
+
+// Hair under the mouse.
+struct PickedHair {
+  std::uint64_t id = 0;       // names the character
+  Vec3 place = Vec3::Zero();  // world, m
+};
+
+// Finds the hair that is nearest to the ray's origin, and close to the ray: within 8 mm, or `reach_per_m` times its
+// distance if that is more. None where a body hides the hair. Only hair on a lattice can be touched, and found.
+std::optional<PickedHair> pick_hair(const Ray& ray, double reach_per_m, std::span<const ViewedCharacter> viewed);
+
+// The mouse as a hand in a local world. A left press on hair takes hold of it, or with ctrl makes the mouse a ball that
+// strokes it. The hand then moves in the plane through the pressed hair that is parallel to the screen. A release lets
+// the hair go, and with shift pins it to the head. A press with shift is left to MouseController, which moves the head.
+// Knows no window; one thread.
+class MouseHand {
+ public:
+  enum class Action : std::uint8_t { none, hold, stroke };
+  static constexpr double kBallRadius_m = 0.04;
+  // Takes several contact points of hair at most levels.
+  static constexpr double kHoldRadius_m = 0.04;
+  // The hand follows a faster mouse at this speed of the world: hair that is held is not torn away.
+  static constexpr double kSpeedMax_m_per_s = 3;
+
+  // Returns whether the hand has the mouse: nothing else may act on the input then.
+  bool apply(const MouseInput& mouse, LocalWorld& world, const OrbitCamera& camera, int width_px, int height_px);
+  // Moves the hand for a tick of that length, and takes hold of hair; for LocalWorld::touch_by.
+  std::vector<TouchBody> tick(double elapsed_s, LocalWorld& world);
+
+  [[nodiscard]] Action action() const { return action_; }
+  // It has taken hold of hair in this drag.
+  [[nodiscard]] bool has_hold() const { return has_hold_; }
+  // Returns where it was after the last tick of the drag, world, m.
+  [[nodiscard]] const Vec3& place() const { return place_; }
+  // Some hair was pressed already.
+  [[nodiscard]] bool has_touched() const { return has_touched_; }
+
+ private:
+  void press(const MouseInput& mouse, const LocalWorld& world, const OrbitCamera& camera, int width_px, int height_px);
+  void release(bool pins, LocalWorld& world);
+
+  Action action_ = Action::none;
+  // A button was down at the last call.
+  bool is_pressed_ = false;
+  // The last tick had the hand.
+  bool is_in_world_ = false;
+  bool has_hold_ = false, has_touched_ = false;
+  // Names the pressed character.
+  std::uint64_t id_ = 0;
+  // Is how far the plane is from the eye, along the view.
+  double depth_m_ = 1;
+  Vec3 place_ = Vec3::Zero(), target_ = Vec3::Zero();  // world
+};
+
+// Lets all hair go that the mouse has pinned.
+void unpin_hair(LocalWorld& world);
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,170 @@
+import { mkdirSync } from "node:fs";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import type { PageViewer } from "../page/viewer";
+import { LevelIndex } from "../src/index";
+import { makeGroomFile } from "./actor";
+import { Browser } from "./browser";
+import { HairnetServer, until } from "./hairnetServer";
+import { readyCount } from "./picture";
+
+const server = new HairnetServer();
+const browser = new Browser();
+const long = makeGroomFile("long_straight");
+const bob = makeGroomFile("bob");
+const shots = process.env.HAIRNET_SHOTS ?? "e2e/shots";
+
+type Globals = { hairnet: PageViewer };
+
+const settle = (ms: number) => new Promise((done) => setTimeout(done, ms));
+const shoot = (page: Page, name: string) => page.screenshot({ path: `${shots}/${name}.png`, timeout: 90_000 });
+
+beforeAll(async () => {
+  mkdirSync(shots, { recursive: true });
+  await server.start();
+  await browser.start();
+});
+afterEach(() => browser.closePages());
+afterAll(async () => {
+  await browser.dispose();
+  await server.dispose();
+});
+
+/** The displacements of a member's nodes now, m; none before its hair is simulated. */
+const nodesOf = (page: Page, member: number) =>
+  page.evaluate(
+    ([number, high]) => {
+      const one = (window as unknown as Globals).hairnet.room?.members.get(number);
+      return one?.level === high ? [...(one.lattice?.grid ?? [])] : [];
+    },
+    [member, LevelIndex.high],
+  );
+
+/** The largest difference of a coordinate; of unequal numbers of nodes infinite. */
+function farthest(a: readonly number[], b: readonly number[]): number {
+  if (a.length !== b.length || a.length === 0) return Infinity;
+  return a.reduce((most, x, i) => Math.max(most, Math.abs(x - b[i])), 0);
+}
+
+/** Waits until the hair hangs still in that page. */
+async function still(page: Page, member: number): Promise<number[]> {
+  let nodes = await nodesOf(page, member);
+  await until("the hair hangs still", async () => {
+    await settle(700);
+    const before = nodes;
+    nodes = await nodesOf(page, member);
+    return farthest(before, nodes) < 0.001;
+  });
+  return nodes;
+}
+
+/** The pixel of a lock at the right of the face in the picture, the nearest there is to the camera. */
+const lockAt = (page: Page, member: number) =>
+  page.evaluate((number) => {
+    const { room, stage } = (window as unknown as Globals).hairnet;
+    const one = room!.members.get(number)!;
+    const [pose, points] = [one.pose!, one.points()!];
+    const beside: { x: number; y: number; z: number }[] = [];
+    for (let i = 0; i < points.length; i += 3) {
+      const below = pose[5] - points[i + 1];
+      if (below < 0 || below > 0.12) continue;
+      const { x, y, z } = stage.camera.position.clone().fromArray(points, i).project(stage.camera);
+      beside.push({ x, y, z });
+    }
+    const middle = stage.camera.position.clone().fromArray(pose, 4).project(stage.camera).x;
+    const right = Math.max(...beside.map(({ x }) => x)) - middle;
+    const lock = beside.filter(({ x }) => x - middle > 0.8 * right).reduce((a, b) => (b.z < a.z ? b : a));
+    return { x: ((lock.x + 1) / 2) * innerWidth, y: ((1 - lock.y) / 2) * innerHeight };
+  }, member);
+
+const mayTouch = (page: Page, member: number) =>
+  page.evaluate((number) => {
+    const { served } = (window as unknown as Globals).hairnet;
+    const one = served?.members.get(number);
+    return one !== undefined && served!.mayTouch(one);
+  }, member);
+
+test("hair that its owner lets everyone touch is dragged alike in both pages, and swings back", async () => {
+  const owner = await browser.open(`${server.address}/?room=touch`);
+  await owner.getByLabel("Who may touch my hair").selectOption("oneself");
+  const other = await browser.open(`${server.address}/?room=touch`);
+  await owner.setInputFiles("#groom-file", long.path);
+  await until("the owner has hair", async () => (await readyCount(owner)) === 1);
+  await until("the page invites", () => owner.isVisible("#touch-hint"));
+  await other.setInputFiles("#groom-file", bob.path);
+  for (const [page, everyMs] of [
+    [owner, 1000],
+    [other, 400],
+  ] as const) {
+    await until("it sees both", async () => (await readyCount(page)) === 2, 90_000);
+    await page.selectOption("#quality", "0.3");
+    // A page that draws all the time would keep the other one from saying where its hand is.
+    await page.evaluate((ms) => {
+      (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = ms;
+    }, everyMs);
+  }
+  const member = await owner.evaluate(() => (window as unknown as Globals).hairnet.own!.member!.member);
+  expect(await mayTouch(owner, member)).toBe(true);
+  expect(await mayTouch(other, member)).toBe(false);
+  await owner.getByLabel("Who may touch my hair").selectOption("everyone");
+  await until("the other may touch it", () => mayTouch(other, member));
+
+  await other.evaluate((number) => (window as unknown as Globals).hairnet.focus.show(number), member);
+  // The camera sets off in the next picture.
+  await other.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await until("the camera is there", () =>
+    other.evaluate((number) => {
+      const { focus, stage } = (window as unknown as Globals).hairnet;
+      return focus.person === number && !stage.motion.isFlying;
+    }, member),
+  );
+  const rest = await still(other, member);
+  await still(owner, member);
+  const at = await lockAt(other, member);
+  await other.mouse.move(at.x, at.y);
+  await other.mouse.down();
+  await until("the owner sees the hand", () =>
+    owner.evaluate(() => (window as unknown as Globals).hairnet.served!.hands.size === 1),
+  );
+  await other.mouse.move(at.x + 70, at.y, { steps: 8 });
+  await until("the hair follows", async () => farthest(await nodesOf(other, member), rest) > 0.03);
+  const held = await still(other, member);
+  const heldAtOwner = await still(owner, member);
+  await shoot(other, "touch_held");
+  console.log(
+    `held ${(1000 * farthest(held, rest)).toFixed(1)} mm from rest, ` +
+      `the pages differ by ${(1000 * farthest(held, heldAtOwner)).toFixed(2)} mm`,
+  );
+  expect(farthest(held, rest)).toBeGreaterThan(0.03);
+  expect(farthest(held, heldAtOwner)).toBeLessThan(0.005);
+  await shoot(owner, "touch_seen");
+
+  await other.mouse.up();
+  for (const page of [owner, other])
+    await until("it is back", async () => farthest(await nodesOf(page, member), rest) < 0.01);
+  await until("the hand is gone", () =>
+    owner.evaluate(() => (window as unknown as Globals).hairnet.served!.hands.size === 0),
+  );
+  expect(await other.isVisible("#touch-hint")).toBe(false);
+
+  await owner.getByLabel("Who may touch my hair").selectOption("nobody");
+  await until("the other may not", async () => !(await mayTouch(other, member)));
+  expect(browser.takeFaults()).toEqual([]);
+});
+
+test("the choice of who may touch lasts, and holds after a reload", async () => {
+  const page = await browser.open(`${server.address}/?room=kept`);
+  await page.getByLabel("Who may touch my hair").selectOption("nobody");
+  await page.reload();
+  expect(await page.inputValue("#who-may-touch")).toBe("nobody");
+  await page.setInputFiles("#groom-file", long.path);
+  await until("the head is ready", async () => (await readyCount(page)) === 1);
+  await until("nobody may touch it", async () => {
+    const own = await page.evaluate(() => (window as unknown as Globals).hairnet.own?.member?.member ?? 0);
+    return own > 0 && !(await mayTouch(page, own));
+  });
+  await until("nothing invites", async () => !(await page.isVisible("#touch-hint")));
+  await page.selectOption("#who-may-touch", "oneself");
+  await until("the page invites", () => page.isVisible("#touch-hint"));
+  expect(browser.takeFaults()).toEqual([]);
+});

@@ -1,0 +1,36 @@
+import { isolated } from "./isolated";
+
+const kLineShownMs = 12_000;
+
+/** What the page tells of files of hair: that it reads them, then in one line how the hair was taken to lie, and all else. */
+export class ImportNote {
+  #timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(
+    private readonly line: HTMLElement,
+    private readonly details: HTMLDetailsElement,
+  ) {}
+
+  showReading(names: readonly string[]): void {
+    this.#showLine(`Reading ${names.map(isolated).join(", ")} …`);
+  }
+
+  /** `remarks`: the importer's lines; none for a hairstyle that needs no guess, and after a fault. */
+  show(remarks: readonly string[]): void {
+    this.#showLine(remarks.length > 0 ? isolated(remarks[0]) : null);
+    this.#timer = setTimeout(() => this.#showLine(null), kLineShownMs);
+    this.details.hidden = remarks.length === 0;
+    const items = remarks.map((remark) => {
+      const item = document.createElement("li");
+      item.textContent = isolated(remark);
+      return item;
+    });
+    this.details.querySelector("ul")!.replaceChildren(...items);
+  }
+
+  #showLine(text: string | null): void {
+    clearTimeout(this.#timer);
+    this.line.hidden = text === null;
+    this.line.textContent = text;
+  }
+}

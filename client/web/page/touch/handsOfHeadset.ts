@@ -1,0 +1,142 @@
+import { Matrix4, Quaternion, Vector3 } from "three";
+import type { Hand, HandShape } from "../../src/index";
+
+/** A tracked joint, world. */
+export interface JointPlace {
+  readonly position: Vector3;
+  readonly rotation: Quaternion;
+  readonly radiusM: number;
+}
+
+/** A hand, or a controller in it. */
+export interface TrackedHand {
+  readonly hand: Hand;
+  /** of the shape that takes hold */
+  readonly number: number;
+  /** where it does, world */
+  readonly place: Vector3;
+  readonly holdRadiusM: number;
+  /** from thumb to forefinger; of a controller 0 while its trigger is pulled, else infinite */
+  readonly openM: number;
+  /** Hair that it lets go now stays where it is. */
+  readonly pins: boolean;
+}
+
+/** The part of `XRInputSource` that a hand needs. */
+export type HandInput = Pick<XRInputSource, "handedness" | "hand" | "gripSpace" | "gamepad">;
+/** The part of `XRFrame` that a hand needs. */
+export type HandFrame = Pick<XRFrame, "getPose" | "getJointPose">;
+
+/** The numbers of each hand's shapes begin there. */
+const kFirstNumbers: Partial<Record<XRHandedness, number>> = { left: 0, right: 16 };
+/**
+ * Each capsule's joints. Fingers begin at their tips: bent into the palm they then point along y of the wrist, whose
+ * shortest way to the axis of shapes is clear.
+ */
+const kParts = [
+  ["index-finger-tip", "index-finger-phalanx-proximal"],
+  ["thumb-tip", "thumb-phalanx-proximal"],
+  ["middle-finger-tip", "middle-finger-phalanx-proximal"],
+  ["ring-finger-tip", "ring-finger-phalanx-proximal"],
+  ["pinky-finger-tip", "pinky-finger-phalanx-proximal"],
+  ["index-finger-phalanx-proximal", "wrist"],
+  ["pinky-finger-phalanx-proximal", "wrist"],
+] as const satisfies readonly (readonly [XRHandJoint, XRHandJoint])[];
+const kIndexPart = 0;
+const kPinchHoldRadiusM = 0.03;
+/** of a joint whose radius the headset does not tell */
+const kJointRadiusM = 0.01;
+const kJointRadiusMostM = 0.03;
+/** From a grip's origin along its handle, whose front is at -z. */
+const kControllerHalfLengthM = 0.05;
+const kControllerRadiusM = 0.02;
+const kControllerHoldRadiusM = 0.05;
+const kTrigger = 0;
+const kSqueeze = 1;
+const kClosesM = 0.015;
+const kOpensM = 0.025;
+
+/** Thumb and forefinger touch; once they do, a little more is not yet apart. */
+export function isClosed(openM: number, wasClosed: boolean): boolean {
+  return openM < (wasClosed ? kOpensM : kClosesM);
+}
+
+/** A hand of seven capsules, in the axes of its wrist; null: not all joints are tracked. */
+export function handOfJoints(firstNumber: number, joint: (name: XRHandJoint) => JointPlace | null): TrackedHand | null {
+  const wrist = joint("wrist");
+  if (!wrist) return null;
+  const back = wrist.rotation.clone().invert();
+  const own = ({ position }: JointPlace) => position.clone().sub(wrist.position).applyQuaternion(back).toArray();
+  const shapes: HandShape[] = [];
+  for (const [from, to] of kParts) {
+    const [a, b] = [joint(from), joint(to)];
+    if (!a || !b) return null;
+    shapes.push({ from: own(a), to: own(b), radiusM: (a.radiusM + b.radiusM) / 2 });
+  }
+  const [thumb, finger] = [joint("thumb-tip")!.position, joint("index-finger-tip")!.position];
+  return {
+    hand: { firstNumber, rotation: wrist.rotation.toArray(), position: wrist.position.toArray(), shapes },
+    number: firstNumber + kIndexPart,
+    place: thumb.clone().lerp(finger, 0.5),
+    holdRadiusM: kPinchHoldRadiusM,
+    openM: thumb.distanceTo(finger),
+    pins: false,
+  };
+}
+
+/** A controller as one capsule along its handle, which takes hold at its front. */
+export function handOfController(
+  firstNumber: number,
+  grip: Omit<JointPlace, "radiusM">,
+  isPulled: boolean,
+  pins: boolean,
+): TrackedHand {
+  const shape = {
+    from: [0, 0, kControllerHalfLengthM],
+    to: [0, 0, -kControllerHalfLengthM],
+    radiusM: kControllerRadiusM,
+  } as const;
+  return {
+    hand: { firstNumber, rotation: grip.rotation.toArray(), position: grip.position.toArray(), shapes: [shape] },
+    number: firstNumber,
+    place: new Vector3().fromArray(shape.to).applyQuaternion(grip.rotation).add(grip.position),
+    holdRadiusM: kControllerHoldRadiusM,
+    openM: isPulled ? 0 : Infinity,
+    pins,
+  };
+}
+
+/** The hands of this moment, the left first. `space` is that of the headset, which `rig` carries in the world. */
+export function trackedHands(
+  inputs: Iterable<HandInput>,
+  frame: HandFrame,
+  space: XRReferenceSpace,
+  rig: Matrix4,
+): TrackedHand[] {
+  const hands: TrackedHand[] = [];
+  for (const input of inputs) {
+    const firstNumber = kFirstNumbers[input.handedness];
+    if (firstNumber === undefined || hands.some((one) => one.hand.firstNumber === firstNumber)) continue;
+    const { hand, gripSpace, gamepad } = input;
+    const joint = (name: XRHandJoint) => {
+      const at = hand?.get(name);
+      const pose = at && frame.getJointPose?.(at, space);
+      if (!pose) return null;
+      const radiusM = Math.min(pose.radius || kJointRadiusM, kJointRadiusMostM);
+      return { ...inWorld(pose.transform, rig), radiusM };
+    };
+    const grip = !hand && gripSpace ? frame.getPose(gripSpace, space) : null;
+    const isPressed = (button: number) => gamepad?.buttons[button]?.pressed ?? false;
+    const tracked = hand
+      ? handOfJoints(firstNumber, joint)
+      : grip && handOfController(firstNumber, inWorld(grip.transform, rig), isPressed(kTrigger), isPressed(kSqueeze));
+    if (tracked) hands.push(tracked);
+  }
+  return hands.sort((a, b) => a.number - b.number);
+}
+
+function inWorld({ matrix }: Pick<XRRigidTransform, "matrix">, rig: Matrix4): Omit<JointPlace, "radiusM"> {
+  const [position, rotation] = [new Vector3(), new Quaternion()];
+  new Matrix4().fromArray(matrix).premultiply(rig).decompose(position, rotation, new Vector3());
+  return { position, rotation };
+}

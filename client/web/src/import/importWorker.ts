@@ -1,0 +1,4 @@
+import { doInWorker } from "../module/inWorker";
+import { importGroom } from "./importGroom";
+
+doInWorker(importGroom, ({ groom }) => groom);

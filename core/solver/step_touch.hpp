@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/touch/touch_shape.hpp"
+
+namespace hairnet {
+
+// A shape that may meet the hair of one character in one step; world. From `from` at the step's start it moves to `to`.
+struct StepBody {
+  TouchShape shape;
+  RigidTransform from, to;
+  double friction = 0;  // Coulomb's, at least 0
+};
+
+// A contact point of the hair that a hand holds, bound to a place that moves with the hand (eq. 4 with one point).
+struct StepHold {
+  std::uint32_t point = 0;  // a contact point of the level
+  Vec3 from, to;            // where it is bound to at the step's start and end, world
+};
+
+// What touches one character in one step.
+struct StepTouch {
+  std::span<const StepBody> bodies;
+  std::span<const StepHold> holds;
+};
+
+// The most of each.
+inline constexpr std::size_t kStepBodiesMax = 24, kStepHoldsMax = 128;
+
+// Hair meets a body at this distance from its surface, as it has a thickness.
+inline constexpr double kTouchReach_m = 0.005;
+// Coulomb's coefficient between hair and a hand or a prop.
+inline constexpr double kTouchFriction = 0.5;
+// Friction grows with the speed along the surface up to here: so fast does hair creep that it could hold.
+inline constexpr double kTouchFrictionSpeed_m_per_s = 0.004;
+// A held point's spring, N/m; its viscosity is that times the step's length.
+inline constexpr double kHoldStiffness_n_per_m = 100;
+
+}  // namespace hairnet

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/touch/touch_body.hpp"
+
+namespace hairnet {
+
+// Who may touch a character's hair.
+enum class TouchAudience : std::uint8_t { nobody, oneself, chosen, everyone };
+
+struct TouchRule {
+  TouchAudience audience = TouchAudience::oneself;
+  // Are those of TouchAudience::chosen, ascending. The owner is always among them.
+  std::vector<ToucherId> chosen = {};
+  friend bool operator==(const TouchRule&, const TouchRule&) = default;
+};
+
+// Whether `toucher` may touch a character of `owner`. Props of the room touch everyone.
+bool may_touch(const TouchRule& rule, ToucherId owner, ToucherId toucher);
+// The same for one body of a toucher.
+bool may_touch(const TouchRule& rule, ToucherId owner, const TouchBody& body);
+
+}  // namespace hairnet

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/geometry/rigid_transform.hpp"
+
+namespace hairnet {
+
+// Bones and bodies that move less than this count as still: it is less than a headset's noise.
+inline constexpr double kStillShift_m = 3e-4;
+inline constexpr double kStillTurn_rad = 1e-3;
+
+inline bool is_still(const RigidTransform& a, const RigidTransform& b) {
+  static const double kTurnCosine = std::cos(kStillTurn_rad / 2);
+  return (a.position - b.position).squaredNorm() <= kStillShift_m * kStillShift_m &&
+         std::abs(a.rotation.dot(b.rotation)) >= kTurnCosine;
+}
+
+}  // namespace hairnet

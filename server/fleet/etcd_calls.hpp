@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "core/random.hpp"
+#include "core/result.hpp"
+#include "server/fleet/etcd_api.hpp"
+#include "server/fleet/etcd_directory_def.hpp"
+#include "server/fleet/etcd_transport.hpp"
+#include "server/fleet/fleet_counters.hpp"
+
+namespace hairnet::server {
+
+// A request to etcd, and what its sender does at its end. One of `on_answer` and `on_change` is set; the others may be
+// empty.
+struct EtcdCallDef {
+  etcd::Request request;
+  // Is the endpoint whose turn it is, unless the sender chooses one.
+  std::optional<std::size_t> endpoint = {};
+  // Zero: the usual time.
+  std::int64_t timeout_ns = 0;
+  // Takes the answer. Returns false when it does not fit the request: then the call fails as malformed.
+  std::function<bool(std::string_view body, std::int64_t now_ns)> on_answer = {};
+  // Makes the call a watch without an end or a deadline. Takes each answer; returns false when etcd refuses the watch.
+  std::function<bool(const etcd::WatchAnswer& answer, std::int64_t now_ns)> on_change = {};
+  // The call has failed. etcd may have executed it, or may still do so.
+  std::function<void(EtcdFault fault, std::int64_t now_ns)> on_failure = {};
+  // etcd has answered that the lease of the request does not exist.
+  std::function<void(std::int64_t now_ns)> on_lease_gone = {};
+};
+
+// Sends requests to etcd, each with a deadline, and gives each end to its sender. It turns to the next endpoint when
+// one fails, and pauses when all have failed. It owns the calls under way and the choice of the endpoint. I/O thread.
+class EtcdCalls {
+ public:
+  // All three must outlive the calls.
+  EtcdCalls(const EtcdDirectoryDef& def, EtcdTransport& transport, FleetCounters& counters);
+
+  // Returns the number of the call, which is never zero.
+  std::uint64_t start(EtcdCallDef def, std::int64_t now_ns);
+  // The call's sender hears no more of it. A call that is not under way is left alone.
+  void stop(std::uint64_t id);
+  void stop_all();
+  void end_overdue(std::int64_t now_ns);
+
+  [[nodiscard]] bool is_under_way(std::uint64_t id) const { return calls_.contains(id); }
+  [[nodiscard]] std::size_t count() const { return calls_.size(); }
+  [[nodiscard]] bool is_full() const { return calls_.size() >= kCallsMax; }
+  // There is no pause after failures of all endpoints.
+  [[nodiscard]] bool may_start(std::int64_t now_ns) const { return now_ns >= retry_at_ns_; }
+  [[nodiscard]] bool is_reachable() const { return failures_ < def_->endpoint_count; }
+  // The first endpoint from the current one on that is not in `silent`, which must not have all of them.
+  [[nodiscard]] std::size_t next_endpoint(const std::set<std::size_t>& silent) const;
+  // A random part of a pause, from a half to the whole.
+  double jitter() { return random_.between(0.5, 1); }
+
+  // Makes an `on_answer`: `take` gets what `parse` has read, and the time. It returns whether that fits the request, or
+  // nothing where anything does.
+  template <class Answer, class Take>
+  auto reading(Result<Answer> (*parse)(std::string_view), Take take) {
+    return [this, parse, take](std::string_view body, std::int64_t now_ns) {
+      const Result<Answer> answer = parse(body);
+      if (!answer) {
+        warn_of(answer.error());
+        return false;
+      }
+      failures_ = 0;
+      if constexpr (std::is_void_v<decltype(take(*answer, now_ns))>) {
+        take(*answer, now_ns);
+        return true;
+      } else {
+        return take(*answer, now_ns);
+      }
+    };
+  }
+
+  // These take what the transport receives, as in EtcdSink.
+  void on_answer(std::uint64_t id, int status, std::string_view body, std::int64_t now_ns);
+  void on_line(std::uint64_t id, std::string_view line, std::int64_t now_ns);
+  void on_fault(std::uint64_t id, EtcdFault fault, std::int64_t now_ns);
+
+ private:
+  static constexpr std::size_t kCallsMax = 32;
+  struct Call {
+    EtcdCallDef def;
+    std::size_t endpoint = 0;
+    // Is generation_ when the call was sent.
+    std::uint64_t generation = 0;
+    std::int64_t deadline_ns = 0;
+  };
+
+  static void warn_of(const std::string& error);
+  void fail(const Call& call, EtcdFault fault, std::int64_t now_ns);
+  void turn_to_next_endpoint(std::size_t failed, EtcdFault fault, std::int64_t now_ns);
+
+  const EtcdDirectoryDef* def_;
+  EtcdTransport* transport_;
+  FleetCounters* counters_;
+  Random random_;
+  std::int64_t timeout_ns_;
+  std::map<std::uint64_t, Call> calls_;
+  std::uint64_t last_call_ = 0;
+  std::size_t endpoint_ = 0;
+  // Counts the changes of endpoint_.
+  std::uint64_t generation_ = 0;
+  // Counts failures since the last answer.
+  std::size_t failures_ = 0;
+  std::int64_t retry_at_ns_ = 0;
+};
+
+}  // namespace hairnet::server

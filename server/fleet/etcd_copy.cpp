@@ -1,0 +1,127 @@
+#include "server/fleet/etcd_copy.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kListPage = 1000;
+constexpr std::int64_t kListTimeout_ns = 2'000'000'000;  // nobody is let in before the first list
+constexpr std::int64_t kSilenceMax_ns = 20'000'000'000;
+// While somebody waits for news. Not sooner: etcd looks every 100 ms for what a new watch has missed, and what happens
+// meanwhile waits for that.
+constexpr std::int64_t kAwaitedSilence_ns = 1'000'000'000;
+
+}  // namespace
+
+EtcdCopy::EtcdCopy(const EtcdDirectoryDef& def, EtcdCalls& calls, FleetCounters& counters, Callbacks callbacks)
+    : calls_(&calls),
+      counters_(&counters),
+      callbacks_(std::move(callbacks)),
+      keys_(def.fleet),
+      silence_ns_(std::min(2 * def.lease_ns(), kSilenceMax_ns)),
+      skipped_(counters),
+      view_(keys_, skipped_),
+      listed_(keys_, skipped_) {
+  list_again();
+}
+
+void EtcdCopy::poll(std::int64_t now_ns) {
+  const std::string end = etcd::end_of(keys_.servers);
+  if (!list_from_.empty()) {
+    if (calls_->is_under_way(list_)) return;
+    const auto take = [this](const auto& answer, auto) { take_list(answer); };
+    list_ = calls_->start({.request = list_page_ == 0 ? etcd::first_key(list_from_, end, listed_.revision)
+                                                      : etcd::range(list_from_, end, list_page_, listed_.revision),
+                           .timeout_ns = kListTimeout_ns,
+                           .on_answer = calls_->reading(etcd::parse_range, take),
+                           .on_failure = [this](EtcdFault fault, auto) { note_failed_list(fault); }},
+                          now_ns);
+    return;
+  }
+  if (now_ns >= watch_until_ns_) calls_->stop(watch_);
+  if (calls_->is_under_way(watch_)) return;
+  counters_->watches.add();
+  const auto note_failure = [this](EtcdFault fault, auto) {
+    // A watch that goes on where it was would get the same line again.
+    if (fault == EtcdFault::oversize || fault == EtcdFault::malformed) list_again();
+  };
+  watch_ = calls_->start({.request = etcd::watch(keys_.rooms, end, view_.revision + 1),
+                          .on_change = [this](const auto& answer, auto at_ns) { return take_changes(answer, at_ns); },
+                          .on_failure = note_failure},
+                         now_ns);
+  watch_until_ns_ = now_ns + silence_ns_;
+}
+
+void EtcdCopy::look_again(std::int64_t now_ns) {
+  watch_until_ns_ = std::min(watch_until_ns_, now_ns + kAwaitedSilence_ns);
+}
+
+void EtcdCopy::learn(const etcd::KeyValue& entry, std::int64_t revision) {
+  if (revision > view_.revision) view_.apply({.entry = entry});
+}
+
+void EtcdCopy::list_again() {
+  listed_ = FleetView(keys_, skipped_);
+  list_from_ = keys_.rooms;
+  list_page_ = kListPage;
+}
+
+void EtcdCopy::note_failed_list(EtcdFault fault) {
+  if (fault == EtcdFault::oversize && list_page_ > 0)
+    list_page_ = list_page_ > 1 ? std::max<std::int64_t>(list_page_ / 4, 1) : 0;
+  else
+    list_again();
+}
+
+// All pages show the state at the revision of the first one.
+void EtcdCopy::take_list(const etcd::RangeAnswer& answer) {
+  if (listed_.revision == 0) listed_.revision = answer.revision;
+  for (etcd::KeyValue entry : answer.entries) {
+    entry.is_too_long |= list_page_ == 0;
+    listed_.apply({.entry = std::move(entry)});
+  }
+  list_page_ = std::clamp<std::int64_t>(4 * list_page_, 1, kListPage);
+  if (answer.has_more && !answer.entries.empty()) {
+    list_from_ = answer.entries.back().key + '\0';
+    return;
+  }
+  counters_->lists.add();
+  list_from_.clear();
+  is_listed_ = true;
+  view_ = std::exchange(listed_, FleetView(keys_, skipped_));
+  callbacks_.on_listed();
+}
+
+// Returns false when etcd refuses the watch.
+bool EtcdCopy::take_changes(const etcd::WatchAnswer& answer, std::int64_t now_ns) {
+  const bool is_compacted = answer.is_canceled && answer.compact_revision != 0;
+  if (answer.is_canceled && !is_compacted) return false;
+  // A watch that begins later than the newest revision would hear nothing: this etcd has begun anew, without its data.
+  if (is_compacted || (answer.is_created && answer.revision < view_.revision)) {
+    calls_->stop(watch_);
+    list_again();
+    return true;
+  }
+  watch_until_ns_ = now_ns + silence_ns_;
+  // The header of an answer with changes may be newer than the last of them.
+  const std::int64_t before = view_.revision;
+  bool is_news = false;
+  if (answer.changes.empty() && !answer.is_created) view_.revision = std::max(before, answer.revision);
+  for (const etcd::Change& change : answer.changes) {
+    const std::int64_t revision = change.entry.mod_revision;
+    if (revision <= before) continue;
+    view_.revision = std::max(view_.revision, revision);
+    if (const auto room = view_.apply(change)) {
+      callbacks_.on_room(*room, revision);
+      is_news = true;
+    } else {
+      callbacks_.on_server(change.entry);
+    }
+  }
+  if (is_news) callbacks_.on_news();
+  return true;
+}
+
+}  // namespace hairnet::server

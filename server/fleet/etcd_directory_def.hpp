@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/fleet/server_status.hpp"
+
+namespace hairnet::server {
+
+// What a server's rooms do when the lease runs out because no endpoint of etcd answers.
+enum class WithoutEtcd : std::uint8_t {
+  stop,   // frames stop until etcd answers: never two owners
+  go_on,  // rooms go on: never two owners if etcd is out of reach for all servers, else two until the server hears it
+};
+
+struct EtcdDirectoryDef {
+  // Is random, new at each start, and never zero.
+  std::uint64_t server_id = 0;
+  // Is told later when it has no host.
+  ServerAddress address;
+  std::string fleet = "default";
+  std::size_t endpoint_count = 1;
+  // etcd keeps a server's rooms for this long without hearing it.
+  std::int64_t lease_s = 9;
+  WithoutEtcd without_etcd = WithoutEtcd::stop;
+  // Bounds the rooms of this server.
+  std::size_t rooms_max = 4096;
+  // Seeds the jitter between tries.
+  std::uint64_t seed = 0;
+
+  [[nodiscard]] std::int64_t lease_ns() const { return lease_s * 1'000'000'000; }
+};
+
+}  // namespace hairnet::server

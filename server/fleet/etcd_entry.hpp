@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/fleet/etcd_calls.hpp"
+#include "server/fleet/etcd_directory_def.hpp"
+#include "server/fleet/etcd_lease.hpp"
+#include "server/fleet/server_status.hpp"
+
+namespace hairnet::server {
+
+// This server's own entry under `servers`: it owns what the fleet is told about this server, and writes it under the
+// lease. I/O thread.
+class EtcdEntry {
+ public:
+  // All three must outlive the entry.
+  EtcdEntry(const EtcdDirectoryDef& def, EtcdCalls& calls, EtcdLease& lease);
+
+  [[nodiscard]] const ServerStatus& status() const { return status_; }
+  void set_address(const ServerAddress& address) { status_.address = address; }
+  void tell(const ServerLoad& load);
+  // The next poll tells that the server drains.
+  void drain();
+  void pass_on(std::vector<ContentHash> grooms);
+  // Writes the entry if it has changed: a load at most once a second.
+  void poll(std::int64_t now_ns);
+  // The lease is new: the next poll writes the entry.
+  void on_lease_granted();
+  // The copy has this entry of etcd, or `entry` was deleted. Another server's changes nothing.
+  void check(const etcd::KeyValue& entry);
+  // etcd does not have the entry.
+  void write_again() { told_.clear(); }
+
+ private:
+  EtcdCalls* calls_;
+  EtcdLease* lease_;
+  std::string key_;
+  ServerStatus status_;
+  // Is the value of our key, as etcd has it under this lease.
+  std::string told_;
+  // Is the call that writes the entry.
+  std::uint64_t call_ = 0;
+  std::int64_t tell_at_ns_ = 0;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "core/random.hpp"
+#include "tests/load/attacker.hpp"
+
+namespace hairnet::load {
+
+// What a session does with its hands, in a room whose heads stand in rows.
+struct HandsAttack {
+  std::string room;
+  // It has so many characters, which everyone may touch.
+  std::uint32_t characters = 0;
+  // All 32 shapes are anywhere and of any size so often: they jump, spin, and lie in heads.
+  double hands_hz = 0;
+  // Takes hold of the hair of each member in turn, and some holds later lets go of it or pins it.
+  double holds_hz = 0;
+  // Sets the room's props, which it may not, and who may touch its characters.
+  double props_hz = 0;
+  // Sends hands of any bytes, and holds out of range, which a server must refuse.
+  double bad_hz = 0;
+};
+
+class AttackHands final : public Attacker {
+ public:
+  AttackHands(const AttackContext& context, std::uint32_t host, HandsAttack attack);
+
+ private:
+  void begin(std::int64_t now_ns) override;
+  void proceed(std::int64_t now_ns) override;
+  void hear(const wire::Message& message, std::int64_t now_ns) override;
+  void send_hands(std::int64_t captured_ns, std::int64_t now_ns);
+  void send_hold(std::int64_t now_ns);
+  void send_props(std::int64_t now_ns);
+  void send_bad(std::int64_t now_ns);
+  [[nodiscard]] Vec3 any_place();
+
+  HandsAttack attack_;
+  Random random_;
+  Rate hands_, holds_, props_, bad_;
+  bool welcomed_ = false;
+  std::uint32_t turn_ = 0, holds_taken_ = 0;
+  std::vector<std::uint32_t> members_;
+  std::deque<wire::TakeHold> held_;
+};
+
+}  // namespace hairnet::load
