@@ -62,10 +62,13 @@ export class Browser {
   }
 }
 
+/** Pictures of the page come this seldom from now on. */
+export const drawEvery = (page: Page, everyMs: number): Promise<void> =>
+  page.evaluate((ms) => (window as unknown as { drawEvery(ms: number): void }).drawEvery(ms), everyMs);
+
 /** Runs in pages, before their programs: pictures come this seldom. Callbacks for one come in the order of their requests. */
-function drawSeldom(everyMs: number): void {
-  const pictures = { everyMs };
-  Object.assign(window, { pictures }); // a test may want more of them
+function drawSeldom(usualMs: number): void {
+  let [everyMs, timer] = [usualMs, 0];
   const request = requestAnimationFrame.bind(window);
   const waiting = new Map<number, FrameRequestCallback>();
   let [count, lastMs] = [0, 0];
@@ -75,8 +78,18 @@ function drawSeldom(everyMs: number): void {
     waiting.clear();
     for (const each of now) each(timeMs);
   };
+  const wait = () => {
+    timer = window.setTimeout(() => request(draw), lastMs + everyMs - performance.now());
+  };
+  Object.assign(window, {
+    drawEvery(ms: number) {
+      everyMs = ms;
+      clearTimeout(timer);
+      if (waiting.size > 0) wait();
+    },
+  });
   window.requestAnimationFrame = (callback) => {
-    if (waiting.size === 0) setTimeout(() => request(draw), lastMs + pictures.everyMs - performance.now());
+    if (waiting.size === 0) wait();
     waiting.set(++count, callback);
     return count;
   };

@@ -175,7 +175,7 @@ test("the loading line is there before any hair, and the slow orbit stops for re
   await page.addInitScript(() => {
     const lines: string[] = [];
     Object.assign(window, { lines });
-    (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
+    (window as unknown as { drawEvery(ms: number): void }).drawEvery(0);
     // From the document on, before any script of the page.
     new MutationObserver(() => {
       const line = document.querySelector<HTMLElement>("#loading");

@@ -24,6 +24,16 @@ export function readyCount(page: Page): Promise<number> {
   });
 }
 
+/** Waits until the camera is where it was sent; it sets off in the next picture. */
+export async function cameraRests(page: Page): Promise<void> {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await page.waitForFunction(
+    () => !(window as unknown as { hairnet: PageGlobals }).hairnet.stage.motion.isFlying,
+    null,
+    { timeout: 90_000, polling: 100 },
+  );
+}
+
 /** Reads the page's next picture right after it is drawn: later the canvas is empty, and screenshots take longer. */
 export function takePicture(page: Page): Promise<Picture> {
   return page.evaluate(async () => {

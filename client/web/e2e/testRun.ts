@@ -20,17 +20,22 @@ export async function freePort(): Promise<number> {
   return port;
 }
 
-/** Starts what all test files share: Chromium, which draws in software: pictures are few and slow, but correct. */
+/**
+ * Starts what all test files share: Chromium, which draws in software: pictures are few and slow, but correct. It draws
+ * with Mesa, which compiles shaders to quicker programs than Chromium's own SwiftShader and keeps them on the disk.
+ */
 export default async function start(project: TestProject): Promise<() => Promise<void>> {
   const examplePort = await freePort();
   const server = await chromium.launchServer({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     headless: false, // the flag below is the newer kind
+    env: { ...process.env, LIBGL_ALWAYS_SOFTWARE: "1", EGL_PLATFORM: "surfaceless" },
     args: [
       "--headless=new",
       "--no-sandbox",
-      "--use-angle=swiftshader",
-      "--enable-unsafe-swiftshader",
+      "--use-gl=angle",
+      "--use-angle=gl-egl",
+      "--ignore-gpu-blocklist",
       "--no-first-run",
       "--disable-background-networking",
       "--disable-component-update",

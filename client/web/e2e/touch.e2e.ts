@@ -4,9 +4,9 @@ import type { Page } from "playwright-core";
 import type { PageViewer } from "../page/viewer";
 import { LevelIndex } from "../src/index";
 import { makeGroomFile } from "./actor";
-import { Browser } from "./browser";
+import { Browser, drawEvery } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
-import { readyCount } from "./picture";
+import { cameraRests, readyCount } from "./picture";
 
 const server = new HairnetServer();
 const browser = new Browser();
@@ -30,15 +30,29 @@ afterAll(async () => {
   await server.dispose();
 });
 
-/** The displacements of a member's nodes now, m; none before its hair is simulated. */
+/** The displacements of a member's nodes now, m, also where no picture is drawn; none before its hair is simulated. */
 const nodesOf = (page: Page, member: number) =>
   page.evaluate(
     ([number, high]) => {
-      const one = (window as unknown as Globals).hairnet.room?.members.get(number);
+      const { served } = (window as unknown as Globals).hairnet;
+      served?.sample(performance.now());
+      const one = served?.members.get(number);
       return one?.level === high ? [...(one.lattice?.grid ?? [])] : [];
     },
     [member, LevelIndex.high],
   );
+
+/** A page that waits for its pictures, drawn in software, cannot say in time where its hand is. */
+const stopPictures = (page: Page) => drawEvery(page, 1e9);
+const startPictures = (page: Page) => drawEvery(page, 500);
+
+/** How many of the others' hands the page knows. */
+const handCount = (page: Page) =>
+  page.evaluate(() => {
+    const { served } = (window as unknown as Globals).hairnet;
+    served!.sample(performance.now());
+    return served!.hands.size;
+  });
 
 /** The largest difference of a coordinate; of unequal numbers of nodes infinite. */
 function farthest(a: readonly number[], b: readonly number[]): number {
@@ -92,16 +106,9 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
   await until("the owner has hair", async () => (await readyCount(owner)) === 1);
   await until("the page invites", () => owner.isVisible("#touch-hint"));
   await other.setInputFiles("#groom-file", bob.path);
-  for (const [page, everyMs] of [
-    [owner, 1000],
-    [other, 400],
-  ] as const) {
-    await until("it sees both", async () => (await readyCount(page)) === 2, 90_000);
+  for (const page of [owner, other]) {
+    await until("it sees both", async () => (await readyCount(page)) === 2);
     await page.selectOption("#quality", "0.3");
-    // A page that draws all the time would keep the other one from saying where its hand is.
-    await page.evaluate((ms) => {
-      (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = ms;
-    }, everyMs);
   }
   const member = await owner.evaluate(() => (window as unknown as Globals).hairnet.own!.member!.member);
   expect(await mayTouch(owner, member)).toBe(true);
@@ -110,41 +117,33 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
   await until("the other may touch it", () => mayTouch(other, member));
 
   await other.evaluate((number) => (window as unknown as Globals).hairnet.focus.show(number), member);
-  // The camera sets off in the next picture.
-  await other.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-  await until("the camera is there", () =>
-    other.evaluate((number) => {
-      const { focus, stage } = (window as unknown as Globals).hairnet;
-      return focus.person === number && !stage.motion.isFlying;
-    }, member),
-  );
+  await cameraRests(other);
+  expect(await other.evaluate(() => (window as unknown as Globals).hairnet.focus.person)).toBe(member);
+  for (const page of [owner, other]) await stopPictures(page);
   const rest = await still(other, member);
   await still(owner, member);
   const at = await lockAt(other, member);
   await other.mouse.move(at.x, at.y);
   await other.mouse.down();
-  await until("the owner sees the hand", () =>
-    owner.evaluate(() => (window as unknown as Globals).hairnet.served!.hands.size === 1),
-  );
+  await until("the owner sees the hand", async () => (await handCount(owner)) === 1);
   await other.mouse.move(at.x + 70, at.y, { steps: 8 });
   await until("the hair follows", async () => farthest(await nodesOf(other, member), rest) > 0.03);
-  const held = await still(other, member);
-  const heldAtOwner = await still(owner, member);
-  await shoot(other, "touch_held");
+  for (const page of [other, owner]) await still(page, member);
+  const [held, heldAtOwner] = await Promise.all([other, owner].map((page) => nodesOf(page, member)));
   console.log(
     `held ${(1000 * farthest(held, rest)).toFixed(1)} mm from rest, ` +
       `the pages differ by ${(1000 * farthest(held, heldAtOwner)).toFixed(2)} mm`,
   );
   expect(farthest(held, rest)).toBeGreaterThan(0.03);
   expect(farthest(held, heldAtOwner)).toBeLessThan(0.005);
+  for (const page of [owner, other]) await startPictures(page);
+  await shoot(other, "touch_held");
   await shoot(owner, "touch_seen");
 
   await other.mouse.up();
   for (const page of [owner, other])
     await until("it is back", async () => farthest(await nodesOf(page, member), rest) < 0.01);
-  await until("the hand is gone", () =>
-    owner.evaluate(() => (window as unknown as Globals).hairnet.served!.hands.size === 0),
-  );
+  await until("the hand is gone", async () => (await handCount(owner)) === 0);
   expect(await other.isVisible("#touch-hint")).toBe(false);
 
   await owner.getByLabel("Who may touch my hair").selectOption("nobody");

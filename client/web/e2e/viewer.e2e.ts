@@ -3,9 +3,9 @@ import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import type { Page } from "playwright-core";
 import { LevelIndex } from "../src/index";
 import { Actor, makeGroomFile } from "./actor";
-import { Browser } from "./browser";
+import { Browser, drawEvery } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
-import { readyCount, shareChanged, shareWarm, takePicture, type PageGlobals } from "./picture";
+import { cameraRests, readyCount, shareChanged, shareWarm, takePicture, type PageGlobals } from "./picture";
 
 const server = new HairnetServer();
 const browser = new Browser();
@@ -63,9 +63,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
   // A touch stops the camera.
   await page.mouse.click(30, 300);
-  await page.evaluate(() => {
-    (window as unknown as { pictures: { everyMs: number } }).pictures.everyMs = 0;
-  });
+  await drawEvery(page, 0);
   // Until the server has its levels, it is rigid.
   const hairOf = () =>
     page.evaluate(() => {
@@ -153,6 +151,7 @@ test("two pages see each other, and a head that keys or the mouse turn is seen t
   await until("the other sees the head turn", () => Math.abs(seenBy()) > 0.3);
   await page.keyboard.up("ArrowRight");
   await until("and come back", () => Math.abs(seenBy()) < 0.05);
+  await cameraRests(page);
   const at = await page.evaluate(() => {
     const { hair, stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     const own = [...hair!.characters.values()].find((one) => one.own)!;
