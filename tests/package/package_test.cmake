@@ -11,7 +11,7 @@ endfunction()
 file(REMOVE_RECURSE ${SCRATCH}/installed ${SCRATCH}/outside)
 run(${CMAKE_COMMAND} --install ${BUILD} --component link --prefix ${SCRATCH}/installed)
 run(${CMAKE_COMMAND} -S ${OUTSIDE} -B ${SCRATCH}/outside -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER}
-    -DCMAKE_PREFIX_PATH=${SCRATCH}/installed -DCMAKE_CXX_FLAGS=${FLAGS} -DHEADERS=${HEADERS} -DREADME=${README}
+    -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DCMAKE_PREFIX_PATH=${SCRATCH}/installed -DCMAKE_CXX_FLAGS=${FLAGS} -DHEADERS=${HEADERS} -DREADME=${README}
     -DSAMPLES=${SAMPLES})
 run(${CMAKE_COMMAND} --build ${SCRATCH}/outside)
 run(${SCRATCH}/outside/outside)

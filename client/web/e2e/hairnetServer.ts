@@ -1,7 +1,7 @@
 import { resolve } from "node:path";
 import { Server } from "../test/support/server";
 
-export { kBin, program } from "../test/support/server";
+export { kBin, program } from "../test/support/programs";
 export { until } from "../test/support/until";
 
 export const kPage = resolve("dist-page");

@@ -4,7 +4,7 @@ import type { Page } from "playwright-core";
 import { makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
-import { readyCount, shareChanged, shareWarm, takePicture, type PageGlobals } from "./picture";
+import { cameraRests, readyCount, shareChanged, shareWarm, takePicture, type PageGlobals } from "./picture";
 
 const server = new HairnetServer();
 const browser = new Browser();
@@ -52,6 +52,7 @@ test("a hurricane blows the hair, calm lets it rest, and sliders follow the pres
 
 test("in first person the own face does not hide the room; a mirror shows it; Escape leads back", async () => {
   await enter("mirror");
+  await cameraRests(page);
   const before = await page.evaluate(() => {
     const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     return stage.camera.position.toArray();
@@ -66,6 +67,7 @@ test("in first person the own face does not hide the room; a mirror shows it; Es
   await settle(500);
   await shoot("mirror");
   await page.keyboard.press("Escape");
+  await cameraRests(page);
   const after = await page.evaluate(() => {
     const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     return stage.camera.position.toArray();

@@ -31,9 +31,13 @@ export class PlayPanel {
     this.#mirrorButton = button("Mirror", "Puts a mirror before your face.", () => this.#toggleMirror());
     section.append(row("View", this.#firstPersonButton, this.#mirrorButton));
     section.append(host.query.local ? aloneNote() : this.#invitation());
-    addEventListener("keydown", ({ key }) => {
-      if (key === "Escape" && this.#firstPerson) this.#toggleFirstPerson();
-    });
+    // Escape leads out of one thing at a time: the camera goes back to whom it showed, not to everyone.
+    const leave = (event: KeyboardEvent) => {
+      if (event.key !== "Escape" || !this.#firstPerson) return;
+      event.stopImmediatePropagation();
+      this.#toggleFirstPerson();
+    };
+    addEventListener("keydown", leave, { capture: true });
   }
 
   /** The camera moves with the own head. */

@@ -1,7 +1,8 @@
 import { execFileSync } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { program, Server } from "./server";
+import { program } from "./programs";
+import { Server } from "./server";
 
 const run = (...words: string[]) => execFileSync(program("hairnet-token"), words).toString().trim();
 

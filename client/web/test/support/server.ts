@@ -1,19 +1,10 @@
 import { spawn, type ChildProcess } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
+import { join } from "node:path";
 import { inject } from "vitest";
+import { program } from "./programs";
 import { until } from "./until";
-
-/** The folder of Hairnet's programs: HAIRNET_BIN, by default that of the release build. */
-export const kBin = resolve(process.env.HAIRNET_BIN ?? resolve(__dirname, "../../../../build/release/bin"));
-
-/** The path of one of them. */
-export function program(name: string): string {
-  const path = join(kBin, name);
-  if (!existsSync(path)) throw new Error(`${path} is missing: build it (ninja ${name}), or set HAIRNET_BIN`);
-  return path;
-}
 
 /** A hairnet-server on this machine's loopback. */
 export class Server {
