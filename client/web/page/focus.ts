@@ -3,7 +3,7 @@ import { Bone, kNumbersPerBone, type Member } from "../src/index";
 import type { HairCharacter } from "../src/scene/index";
 import { boxOf, clearBearing, clearSwing, type Place, type Portrait, portraitOf } from "./framing";
 import { yawOf } from "./head/headPose";
-import { Hero } from "./hero";
+import { CentralPerson } from "./centralPerson";
 import { kViewHeightRad, type Stage } from "./stage";
 
 const kSwingMaxRad = 0.6;
@@ -23,7 +23,7 @@ export interface Shown {
 export class Focus {
   /** member number; null: everyone, or nobody yet */
   person: number | null = null;
-  readonly #hero = new Hero();
+  readonly #central = new CentralPerson();
   /** The user chose this view: a person, or everyone. */
   #isChosen = false;
   /** what the last framing depended on */
@@ -59,8 +59,8 @@ export class Focus {
   #move(shown: readonly Shown[], comingCount: number, dtS: number): void {
     const mayFrame = !this.stage.isMoved;
     let one = shown.find(({ member }) => member.member === this.person);
-    const hero = this.#hero.choose(shown, comingCount, dtS);
-    if (mayFrame && !this.#isChosen && !one?.character.isReady) one = hero ?? one;
+    const central = this.#central.choose(shown, comingCount, dtS);
+    if (mayFrame && !this.#isChosen && !one?.character.isReady) one = central ?? one;
     if ((one?.member.member ?? null) !== this.person) this.#set(one?.member.member ?? null);
     const { width, height } = this.stage.free;
     if (!one) {

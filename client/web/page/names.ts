@@ -20,8 +20,8 @@ export function keepName(name: string): void {
   keep(kKey, name);
 }
 
-/** The choice that the fewest wear; the first of them. `worn`: how many wear each. */
-export function leastWorn<Choice>(choices: readonly Choice[], worn: (choice: Choice) => number): Choice | null {
-  const counts = choices.map(worn);
+/** The choice that the fewest have; the first of them. `used`: how many have each. */
+export function leastUsed<Choice>(choices: readonly Choice[], used: (choice: Choice) => number): Choice | null {
+  const counts = choices.map(used);
   return choices[counts.indexOf(Math.min(...counts))] ?? null;
 }

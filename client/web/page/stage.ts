@@ -14,7 +14,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { CameraMotion } from "./cameraMotion";
 import { FirstPictures } from "./firstPictures";
 import { type Covered, distanceFor, freePart, type Size } from "./framing";
-import { Rehearsal } from "./rehearsal";
+import { ShaderWarmUp } from "./shaderWarmUp";
 import { fadeBust, type Standing, Surroundings } from "./surroundings";
 
 const kPixelRatioMax = 2;
@@ -43,7 +43,7 @@ export class Stage {
   #share = 1;
   /** What the last picture without people depended on. */
   #backdrop = "";
-  #rehearsal: Rehearsal | null = null;
+  #warmUp: ShaderWarmUp | null = null;
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -159,10 +159,10 @@ export class Stage {
   }
 
   /** Makes the shaders of hair; call it before pictures without people, while the first hair is on its way. */
-  rehearse(): void {
+  warmUpShaders(): void {
     if (!this.firstPictures.isBeforeHair) return;
-    this.#rehearsal ??= new Rehearsal(this.renderer, this.scene, this.camera, { onMaterial: fadeBust });
-    this.#rehearsal.draw();
+    this.#warmUp ??= new ShaderWarmUp(this.renderer, this.scene, this.camera, { onMaterial: fadeBust });
+    this.#warmUp.draw();
   }
 
   /** Draws the scene. `people`: all who are visible. */
@@ -177,8 +177,8 @@ export class Stage {
       if (!this.firstPictures.isBeforeHair) return this.picture.render(this.scene, this.camera, hair);
       // The first hair comes sooner with grain.
       this.renderer.render(this.scene, this.camera);
-      this.#rehearsal?.dispose();
-      this.#rehearsal = null;
+      this.#warmUp?.dispose();
+      this.#warmUp = null;
       return;
     }
     // The first hair should come soon: a backdrop that stays the same is drawn once.

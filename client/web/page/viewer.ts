@@ -26,7 +26,7 @@ import { Stage } from "./stage";
 import { fadeBust, kBustHeightM } from "./surroundings";
 import { TouchPanel } from "./touchPanel";
 import { Touching } from "./touching";
-import { Wardrobe } from "./wardrobe";
+import { HairstylePicker } from "./hairstylePicker";
 
 const kFaultShownMs = 8000;
 const kFiguresEveryMs = 500;
@@ -52,7 +52,7 @@ export class PageViewer implements PageHost {
   hair: HairScene | null = null;
   readonly #members: MemberList;
   readonly #persistentRoom: PersistentRoom;
-  readonly #wardrobe: Wardrobe;
+  readonly #hairstyles: HairstylePicker;
   readonly #imported = new ImportNote(element("import-line"), element<HTMLDetailsElement>("import-remarks"));
   readonly #quality = new AdaptiveQuality();
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
@@ -91,7 +91,7 @@ export class PageViewer implements PageHost {
       (scale) => this.own?.setMaterial(scale),
       (wind) => this.room?.setWind(wind),
     );
-    this.#wardrobe = new Wardrobe(
+    this.#hairstyles = new HairstylePicker(
       element<HTMLSelectElement>("hairstyle"),
       this.head,
       () => this.#sliders.material,
@@ -103,7 +103,7 @@ export class PageViewer implements PageHost {
       stage: this.stage,
       showFault: (detail) => this.showFault(detail),
       // Somebody who puts on a model has hair too.
-      join: () => this.#wardrobe.join(),
+      join: () => this.#hairstyles.join(),
     });
     this.#play = new PlayPanel(element("play"), this);
     this.#touching = new Touching(this, element("touch-hint"));
@@ -129,7 +129,7 @@ export class PageViewer implements PageHost {
   }
 
   get own(): OwnCharacter | null {
-    return this.#wardrobe.own;
+    return this.#hairstyles.own;
   }
 
   setMaterial(scale: MaterialScale): void {
@@ -144,9 +144,9 @@ export class PageViewer implements PageHost {
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
     void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
-    if (!this.query.observe) await this.#wardrobe.start();
+    if (!this.query.observe) await this.#hairstyles.start();
     // There is nobody else to look at.
-    if (this.query.local) this.#wardrobe.join();
+    if (this.query.local) this.#hairstyles.join();
   }
 
   #enter(room: People): void {
@@ -161,7 +161,7 @@ export class PageViewer implements PageHost {
     hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
     hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
     this.served?.fetchFirst(this.focus.person);
-    this.#wardrobe.enter(room);
+    this.#hairstyles.enter(room);
     if (this.served) this.#touching.enter(this.served);
   }
 
@@ -197,7 +197,7 @@ export class PageViewer implements PageHost {
     const drawn = shown.filter(({ character }) => character.isReady);
     this.#touchPanel.update();
     this.#touching.update(drawn);
-    if (drawn.length === 0 && (this.served?.downloads.byteCount ?? 0) > 0) stage.rehearse();
+    if (drawn.length === 0 && (this.served?.downloads.byteCount ?? 0) > 0) stage.warmUpShaders();
     stage.draw(
       hair,
       drawn.map(({ member, character }) => ({
@@ -285,8 +285,8 @@ export class PageViewer implements PageHost {
     const chooser = element<HTMLInputElement>("groom-file");
     chooser.addEventListener("change", () => this.#takeFiles([...(chooser.files ?? [])]));
     element("join-button").addEventListener("click", () => {
-      if (this.#wardrobe.isWearing) void this.#wardrobe.wear(null);
-      else this.#wardrobe.join();
+      if (this.#hairstyles.hasHairstyle) void this.#hairstyles.choose(null);
+      else this.#hairstyles.join();
     });
   }
 
@@ -341,7 +341,7 @@ export class PageViewer implements PageHost {
     const hair = files.filter((file) => !isModel(file));
     if (hair.length === 0) return;
     this.#imported.showReading(hair.map(({ name }) => name));
-    void this.#wardrobe.takeFiles(hair, (remarks) => this.#imported.show(remarks));
+    void this.#hairstyles.takeFiles(hair, (remarks) => this.#imported.show(remarks));
   }
 
   #showLoading(): void {
@@ -355,7 +355,7 @@ export class PageViewer implements PageHost {
       if (hair?.characters.get(member.member)?.isReady) ++ready;
     }
     // The own hair, which nobody else could be waiting for.
-    if (this.query.local && people === 0 && this.#wardrobe.isWearing) people = 1;
+    if (this.query.local && people === 0 && this.#hairstyles.hasHairstyle) people = 1;
     const downloads = this.served?.downloads ?? { bytes: 0, byteCount: 0 };
     const building = this.#persistentRoom.local?.building ?? null;
     this.#loading.show(loadingWords({ isConnected: room !== null, people, withGroom, ready, downloads, building }));
@@ -365,7 +365,11 @@ export class PageViewer implements PageHost {
     const spanS = (timeMs - this.#figuresMs) / 1000;
     this.#figuresMs = timeMs;
     const { room, hair } = this;
-    element("hint").hidden = !(room?.members.size === 0 && this.#wardrobe.isAcquainted && !this.#wardrobe.isWearing);
+    element("hint").hidden = !(
+      room?.members.size === 0 &&
+      this.#hairstyles.isAcquainted &&
+      !this.#hairstyles.hasHairstyle
+    );
     element("hint").textContent = this.query.observe
       ? "Nobody is here yet. Others appear as soon as they join this room."
       : `Nobody is here${this.query.local ? "" : " yet"}. Join with hair on, or give a file of hair, to be the first.`;
@@ -374,7 +378,7 @@ export class PageViewer implements PageHost {
     this.#members.refresh(room, hair.characters, this.focus.person);
     element("show-all").hidden = room.members.size < 2;
     this.#showWind(room);
-    if (!this.query.observe) this.#wardrobe.offer();
+    if (!this.query.observe) this.#hairstyles.offer();
     const bytesReceived = this.served?.counters.bytesReceived ?? 0;
     const rate = Math.max(bytesReceived - this.#bytesBefore, 0) / 1000 / spanS;
     this.#bytesBefore = bytesReceived;
@@ -392,10 +396,10 @@ export class PageViewer implements PageHost {
 
   #showJoin(): void {
     const join = element<HTMLButtonElement>("join-button");
-    const isWearing = this.#wardrobe.isWearing;
-    join.textContent = isWearing ? "Leave the picture" : "Join with hair on";
-    join.classList.toggle("primary", !isWearing);
-    join.disabled = !this.room || (!isWearing && !this.#wardrobe.canJoin);
+    const hasHairstyle = this.#hairstyles.hasHairstyle;
+    join.textContent = hasHairstyle ? "Leave the picture" : "Join with hair on";
+    join.classList.toggle("primary", !hasHairstyle);
+    join.disabled = !this.room || (!hasHairstyle && !this.#hairstyles.canJoin);
   }
 
   #showWind(room: People): void {
@@ -420,7 +424,7 @@ export class PageViewer implements PageHost {
     shown.textContent = texts[state];
     shown.title = isolated(detail);
     if (state === "closed") {
-      this.#wardrobe.leave();
+      this.#hairstyles.leave();
       this.showFault(closedWords(this.query.server, detail, waitS), Infinity);
     }
     if (state === "refused") this.showFault(refusedWords(detail, this.query.token !== ""), Infinity);

@@ -14,11 +14,11 @@ export type TransportChoice = "auto" | "webtransport" | "websocket";
 export interface TransportMemory {
   /** Until then WebTransport is not tried: the server offered it, but no session opened. */
   blockedUntilNs: number;
-  /** why WebTransport was not to be had, in one line */
+  /** why WebTransport was not available, in one line */
   reason: string | null;
 }
 
-/** A socket that is a WebTransport session, or a WebSocket where that is not to be had in time. */
+/** A socket that is a WebTransport session, or a WebSocket where that is not available in time. */
 export class FallbackSocket implements WebSocketLike {
   binaryType = "arraybuffer";
   onopen: ((event: never) => unknown) | null = null;

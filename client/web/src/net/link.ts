@@ -239,7 +239,7 @@ export class Link {
 
   /** Goes on over a socket that is open, if the session can. */
   #moveTo(socket: WebSocketLike, url: string): void {
-    if (!this.#call("hairnet_replace_connection", this.#module.name("WebTransport is to be had now")))
+    if (!this.#call("hairnet_replace_connection", this.#module.name("WebTransport is available now")))
       return socket.close();
     this.#drop();
     this.#call("hairnet_on_opening");

@@ -17,7 +17,7 @@ const refusalOf = (server: string, options: RoomOptions) =>
   );
 
 describe("a first attempt fails in one line", () => {
-  it("where no socket is to be had, or it does not open", async () => {
+  it("where no socket is available, or it does not open", async () => {
     const broken = (): WebSocketLike => {
       const socket = new FakeSocket();
       queueMicrotask(() => socket.break());
@@ -96,7 +96,7 @@ describe("with a server", () => {
     expect(first.onmessage).toBeNull();
     await until("it has resumed", () => person.room.counters.resumes === 1);
     await until("it is told", () => person.heard.at(-1) === "connected");
-    expect(person.heard).toEqual(["connected", "reconnecting: WebTransport is to be had now", "connected"]);
+    expect(person.heard).toEqual(["connected", "reconnecting: WebTransport is available now", "connected"]);
     expect(person.room.session).toBe(session);
     expect(sockets).toHaveLength(1);
     await until("the first is closed", () => sockets[0].readyState === sockets[0].CLOSED);

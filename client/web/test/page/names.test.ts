@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { leastWorn, pickName } from "../../page/names";
+import { leastUsed, pickName } from "../../page/names";
 
 test("a picked name is nobody's in the room, for any choice of chance", () => {
   const taken = new Set<string>();
@@ -11,8 +11,8 @@ test("a picked name is nobody's in the room, for any choice of chance", () => {
   expect(pickName(taken)).toBe("Guest");
 });
 
-test("the hairstyle that the fewest wear is picked, the first of them", () => {
-  const worn: Record<string, number> = { bob: 2, curls: 1, plait: 1 };
-  expect(leastWorn(Object.keys(worn), (style) => worn[style])).toBe("curls");
-  expect(leastWorn([], () => 0)).toBeNull();
+test("the hairstyle that the fewest have is picked, the first of them", () => {
+  const used: Record<string, number> = { bob: 2, curls: 1, plait: 1 };
+  expect(leastUsed(Object.keys(used), (style) => used[style])).toBe("curls");
+  expect(leastUsed([], () => 0)).toBeNull();
 });

@@ -1,7 +1,7 @@
 import { Vector3 } from "three";
 import { Member, type CharacterOptions, type MaterialScale, type OwnCharacter, type People } from "../src/index";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
-import { leastWorn } from "./names";
+import { leastUsed } from "./names";
 import type { OwnHead } from "./head/ownHead";
 import { hairstyleName } from "./roomDetails";
 import { kHeadInVrM } from "./stage";
@@ -10,8 +10,8 @@ const kPlaceApartM = 0.6;
 /** The server announces the members shortly after the welcome. */
 const kAcquaintedMs = 700;
 
-/** The hairstyles that the user can choose, and the one that the user's own character wears. */
-export class Wardrobe {
+/** The hairstyles that the user can choose, and the one that the user's own character has. */
+export class HairstylePicker {
   own: OwnCharacter | null = null;
   /** The room's members are known: who is not there yet joins later. */
   isAcquainted = false;
@@ -34,7 +34,7 @@ export class Wardrobe {
     private readonly onFault: (detail: string) => void,
     private readonly isLocal: boolean,
   ) {
-    select.addEventListener("change", () => void this.wear(this.#offered[select.selectedIndex - 1] ?? null));
+    select.addEventListener("change", () => void this.choose(this.#offered[select.selectedIndex - 1] ?? null));
   }
 
   /** Reads the list of the server's hairstyles. */
@@ -51,7 +51,7 @@ export class Wardrobe {
     this.#acquainted = new Promise((done) => setTimeout(done, kAcquaintedMs)).then(() => {
       if (room === this.#room) this.isAcquainted = true;
     });
-    if (this.#wanted) void this.wear(this.#wanted);
+    if (this.#wanted) void this.choose(this.#wanted);
   }
 
   leave(): void {
@@ -59,7 +59,7 @@ export class Wardrobe {
     this.own = null;
   }
 
-  get isWearing(): boolean {
+  get hasHairstyle(): boolean {
     return this.#wanted !== null;
   }
 
@@ -69,19 +69,19 @@ export class Wardrobe {
   }
 
   /**
-   * Wears the hairstyle that the fewest in the room wear: of the server's own ones if there are any. Where none is
-   * known yet, the first that comes. Who wears one keeps it.
+   * Chooses the hairstyle that the fewest in the room have: of the server's own ones if there are any. Where none is
+   * known yet, the first that comes. Who has one keeps it.
    */
   join(): void {
     if (this.#wanted) return;
-    const worn = [...(this.#room?.members.values() ?? [])].map(({ groom }) => hairstyleName(groom?.name ?? ""));
+    const used = [...(this.#room?.members.values() ?? [])].map(({ groom }) => hairstyleName(groom?.name ?? ""));
     const from = this.#listed.length > 0 ? this.#listed : this.#offered;
-    const hairstyle = leastWorn(from, ({ label }) => worn.filter((name) => name === label).length);
-    if (hairstyle) void this.wear(hairstyle);
+    const hairstyle = leastUsed(from, ({ label }) => used.filter((name) => name === label).length);
+    if (hairstyle) void this.choose(hairstyle);
     else this.#joinsLater = true;
   }
 
-  async wear(hairstyle: Hairstyle | null): Promise<void> {
+  async choose(hairstyle: Hairstyle | null): Promise<void> {
     this.#wanted = hairstyle;
     this.#joinsLater = false;
     this.offer();
@@ -110,7 +110,7 @@ export class Wardrobe {
     }
   }
 
-  /** Wears the hairstyle of files, unless others come meanwhile. `onRead` gets what was guessed; nothing after a fault. */
+  /** Chooses the hairstyle of files, unless others come meanwhile. `onRead` gets what was guessed; nothing after a fault. */
   async takeFiles(files: readonly File[], onRead: (remarks: readonly string[]) => void): Promise<void> {
     const request = ++this.#request;
     try {
@@ -118,7 +118,7 @@ export class Wardrobe {
       if (request !== this.#request) return;
       this.#files = [style, ...this.#files.filter((other) => other.label !== style.label)];
       onRead(remarks);
-      await this.wear(style);
+      await this.choose(style);
     } catch (fault) {
       if (request !== this.#request) return;
       onRead([]);
@@ -134,8 +134,8 @@ export class Wardrobe {
     const before = [...select.options].map((option) => option.text);
     if (labels.length !== before.length || labels.some((label, n) => label !== before[n]))
       select.replaceChildren(...labels.map((label) => new Option(label)));
-    const worn = this.#wanted?.label;
-    select.selectedIndex = Math.max(worn ? labels.indexOf(worn) : 0, 0);
+    const chosen = this.#wanted?.label;
+    select.selectedIndex = Math.max(chosen ? labels.indexOf(chosen) : 0, 0);
     if (this.#joinsLater) this.join();
   }
 

@@ -20,7 +20,7 @@ interface Head {
 }
 
 /** Chooses the person of the first view: oneself, or else the calmest and most central one. */
-export class Hero {
+export class CentralPerson {
   readonly #heads = new Map<number, Head>();
   #person: number | null = null;
   #waitedS = 0;

@@ -18,7 +18,7 @@ const kAheadM = 2;
  * the shaders, which takes seconds where software plays the GPU. Keep it until there is other hair, which uses the same
  * shaders.
  */
-export class Rehearsal {
+export class ShaderWarmUp {
   readonly #hair: HairScene;
   #groom: Groom | null = null;
   #isOver = false;

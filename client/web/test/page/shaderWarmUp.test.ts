@@ -1,6 +1,6 @@
 import { type Object3D, PerspectiveCamera, Scene, type WebGLRenderer } from "three";
 import { expect, test } from "vitest";
-import { Rehearsal } from "../../page/rehearsal";
+import { ShaderWarmUp } from "../../page/shaderWarmUp";
 import { idleRenderer } from "../support/idleRenderer";
 import { until } from "../support/until";
 
@@ -12,19 +12,19 @@ test("a hair and a body are drawn once, and leave the scene", async () => {
     drawn.push([]);
     scene.traverseVisible(({ name }) => drawn.at(-1)!.push(name));
   };
-  const rehearsal = new Rehearsal(
+  const warmUp = new ShaderWarmUp(
     { ...idleRenderer, render } as unknown as WebGLRenderer,
     scene,
     new PerspectiveCamera(),
     {},
   );
   await until("it is drawn", () => {
-    rehearsal.draw();
+    warmUp.draw();
     return drawn.length > 0;
   });
-  rehearsal.draw();
+  warmUp.draw();
   expect(drawn).toHaveLength(1);
   expect(drawn[0]).toEqual(expect.arrayContaining(["hairnet strand", "hairnet body"]));
   expect(scene.children).toEqual([]);
-  rehearsal.dispose();
+  warmUp.dispose();
 });
