@@ -97,16 +97,18 @@ void Chaos::pump() {
   for (std::size_t i = 0; i < sockets.size(); ++i)
     if (sockets[i].revents != 0) of[i]->on_ready(sockets[i].revents, channel::monotonic_ns());
   for (const auto& client : clients_) client->poll(channel::monotonic_ns());
-  // A claim is logged before the first frame under it leaves.
-  fleet_->read_logs();
-  for (const Received& each : std::exchange(received_, {})) {
-    owners_.received(each.client, each.server_process, clients_[each.client]->def().room, each.stamp_ns,
-                     each.arrival_ns);
-    is_lost_[each.client] = false;
-  }
-  for (const std::string& what : owners_.take_faults()) fault(what);
+  check_owners(channel::monotonic_ns() - kLogLate_ns);
   turned_ns_ = now_ns = channel::monotonic_ns();
   if (now_ns - told_ns_ >= kSecond_ns) print_progress(now_ns);
+}
+
+void Chaos::check_owners(std::int64_t until_ns) {
+  fleet_->read_logs();
+  for (; !received_.empty() && received_.front().arrival_ns <= until_ns; received_.pop_front()) {
+    const Received& each = received_.front();
+    owners_.received(each.client, each.server_process, each.room, each.stamp_ns, each.arrival_ns);
+  }
+  for (const std::string& what : owners_.take_faults()) fault(what);
 }
 
 void Chaos::pump_for(double length_s) {
@@ -115,13 +117,12 @@ void Chaos::pump_for(double length_s) {
 }
 
 void Chaos::print_progress(std::int64_t now_ns) {
-  const auto is_fresh = [now_ns](std::int64_t at_ns) { return now_ns - at_ns < kFresh_ns; };
-  const auto fresh =
-      std::ranges::count_if(clients_, [&](const auto& c) { return !c->is_away() && is_fresh(c->last_frame_ns()); });
+  const auto fresh = std::ranges::count_if(
+      clients_, [&](const auto& c) { return !c->is_away() && now_ns - c->last_frame_ns() < kFresh_ns; });
   const auto here = std::ranges::count_if(clients_, [](const auto& c) { return !c->is_away(); });
   const auto owned = std::ranges::count_if(rooms_, [&](const std::string& room) {
     const auto owner = owners_.owner(room);
-    return owner && is_fresh(owner->last_ns);
+    return owner && now_ns - owner->last_ns < kLogLate_ns + kFresh_ns;
   });
   fmt::print("{:7.1f} s  {}/{} rooms, {}/{} sessions with frames, {:.0f} packets/s, faults {}  {}\n", now_s(), owned,
              rooms_.size(), fresh, here,
@@ -200,6 +201,7 @@ void Chaos::end() {
     }
   }
   for (const std::string& what : fleet_->stop()) fault(what);
+  check_owners(channel::monotonic_ns());
 }
 
 void Chaos::print_report() const {

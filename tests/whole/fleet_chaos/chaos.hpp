@@ -79,11 +79,16 @@ class Chaos final : private FleetClientEvents {
   };
   struct Received {
     std::size_t client = 0, server_process = 0;
+    std::string room;
     std::int64_t stamp_ns = 0, arrival_ns = 0;
   };
+  // A claim is logged before the first frame under it leaves, but the server writes its log in a thread of its own. On
+  // a busy machine the line comes after the frame, so a packet waits this long to be checked.
+  static constexpr std::int64_t kLogLate_ns = 1'000'000'000;
 
   void on_frames(std::size_t client, std::size_t server_process, std::int64_t stamp_ns, std::int64_t now_ns) override {
-    received_.push_back({client, server_process, stamp_ns, now_ns});
+    received_.push_back({client, server_process, clients_[client]->def().room, stamp_ns, now_ns});
+    is_lost_[client] = false;
   }
   void on_lost(std::size_t client, std::size_t server, const std::string& why, std::int64_t now_ns) override;
   void on_ended(std::size_t client, const std::string& why, std::int64_t now_ns) override;
@@ -92,6 +97,8 @@ class Chaos final : private FleetClientEvents {
   void add_client(const std::string& room, bool is_watcher, bool is_visitor);
   void pump();  // a few milliseconds
   void pump_for(double seconds);
+  // Checks the packets that arrived until that time.
+  void check_owners(std::int64_t until_ns);
   void print_progress(std::int64_t now_ns);
   [[nodiscard]] double now_s() const;
   void fault(const std::string& what);
@@ -118,7 +125,7 @@ class Chaos final : private FleetClientEvents {
   std::vector<std::unique_ptr<FleetClient>> clients_;
   std::vector<bool> is_lost_;  // by client, until its next frame
   std::vector<std::string> rooms_;
-  std::vector<Received> received_;
+  std::deque<Received> received_;  // not checked yet
   std::deque<ActionKind> deck_;
   std::optional<Action> action_;  // the last one, until the next begins
   std::array<Row, kActionNames.size()> rows_{};

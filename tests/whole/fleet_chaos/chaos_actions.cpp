@@ -147,6 +147,7 @@ void Chaos::make_etcd_down(Action& action) {
   while (!std::all_of(clients_.begin() + static_cast<std::ptrdiff_t>(first_probe), clients_.end(), is_in) &&
          channel::monotonic_ns() < until_ns)
     pump();
+  pump_for(from_ns(kLogLate_ns));
   for (std::size_t i = first_probe; i < clients_.size(); ++i) {
     const std::string& room = clients_[i]->def().room;
     const auto claimed_ns = owners_.claimed_after(room, action.begin_ns);
