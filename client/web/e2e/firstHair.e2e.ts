@@ -12,8 +12,8 @@ const kBitsPerS = 1e6;
 const kOneWayMs = 25;
 const kStyles = ["long_straight", "bob", "long_curly", "ponytail", "wavy"];
 const kCentral = 2;
-/** What may pass before the first hair: more than the page and one groom, less than the page and all five. */
-const kBytesMax = 750_000;
+/** What may pass before the first hair: more than the page and one groom, less than the page and three. */
+const kBytesMax = 600_000;
 
 const server = new HairnetServer();
 const browser = new Browser();

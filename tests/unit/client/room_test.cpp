@@ -1,11 +1,9 @@
-#include "client/room/room.hpp"
-
 #include <gmock/gmock.h>
 
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/build_grooms.hpp"
-#include "tests/unit/client/link_core_driver.hpp"
+#include "tests/unit/client/room_on_core.hpp"
 #include "tests/unit/client/small_basis.hpp"
 
 namespace hairnet::room {
@@ -36,26 +34,13 @@ std::vector<std::uint8_t> content(double x, std::span<const float> coefficients)
   return {bytes.begin(), bytes.end()};
 }
 
-// A room on a core that the test drives.
-class RoomTest : public ::testing::Test {
+class RoomTest : public RoomOnCore {
  protected:
-  RoomTest() { make_room({}); }
-  void make_room(const wire::Observe& observe) {
-    auto owned = std::make_unique<link::CoreConversation>(d.core);
-    conversation = owned.get();
-    conversation->set_now(d.now_ns);
-    room = std::make_unique<Room>(std::move(owned), observe);
-  }
   void join() {
     d.connect(link::welcome_to(5));
     advance();
     d.take_all();
     events<Fault>();
-  }
-  void advance(std::int64_t ms = 0) {
-    d.pass(ms * kMs);
-    conversation->set_now(d.now_ns);
-    room->advance();
   }
   void tell_of_other(std::uint32_t number = kOther, std::uint8_t generation = 0) {
     d.send(wire::MemberJoined{number, 9, 1, wire::hash_groom(*others_file), "Ada", std::nullopt, generation});
@@ -88,26 +73,6 @@ class RoomTest : public ::testing::Test {
   void send_frame(std::uint64_t tick, std::uint32_t member, double x) {
     d.core.on_bytes(frame_packet(tick, member, x), d.now_ns);
   }
-  template <class T>
-  std::vector<T> events() {
-    std::vector<T> found;
-    for (const Event& event : room->take_events()) {
-      if (const auto* e = std::get_if<T>(&event)) found.push_back(*e);
-    }
-    return found;
-  }
-  template <class T>
-  std::vector<T> sent() {
-    std::vector<T> found;
-    for (wire::Message& message : d.take_all()) {
-      if (auto* m = std::get_if<T>(&message)) found.push_back(std::move(*m));
-    }
-    return found;
-  }
-
-  link::LinkCoreDriver d;
-  link::CoreConversation* conversation = nullptr;
-  std::unique_ptr<Room> room;
   link::RequestedState::Bytes others_file = file_of(groom_named("others"));
 };
 

@@ -5,11 +5,10 @@
 #include <limits>
 #include <tuple>
 
-#include "client/room/room.hpp"
 #include "schema/codec/frame.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/build_grooms.hpp"
-#include "tests/unit/client/link_core_driver.hpp"
+#include "tests/unit/client/room_on_core.hpp"
 
 // Hands, holds and props of a room.
 namespace hairnet::room {
@@ -32,14 +31,10 @@ wire::Prop ball(std::uint8_t number, double radius_m = 0.1) {
   return {number, sphere(radius_m), {}, false};
 }
 
-// A room on a core that the test drives, with an own character and another's.
-class RoomTouchTest : public ::testing::Test {
+// A room with an own character and another's.
+class RoomTouchTest : public RoomOnCore {
  protected:
   void SetUp() override {
-    auto owned = std::make_unique<link::CoreConversation>(d.core);
-    conversation = owned.get();
-    conversation->set_now(d.now_ns);
-    room = std::make_unique<Room>(std::move(owned));
     me = *room->add_character(file);
     d.core.start();
     d.open();
@@ -60,11 +55,6 @@ class RoomTouchTest : public ::testing::Test {
     d.core.on_closed("the cable", d.now_ns);
     d.open();
     welcome(session, resumed, may_touch, may_set_props);
-  }
-  void advance(std::int64_t ms = 0) {
-    d.pass(ms * kMs);
-    conversation->set_now(d.now_ns);
-    room->advance();
   }
   void say(std::uint64_t tick, std::vector<wire::RoomHands::Person> people, std::int64_t then_ms = 33) {
     d.send(wire::RoomHands{tick, link::kServerClock_ns + d.now_ns, std::move(people)});
@@ -89,27 +79,6 @@ class RoomTouchTest : public ::testing::Test {
   }
   [[nodiscard]] const Member& other() const { return *room->members().at(kOther); }
   [[nodiscard]] const Member& own() const { return *room->members().at(kOwn); }
-  template <class T>
-  std::vector<T> events() {
-    std::vector<T> found;
-    for (const Event& event : room->take_events()) {
-      EXPECT_NE(describe(event), "");
-      if (const auto* e = std::get_if<T>(&event)) found.push_back(*e);
-    }
-    return found;
-  }
-  template <class T>
-  std::vector<T> sent() {
-    std::vector<T> found;
-    for (wire::Message& message : d.take_all()) {
-      if (auto* m = std::get_if<T>(&message)) found.push_back(std::move(*m));
-    }
-    return found;
-  }
-
-  link::LinkCoreDriver d;
-  link::CoreConversation* conversation = nullptr;
-  std::unique_ptr<Room> room;
   link::RequestedState::Bytes file =
       std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(support::make_head_of_hair(20)));
   std::uint32_t me = 0;

@@ -10,6 +10,7 @@
 
 #include "core/world/simulation.hpp"
 #include "core/world/world.hpp"
+#include "tests/support/contact_places.hpp"
 #include "tests/support/learnt.hpp"
 #include "tests/support/levels.hpp"
 
@@ -58,19 +59,7 @@ struct Scene {
       step();
     }
   }
-  // Where the contact points are, world.
-  [[nodiscard]] std::vector<Vec3> points() const {
-    const LatticeView view = world.lattice(id);
-    const ContactPoints& contacts = view.model->contacts;
-    std::vector<Vec3> points;
-    for (std::uint32_t p = 0; p < contacts.count(); ++p) {
-      Vec3f at = contacts.rest[p];
-      for (std::uint32_t i = contacts.begin[p]; i < contacts.begin[p + 1]; ++i)
-        at += contacts.weights[i] * view.displacement[contacts.nodes[i]];
-      points.push_back(view.pose->head().point(at.cast<double>()));
-    }
-    return points;
-  }
+  [[nodiscard]] std::vector<Vec3> points() const { return support::contact_places(world.lattice(id)); }
   [[nodiscard]] bool is_finite() const {
     const LatticeState& state = world.state(id);
     const auto finite = [](const Vec3f& v) { return v.allFinite(); };

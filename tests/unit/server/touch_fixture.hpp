@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/tick/scheduler.hpp"
+#include "tests/support/contact_places.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet::server {
@@ -121,19 +122,7 @@ class TouchTest : public testing::Test {
     const auto displacement = hair(owner).displacement;
     return {displacement.begin(), displacement.end()};
   }
-  // Where the contact points are, world.
-  [[nodiscard]] std::vector<Vec3> points() const {
-    const LatticeView view = hair();
-    const ContactPoints& contacts = view.model->contacts;
-    std::vector<Vec3> points;
-    for (std::uint32_t p = 0; p < contacts.count(); ++p) {
-      Vec3f at = contacts.rest[p];
-      for (std::uint32_t i = contacts.begin[p]; i < contacts.begin[p + 1]; ++i)
-        at += contacts.weights[i] * view.displacement[contacts.nodes[i]];
-      points.push_back(view.pose->head().point(at.cast<double>()));
-    }
-    return points;
-  }
+  [[nodiscard]] std::vector<Vec3> points() const { return support::contact_places(hair()); }
   [[nodiscard]] std::uint32_t held_count() const {
     return scheduler_->simulation().held_count(character_key(kAnn, 1), {kBen, 0});
   }
