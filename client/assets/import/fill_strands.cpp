@@ -6,6 +6,7 @@
 #include <nanoflann.hpp>
 #include <vector>
 
+#include "core/geometry/rotation_between.hpp"
 #include "core/random.hpp"
 
 namespace hairnet {
@@ -153,7 +154,7 @@ class Mixer {
     std::size_t count = 2;
     for (std::size_t k = 0; k < kGuidesPerStrand; ++k) {
       const Guide& guide = guides_[nearest.guide[k]];
-      turn[k] = Eigen::Quaternionf::FromTwoVectors(guide.out, out);
+      turn[k] = rotation_between(guide.out, out);
       if (guide.way.dot(guides_[nearest.guide[0]].way) < kSameWay) continue;
       weight[k] = 1 / (nearest.distance2[k] + 1e-8f);
       sum += weight[k];

@@ -1,11 +1,11 @@
 #include "client/viewer/drawing/overlays.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "core/geometry/symmetric_matrix.hpp"
 #include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet::viewer {
@@ -123,11 +123,10 @@ class LatticeDrawing {
     const float reach_m = 0.7f * model.geometry.lattice.spacing.minCoeff();
     for (std::size_t i = 0; i < node_.size(); ++i) {
       const auto& q = model.drag[i];
-      Mat3f tensor;
+      Mat3 tensor;
       tensor << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
-      Eigen::SelfAdjointEigenSolver<Mat3f> axes;
-      axes.computeDirect(tensor);
-      const Vec3f along = axes.eigenvectors().col(2) * (reach_m * std::sqrt(axes.eigenvalues()[2] / most));
+      const SymmetricEigen<3> axes = symmetric_eigen(tensor);
+      const Vec3f along = (axes.vectors.col(2) * (reach_m * std::sqrt(axes.values[2] / most))).cast<float>();
       drawing_.line(world(node_[i] - along), world(node_[i] + along), {190, 120, 255, 220});
     }
   }

@@ -15,6 +15,7 @@
 #include "client/assets/upright.hpp"
 #include "client/viewer/drawing/mouse_hand.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
+#include "core/geometry/rotation_between.hpp"
 #include "core/world/grab.hpp"
 
 namespace hairnet::viewer {
@@ -86,7 +87,7 @@ std::vector<TouchBody> stroking_hand(const HairToTouch& hair, double time_s) {
   const double angle = 2 * std::numbers::pi * time_s / kRound_s;
   const double low_m = std::clamp(hair.low_m, kLowest_m, kHigh_m);
   const Vec3 palm(0.27 - 0.1 * std::sin(angle), (kHigh_m + low_m + (kHigh_m - low_m) * std::cos(angle)) / 2, 0);
-  const auto towards = [](const Vec3& axis) { return Quat::FromTwoVectors(Vec3::UnitY(), axis); };
+  const auto towards = [](const Vec3& axis) { return rotation_between<double>(Vec3::UnitY(), axis); };
   std::vector<TouchBody> hand{{{kScript, 0}, capsule(0.05, 0.012), {towards(Vec3::UnitZ()), palm}}};
   for (int finger = 0; finger < 5; ++finger) {
     const Vec3 middle = palm + Vec3(-0.05, 0, kFingersApart_m * (finger - 2));

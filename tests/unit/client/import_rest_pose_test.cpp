@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/assets/import/bvh.hpp"
+#include "core/geometry/rotation_between.hpp"
 #include "tests/support/import_files.hpp"
 
 namespace hairnet {
@@ -64,7 +65,7 @@ struct TestMotion {
 Quat along_bone(std::size_t joint) {
   for (const Joint& child : person()) {
     if (child.parent == static_cast<int>(joint))
-      return Quat::FromTwoVectors(Vec3::UnitX(), child.at - person()[joint].at);
+      return rotation_between<double>(Vec3::UnitX(), child.at - person()[joint].at);
   }
   return joint == 0 ? Quat::Identity() : along_bone(static_cast<std::size_t>(person()[joint].parent));
 }
@@ -141,7 +142,7 @@ Vec3 head_joint(const std::function<Quat(std::size_t)>& frame) {
 
 // Every bone turns like its joint, for any axes of the file.
 void expect_same_motion(const TestMotion& made, const ImportedMotion& imported) {
-  const Quat to_world = Quat::FromTwoVectors(made.file * Vec3::UnitY(), Vec3::UnitY()) * made.file;
+  const Quat to_world = rotation_between<double>(made.file * Vec3::UnitY(), Vec3::UnitY()) * made.file;
   ASSERT_EQ(imported.motion.poses.size(), made.frames.size());
   for (std::size_t f = 0; f < made.frames.size(); ++f) {
     const Pose& pose = imported.motion.poses[f];
